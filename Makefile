@@ -1,0 +1,32 @@
+# Everything here sets itself up first (bootstrap.sh); nothing needs an activated environment.
+STUDY ?= workflow/studies/paper.yaml
+CORES ?= 2
+
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+export OMP_NUM_THREADS := 1
+export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
+
+.PHONY: run test check lock ready
+
+run: ready
+	snakemake -j$(CORES) --workflow-profile workflow/profiles/default --configfile $(STUDY)
+
+test: ready
+	pytest
+
+check: ready
+	ruff check
+	ruff format --check
+	snakefmt --check Snakefile workflow
+	mypy
+	snakemake --lint --configfile $(STUDY)
+
+# requirements.lock anew from pyproject.toml, with the newest versions that fit together
+lock:
+	uv=$$(mktemp -d) && python3 -m venv $$uv && $$uv/bin/pip install --quiet uv && \
+	$$uv/bin/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
+	    --generate-hashes --no-emit-index-url --no-annotate --upgrade -o requirements.lock; \
+	rm -rf $$uv
+
+ready:
+	@bash bootstrap.sh
