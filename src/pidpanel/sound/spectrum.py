@@ -1,0 +1,175 @@
+"""Band levels and the one-sided pressure PSD that they stand for.
+
+Levels are in dB re 20 µPa, frequencies in Hz, PSDs one-sided in Pa²/Hz.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+BandKind = Literal["third octave", "octave"]
+PressureReference = Literal["surface", "room", "incident"]
+
+REFERENCE_PRESSURE = 20e-6
+"""p_ref [Pa], ISO 1683."""
+
+BAND_WIDTH: dict[BandKind, int] = {"third octave": 1, "octave": 3}
+"""Width of a band in steps of the band number N, where the exact centre is 10^(N/10) Hz."""
+
+PRESSURE_FACTOR: dict[PressureReference, float] = {"surface": 1.0, "room": 2.0, "incident": 4.0}
+"""PSD of the pressure on the face over the PSD of the stated pressure.
+
+`surface`: the level is that of the blocked pressure on the face, taken as it stands.
+`room`: the level is the average over the volume of a diffuse field; a rigid face doubles its PSD.
+`incident`: the level is that of an incoming wave alone; a rigid face doubles its pressure.
+"""
+
+
+class SpectrumError(ValueError):
+    """A spectrum that cannot be used; the message names the place, the value and what is allowed."""
+
+
+@dataclass(frozen=True)
+class BandSpectrum:
+    """Sound pressure levels in adjoining octave or third-octave bands.
+
+    Parameters
+    ----------
+    kind
+        `"third octave"` or `"octave"`.
+    band_number
+        (n_bands,) N, where the exact base-10 centre is 10^(N/10) Hz (IEC 61260-1:2014, 5.2-5.5):
+        N = 30 is 1 kHz. Octaves sit at multiples of 3. Adjoining bands, rising.
+    band_spl
+        (n_bands,) band levels [dB re 20 µPa].
+    source
+        Where the levels come from, in words.
+
+    Raises
+    ------
+    SpectrumError
+        Where bands do not adjoin, octaves are off the octave centres, or a level is not finite.
+
+    Examples
+    --------
+    >>> spectrum = BandSpectrum("octave", np.array([27, 30]), np.array([100.0, 100.0]))
+    >>> round(spectrum.oaspl, 4)
+    103.0103
+    >>> spectrum.edge_frequency.round(1).tolist()
+    [354.8, 707.9, 1412.5]
+    """
+
+    kind: BandKind
+    band_number: NDArray[np.int64]
+    band_spl: Floats
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in BAND_WIDTH:
+            raise SpectrumError(f"kind = {self.kind!r}: allowed are {', '.join(BAND_WIDTH)}")
+        object.__setattr__(self, "band_number", np.array(self.band_number, dtype=np.int64))
+        object.__setattr__(self, "band_spl", np.array(self.band_spl, dtype=np.float64))
+        if self.band_number.ndim != 1 or self.band_number.shape != self.band_spl.shape:
+            raise SpectrumError(
+                f"band_number has shape {self.band_number.shape} and band_spl "
+                f"{self.band_spl.shape}: one level per band is needed"
+            )
+        if self.band_number.size == 0:
+            raise SpectrumError("band_number is empty: at least one band is needed")
+        if np.any(np.diff(self.band_number) != BAND_WIDTH[self.kind]):
+            raise SpectrumError(
+                f"band_number = {self.band_number.tolist()}: {self.kind} bands must adjoin, "
+                f"rising in steps of {BAND_WIDTH[self.kind]}"
+            )
+        if self.kind == "octave" and np.any(self.band_number % 3):
+            raise SpectrumError(
+                f"band_number = {self.band_number.tolist()}: octave centres are multiples of 3"
+            )
+        if not np.all(np.isfinite(self.band_spl)):
+            raise SpectrumError(f"band_spl = {self.band_spl.tolist()}: levels must be finite")
+
+    @property
+    def center_frequency(self) -> Floats:
+        """(n_bands,) exact centres 10^(N/10) [Hz]."""
+        return 10.0 ** (self.band_number / 10)
+
+    @property
+    def edge_frequency(self) -> Floats:
+        """(n_bands + 1,) exact band edges 10^((N ± b/2)/10) [Hz], b = 1 for thirds, 3 for octaves."""
+        half_width = BAND_WIDTH[self.kind] / 2
+        steps = np.append(self.band_number, self.band_number[-1] + BAND_WIDTH[self.kind])
+        return 10.0 ** ((steps - half_width) / 10)
+
+    @property
+    def oaspl(self) -> float:
+        """Overall level 10 log10 Σ 10^(L/10) [dB re 20 µPa] of all bands of the table."""
+        return float(10 * np.log10(np.sum(10.0 ** (self.band_spl / 10))))
+
+    def shifted(self, decibels: float) -> "BandSpectrum":
+        """Return the same spectrum with every band `decibels` [dB] higher."""
+        return replace(self, band_spl=self.band_spl + decibels)
+
+    def at_oaspl(self, oaspl: float) -> "BandSpectrum":
+        """Return the same shape at the overall level `oaspl` [dB re 20 µPa].
+
+        The overall level is that of all bands of the table, also those outside the range
+        where a response is computed.
+        """
+        return self.shifted(oaspl - self.oaspl)
+
+
+def pressure_psd(
+    spectrum: BandSpectrum,
+    frequency: ArrayLike,
+    pressure_reference: PressureReference = "surface",
+) -> Floats:
+    """Return the one-sided PSD of the pressure on the face, constant in each band.
+
+    S_p(f) = c p_ref² 10^(L/10) / (f_u − f_l) for f_l ≤ f < f_u, so that each band integrates
+    back to its level; c is 1, 2 or 4 by `pressure_reference` (see `PRESSURE_FACTOR`).
+
+    Parameters
+    ----------
+    spectrum
+        Band levels.
+    frequency
+        (nf,) [Hz], each within the bands; the last edge belongs to the last band.
+    pressure_reference
+        What the levels speak of: `surface`, `room` or `incident`.
+
+    Returns
+    -------
+    (nf,) S_p [Pa²/Hz].
+
+    Raises
+    ------
+    SpectrumError
+        Where a frequency lies outside the bands (the table says nothing there, so nothing is
+        extrapolated), or the reference is unknown.
+
+    Examples
+    --------
+    >>> spectrum = BandSpectrum("octave", np.array([30]), np.array([94.0]))
+    >>> psd = pressure_psd(spectrum, [1000.0])
+    >>> round(float(psd[0] * np.diff(spectrum.edge_frequency)[0]), 3)  # 94 dB is 1 Pa rms
+    1.005
+    """
+    if pressure_reference not in PRESSURE_FACTOR:
+        raise SpectrumError(
+            f"pressure_reference = {pressure_reference!r}: allowed are {', '.join(PRESSURE_FACTOR)}"
+        )
+    frequency = np.asarray(frequency, dtype=np.float64)
+    edge = spectrum.edge_frequency
+    outside = ~((frequency >= edge[0]) & (frequency <= edge[-1]))  # also true of NaN
+    if np.any(outside):
+        raise SpectrumError(
+            f"frequency = {frequency[outside].flat[0]:g} Hz: the bands reach from {edge[0]:.6g} "
+            f"to {edge[-1]:.6g} Hz and are not extrapolated"
+        )
+    mean_square = REFERENCE_PRESSURE**2 * 10.0 ** (spectrum.band_spl / 10)
+    band_psd = PRESSURE_FACTOR[pressure_reference] * mean_square / np.diff(edge)
+    band = np.searchsorted(edge, frequency, side="right") - 1
+    return band_psd[np.minimum(band, band_psd.size - 1)]
