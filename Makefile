@@ -22,11 +22,9 @@ check: ready
 	snakemake --lint --configfile $(STUDY)
 
 # requirements.lock anew from pyproject.toml, with the newest versions that fit together
-lock:
-	uv=$$(mktemp -d) && python3 -m venv $$uv && $$uv/bin/pip install --quiet uv && \
-	$$uv/bin/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
-	    --generate-hashes --no-emit-index-url --no-annotate --upgrade -o requirements.lock; \
-	rm -rf $$uv
+lock: ready
+	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
+	    --generate-hashes --no-emit-index-url --upgrade -o requirements.lock
 
 ready:
 	@bash bootstrap.sh
