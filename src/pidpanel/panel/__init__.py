@@ -1,0 +1,1 @@
+"""The panel: mesh, plate, modes."""

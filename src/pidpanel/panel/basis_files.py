@@ -1,0 +1,96 @@
+"""Files of the panel's basis: NetCDF for the stages that follow, VTU to look at."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import xarray as xr
+
+from pidpanel.panel.modes import PanelBasis
+
+# variable: dimensions, unit, long name
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "natural_frequency": (("shape",), "Hz", "natural frequency of each shape"),
+    "modal_mass": (("shape",), "kg", "modal mass of each shape"),
+    "is_residual": (("shape",), "1", "whether the shape is a residual vector, not a mode"),
+    "shape_at_points": (("point", "shape"), "1", "deflection at the response points"),
+    "patch_overlap": (
+        ("patch", "shape", "other_shape"),
+        "m2",
+        "integral over the patch of the product of two shapes",
+    ),
+    "quadrature_position": (("quadrature", "axis"), "m", "positions of the load quadrature"),
+    "quadrature_weight": (("quadrature",), "m2", "weights of the load quadrature"),
+    "shape_at_quadrature": (("quadrature", "shape"), "1", "deflection at the load quadrature"),
+    "vertex_position": (("vertex", "axis"), "m", "vertices of the mesh"),
+    "cells": (("cell", "corner"), "1", "vertex numbers of each cell, from 0"),
+    "shape_at_vertices": (("vertex", "shape"), "1", "deflection at the vertices"),
+    "point_names": (("point",), "1", "names of the response points"),
+    "patch_names": (("patch",), "1", "names of the damper patches"),
+}
+# NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind
+NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
+
+
+def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) -> None:
+    """Write a basis to a NetCDF file (real arrays, each with ``units`` and ``long_name``).
+
+    Parameters
+    ----------
+    path : Path
+        The ``.nc`` file.
+    basis : PanelBasis
+    attributes : mapping of str to str
+        Global attributes of the file, such as the hash of the study.
+    """
+    variables = {}
+    for name, (dimensions, unit, long_name) in VARIABLES.items():
+        value = getattr(basis, name)
+        if isinstance(value, tuple):
+            value = np.array(value, dtype=object)
+        variables[name] = xr.Variable(dimensions, value, {"units": unit, "long_name": long_name})
+    xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
+
+
+def read_basis(path: Path) -> PanelBasis:
+    """Read a basis that `write_basis` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file lacks a variable.
+    """
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        missing = [name for name in VARIABLES if name not in dataset]
+        if missing:
+            raise ValueError(f"{path}: no basis of a panel, {missing} are missing")
+        values: dict[str, Any] = {}
+        for name in VARIABLES:
+            value = dataset[name].to_numpy()
+            if name in ("point_names", "patch_names"):
+                values[name] = tuple(str(entry) for entry in value)
+            else:
+                values[name] = value.astype(NATIVE[value.dtype.kind])
+    return PanelBasis(**values)
+
+
+def write_shapes(path: Path, basis: PanelBasis) -> None:
+    """Write the shapes at the vertices to a VTU file, one array a shape.
+
+    The arrays are named by number from 1 and frequency, such as ``mode_001_64.90_hz``.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.vtu`` file.
+    basis : PanelBasis
+    """
+    shapes = {}
+    for i, frequency in enumerate(basis.natural_frequency):
+        kind = "residual" if basis.is_residual[i] else "mode"
+        shapes[f"{kind}_{i + 1:03d}_{frequency:.2f}_hz"] = basis.shape_at_vertices[:, i]
+    position = np.pad(basis.vertex_position, ((0, 0), (0, 1)))
+    kind = {4: "quad", 3: "triangle"}[basis.cells.shape[1]]
+    meshio.Mesh(position, [(kind, basis.cells)], point_data=shapes).write(path)

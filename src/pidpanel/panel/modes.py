@@ -1,0 +1,297 @@
+"""Modes of the panel, and the residual vectors that a strong damper patch needs beside them.
+
+The response to a patch that nearly pins the panel is no sum of the modes below some frequency:
+the many modes above it answer statically. Their answer to the forces of the patches is spanned
+by the residual vectors K^-1 D_patch Phi. Cleared of the modes and diagonalised among
+themselves, they join the modes in one basis in which M and K are diagonal.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.plate import AssembledPlate
+
+# Modes requested beyond those counted, so that the last ones counted converge quickly.
+SPARE_MODES = 8
+
+
+@dataclass(frozen=True)
+class PanelBasis:
+    """Real shapes that diagonalise M and K, with what sound, dampers and readers need of them.
+
+    The modes come first, by frequency, then the residual vectors, by frequency. Every shape phi
+    has max |w| = 1 over the vertices and is positive there.
+
+    Attributes
+    ----------
+    natural_frequency : ndarray, shape (n,)
+        f_i [Hz]; (2 pi f_i)^2 m_i = phi_i^T K phi_i.
+    modal_mass : ndarray, shape (n,)
+        m_i = phi_i^T M phi_i [kg].
+    is_residual : ndarray of bool, shape (n,)
+        False for modes. The frequency of a residual vector is no resonance that converges.
+    shape_at_points : ndarray, shape (n_points, n)
+        w of each shape at the response points [-].
+    patch_overlap : ndarray, shape (n_patches, n, n)
+        int_patch phi_i phi_j dA [m^2].
+    quadrature_position : ndarray, shape (n_quadrature, 2)
+        Points [m] for integrals of a pressure on the shapes.
+    quadrature_weight : ndarray, shape (n_quadrature,)
+        Weights [m^2].
+    shape_at_quadrature : ndarray, shape (n_quadrature, n)
+        w of each shape at these points [-].
+    vertex_position : ndarray, shape (n_vertices, 2)
+        Vertices of the mesh [m].
+    cells : ndarray of int, shape (n_cells, 4) or (n_cells, 3)
+        Vertex numbers of the cells.
+    shape_at_vertices : ndarray, shape (n_vertices, n)
+        w of each shape at the vertices [-].
+    point_names : tuple of str
+        Names of the response points, in the order of `shape_at_points`.
+    patch_names : tuple of str
+        Names of the patches, in the order of `patch_overlap`.
+    """
+
+    natural_frequency: NDArray[np.float64]
+    modal_mass: NDArray[np.float64]
+    is_residual: NDArray[np.bool_]
+    shape_at_points: NDArray[np.float64]
+    patch_overlap: NDArray[np.float64]
+    quadrature_position: NDArray[np.float64]
+    quadrature_weight: NDArray[np.float64]
+    shape_at_quadrature: NDArray[np.float64]
+    vertex_position: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    shape_at_vertices: NDArray[np.float64]
+    point_names: tuple[str, ...]
+    patch_names: tuple[str, ...]
+
+
+def panel_basis(
+    mesh: PanelMesh,
+    plate: AssembledPlate,
+    frequency_limit: float,
+    residual_tolerance: float = 1e-4,
+) -> PanelBasis:
+    """Modes below a frequency and the residual vectors of all patches of the mesh.
+
+    Parameters
+    ----------
+    mesh : PanelMesh
+    plate : AssembledPlate
+        Assembled on `mesh`.
+    frequency_limit : float
+        All modes below this frequency [Hz] are kept: 1.3 to 1.5 times the highest frequency of
+        the analysis.
+    residual_tolerance : float, optional
+        Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 x 4
+        elements brings about 20; 1 keeps none.
+
+    Returns
+    -------
+    PanelBasis
+
+    Raises
+    ------
+    ValueError
+        If `frequency_limit` is not positive, has no mode below it or more than the mesh can
+        carry, or `residual_tolerance` is negative.
+    RuntimeError
+        If the modes found are not as many as Sylvester's count.
+    """
+    frequency, modes = normal_modes(plate, frequency_limit)
+    residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
+    vectors = _normalise(plate, np.hstack([modes, residuals]))
+    points = list(mesh.point_vertices.values())
+    at_vertices = plate.at_vertices @ vectors
+    return PanelBasis(
+        natural_frequency=np.concatenate([frequency, residual_frequency]),
+        modal_mass=np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
+        is_residual=np.arange(vectors.shape[1]) >= len(frequency),
+        shape_at_points=at_vertices[points],
+        patch_overlap=np.array(
+            [vectors.T @ (overlap @ vectors) for overlap in plate.patch_overlap.values()]
+        ).reshape(-1, vectors.shape[1], vectors.shape[1]),
+        quadrature_position=plate.quadrature_position,
+        quadrature_weight=plate.quadrature_weight,
+        shape_at_quadrature=plate.at_quadrature @ vectors,
+        vertex_position=mesh.vertices,
+        cells=mesh.cells,
+        shape_at_vertices=at_vertices,
+        point_names=tuple(mesh.point_vertices),
+        patch_names=tuple(plate.patch_overlap),
+    )
+
+
+def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
+    """Count the modes below a frequency without computing them.
+
+    By Sylvester's law of inertia, the eigenvalues of (K, M) below (2 pi f)^2 are as many as the
+    negative pivots of K - (2 pi f)^2 M, if rows and columns are permuted alike.
+
+    Parameters
+    ----------
+    plate : AssembledPlate
+    frequency : float
+        Frequency [Hz]; not itself an eigenfrequency.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    RuntimeError
+        If the factorisation had to permute rows and columns differently, which happens only
+        where a pivot vanishes: `frequency` hits an eigenfrequency, so move it a little.
+    """
+    shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
+    # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
+    scale = sp.diags_array(1 / np.sqrt(plate.stiffness.diagonal()))
+    factors = spla.splu(
+        sp.csc_matrix(scale @ shifted @ scale),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    if not np.array_equal(factors.perm_r, factors.perm_c):
+        raise RuntimeError(
+            f"modes below {frequency:g} Hz cannot be counted: the factors are not symmetric."
+            " The frequency is too near to an eigenfrequency; change it by a little"
+        )
+    return int(np.sum(factors.U.diagonal() < 0))
+
+
+def normal_modes(
+    plate: AssembledPlate, frequency_limit: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """All modes below a frequency, (K - (2 pi f_i)^2 M) phi_i = 0.
+
+    Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
+    modes, also where two frequencies coincide; none is missed, by Sylvester's count.
+
+    Parameters
+    ----------
+    plate : AssembledPlate
+    frequency_limit : float
+        [Hz].
+
+    Returns
+    -------
+    frequency : ndarray, shape (n,)
+        [Hz], ascending.
+    modes : ndarray, shape (n_free, n)
+        Normalised to max |w| = 1 over the vertices.
+
+    Raises
+    ------
+    ValueError
+        If `frequency_limit` is not positive, has no mode below it, or has more than the mesh
+        can carry.
+    RuntimeError
+        If the modes found are not as many as Sylvester's count.
+    """
+    if not frequency_limit > 0:
+        raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; it must be positive")
+    count = count_modes_below(plate, frequency_limit)
+    n_free = plate.stiffness.shape[0]
+    if count == 0:
+        raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; the first mode lies above")
+    # a twentieth of the coordinates: beyond, the frequencies of any element are far off
+    if count + SPARE_MODES > n_free / 20:
+        raise ValueError(
+            f"frequency_limit is {frequency_limit:g} Hz, with {count} modes below; the mesh has"
+            f" {n_free} coordinates and carries no more than {n_free // 20 - SPARE_MODES}:"
+            " refine it, or lower the limit"
+        )
+    eigenvalue, modes = spla.eigsh(
+        plate.stiffness,
+        k=count + SPARE_MODES,
+        M=plate.mass,
+        sigma=0.0,
+        v0=np.random.default_rng(0).standard_normal(n_free),
+        # a Krylov space this wide finds both modes of a pair before it stops
+        ncv=min(n_free, 3 * (count + SPARE_MODES)),
+    )
+    order = np.argsort(eigenvalue)
+    frequency = np.sqrt(eigenvalue[order]) / (2 * np.pi)
+    below = frequency < frequency_limit
+    if np.sum(below) != count:
+        raise RuntimeError(
+            f"{np.sum(below)} modes were found below {frequency_limit:g} Hz, where"
+            f" {count} exist by Sylvester's count"
+        )
+    return frequency[below], _normalise(plate, modes[:, order[below]])
+
+
+def residual_vectors(
+    plate: AssembledPlate, modes: NDArray[np.float64], tolerance: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Static answer of the panel to the forces of its patches, beyond the modes.
+
+    X = K^-1 [D_1 Phi, D_2 Phi, ...], made M-orthogonal to the modes (and with that
+    K-orthogonal), reduced to its strongest directions in elastic energy and diagonalised in M
+    and K.
+
+    Parameters
+    ----------
+    plate : AssembledPlate
+    modes : ndarray, shape (n_free, n_modes)
+        Normal modes Phi, M-orthogonal.
+    tolerance : float
+        A direction is dropped if its singular value, in the norm of elastic energy, is not
+        above this fraction of the largest. 0 drops only what rounding made; 1 drops all.
+
+    Returns
+    -------
+    frequency : ndarray, shape (n_residual,)
+        [Hz], ascending.
+    residuals : ndarray, shape (n_free, n_residual)
+        Normalised to max |w| = 1 over the vertices. Empty if the panel has no patches.
+
+    Raises
+    ------
+    ValueError
+        If `tolerance` is negative.
+    """
+    if tolerance < 0:
+        raise ValueError(f"residual tolerance is {tolerance:g}; it must not be negative")
+    n_free = plate.stiffness.shape[0]
+    if not plate.patch_overlap:
+        return np.zeros(0), np.zeros((n_free, 0))
+    forces = np.hstack([overlap @ modes for overlap in plate.patch_overlap.values()])
+    static = spla.splu(sp.csc_matrix(plate.stiffness)).solve(forces)
+
+    modal_mass = np.einsum("ki,ki->i", modes, plate.mass @ modes)
+    # twice: one pass of Gram-Schmidt leaves cancellation errors where X is nearly all modes
+    for _ in range(2):
+        static -= modes @ ((modes.T @ (plate.mass @ static)) / modal_mass[:, None])
+
+    # X = Q diag(s) V^T in the energy norm, from the Gram matrix X^T K X = V diag(s^2) V^T
+    energy, V = la.eigh(static.T @ (plate.stiffness @ static))
+    # Rounding of the Gram matrix leaves about 1e-16 of the largest s^2 in every other.
+    kept = energy > max(tolerance**2, 1e-13) * energy[-1]
+    Q = static @ (V[:, kept] / np.sqrt(energy[kept]))
+
+    eigenvalue, rotation = la.eigh(Q.T @ (plate.stiffness @ Q), Q.T @ (plate.mass @ Q))
+    return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
+
+
+def _normalise(plate: AssembledPlate, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Scale each column to max |w| = 1 over the vertices, w > 0 there.
+
+    A symmetric shape has several vertices with the same |w|; the first of them, to within
+    rounding, carries the sign.
+    """
+    at_vertices = plate.at_vertices @ vectors
+    size = np.abs(at_vertices)
+    peak = size.max(axis=0)
+    first = np.argmax(size > (1 - 1e-6) * peak, axis=0)
+    sign = np.sign(at_vertices[first, np.arange(vectors.shape[1])])
+    return vectors * (sign / peak)

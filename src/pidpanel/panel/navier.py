@@ -1,0 +1,173 @@
+"""Closed forms of Navier for the simply supported rectangle, and mode orders by comparison.
+
+The shapes are products of sines, phi_mn = sin(m pi x / a) sin(n pi y / b), with the wave number
+k^2 = (m pi / a)^2 + (n pi / b)^2.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
+
+from pidpanel.panel.modes import PanelBasis
+
+
+def thin_plate_frequency(
+    m: ArrayLike,
+    n: ArrayLike,
+    size: tuple[float, float],
+    bending_stiffness: float,
+    mass_per_area: float,
+) -> NDArray[np.float64]:
+    """Natural frequency of a thin rectangle, omega^2 = D k^4 / m''.
+
+    Parameters
+    ----------
+    m, n : array_like of int
+        Half waves along x and y, from 1.
+    size : tuple of float
+        Edge lengths (a, b) [m].
+    bending_stiffness : float
+        D [N m].
+    mass_per_area : float
+        m'' [kg/m^2].
+
+    Returns
+    -------
+    ndarray
+        [Hz], in the common shape of `m` and `n`.
+
+    Examples
+    --------
+    The first two rows of Table 1 of the paper:
+
+    >>> thin_plate_frequency([1, 2], [1, 1], (1.5, 1.0), 3273.07, 4.0).round(2)
+    array([ 64.9 , 124.81])
+    """
+    k2 = wave_number_squared(m, n, size)
+    return np.sqrt(bending_stiffness * k2**2 / mass_per_area) / (2 * np.pi)
+
+
+def sandwich_frequency(
+    m: ArrayLike,
+    n: ArrayLike,
+    size: tuple[float, float],
+    bending_stiffness: float,
+    shear_stiffness: float,
+    mass_per_area: float,
+) -> NDArray[np.float64]:
+    """Natural frequency of a sandwich rectangle, omega^2 = D k^4 / (m'' (1 + D k^2 / S)).
+
+    Isotropic core, hard simple support, rotary inertia neglected.
+
+    Parameters
+    ----------
+    m, n : array_like of int
+        Half waves along x and y, from 1.
+    size : tuple of float
+        Edge lengths (a, b) [m].
+    bending_stiffness : float
+        D [N m].
+    shear_stiffness : float
+        S [N/m], transverse, of the core: G d^2 / t_core with d between the mid-planes of the
+        faces.
+    mass_per_area : float
+        m'' [kg/m^2].
+
+    Returns
+    -------
+    ndarray
+        [Hz], in the common shape of `m` and `n`.
+
+    Examples
+    --------
+    An almost rigid core leaves the thin plate:
+
+    >>> sandwich_frequency(1, 1, (1.5, 1.0), 3273.07, 1e12, 4.0).round(2)
+    np.float64(64.9)
+    """
+    D, S = bending_stiffness, shear_stiffness
+    k2 = wave_number_squared(m, n, size)
+    return np.sqrt(D * k2**2 / (mass_per_area * (1 + D * k2 / S))) / (2 * np.pi)
+
+
+def wave_number_squared(
+    m: ArrayLike, n: ArrayLike, size: tuple[float, float]
+) -> NDArray[np.float64]:
+    """k^2 = (m pi / a)^2 + (n pi / b)^2 [1/m^2]; arguments as in `thin_plate_frequency`."""
+    return (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
+
+
+def sine_shapes(
+    m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Shapes sin(m pi x / a) sin(n pi y / b) at positions.
+
+    Parameters
+    ----------
+    m, n : array_like of int, shape (n_shapes,)
+        Half waves along x and y.
+    size : tuple of float
+        Edge lengths (a, b) [m].
+    position : ndarray, shape (n_positions, 2)
+        [m].
+
+    Returns
+    -------
+    ndarray, shape (n_positions, n_shapes)
+        [-].
+    """
+    x, y = position[:, :1], position[:, 1:]
+    return np.sin(np.asarray(m) * np.pi * x / size[0]) * np.sin(np.asarray(n) * np.pi * y / size[1])
+
+
+def mode_orders(
+    basis: PanelBasis, size: tuple[float, float], pair_tolerance: float = 2e-3
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Give each computed mode of a rectangle the order (m, n) of its sine.
+
+    Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, come out as any
+    basis of their common subspace. So modes whose frequencies (nearly) coincide are compared as
+    subspaces: they get the sines that lie most in their span, and among themselves each the
+    one that it resembles most.
+
+    Parameters
+    ----------
+    basis : PanelBasis
+        Its residual vectors are left out.
+    size : tuple of float
+        Edge lengths (a, b) [m] of the panel, one corner at the origin.
+    pair_tolerance : float, optional
+        Relative difference of frequencies up to which neighbours are one subspace.
+
+    Returns
+    -------
+    orders : ndarray of int, shape (n_modes, 2)
+        (m, n) of each mode.
+    share : ndarray, shape (n_modes,)
+        Share of the sine that lies in the subspace, int-squared; 1 for a perfect match. A low
+        share says that the panel is no simply supported rectangle of this size.
+    """
+    modes = ~basis.is_residual
+    frequency = basis.natural_frequency[modes]
+    root_weight = np.sqrt(basis.quadrature_weight)[:, None]
+    shapes = root_weight * basis.shape_at_quadrature[:, modes]
+
+    # Of (m, n), all (m' <= m, n' <= n) lie below: the i-th mode has m n <= i.
+    n_modes = len(frequency)
+    m, n = np.array([(m, n) for m in range(1, n_modes + 1) for n in range(1, n_modes // m + 1)]).T
+    sines = root_weight * sine_shapes(m, n, size, basis.quadrature_position)
+    sines /= np.linalg.norm(sines, axis=0)
+
+    orders = np.zeros((n_modes, 2), dtype=np.int64)
+    share = np.zeros(n_modes)
+    gaps = np.flatnonzero(np.diff(frequency) > pair_tolerance * frequency[1:]) + 1
+    for members in np.split(np.arange(n_modes), gaps):
+        subspace, _ = np.linalg.qr(shapes[:, members])
+        in_subspace = np.sum((subspace.T @ sines) ** 2, axis=0)
+        chosen = np.sort(np.argsort(in_subspace)[-len(members) :])
+        alike = (shapes[:, members].T @ sines[:, chosen]) ** 2
+        alike /= np.sum(shapes[:, members] ** 2, axis=0)[:, None]
+        member, sine = linear_sum_assignment(alike, maximize=True)
+        orders[members[member]] = np.column_stack([m, n])[chosen[sine]]
+        share[members[member]] = in_subspace[chosen[sine]]
+    return orders, share
