@@ -292,8 +292,8 @@ def plane_wave_modal_force(
     return force[:, :, None] * force[:, None, :].conj()
 
 
-def uncorrelated_modal_force(element_area: ArrayLike, shape_at_element: ArrayLike) -> Floats:
-    """Return G of pressures lumped on elements and independent of one another (the paper's).
+def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Floats:
+    """Return G of pressures lumped on elements or nodes, independent of one another (the paper's).
 
     G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in the place of Eq. 22. It does not
     depend on frequency but **on the mesh**: each halving of the element edge takes 6.02 dB away,
@@ -303,24 +303,56 @@ def uncorrelated_modal_force(element_area: ArrayLike, shape_at_element: ArrayLik
 
     Parameters
     ----------
-    element_area
-        (ne,) A_e [m²].
-    shape_at_element
-        (ne, n) shapes at the middle of the elements [1].
+    area
+        (ne,) A_e [m²] of the elements, or the shares of the nodes (`lumped_area`).
+    shape
+        (ne, n) shapes at the middle of the elements, or at the nodes [1].
 
     Returns
     -------
     (n, n) G [m⁴].
+
+    Raises
+    ------
+    FieldError
+        Where the arrays do not agree.
     """
-    area = np.asarray(element_area, dtype=np.float64)
-    shape = np.asarray(shape_at_element, dtype=np.float64)
+    area = np.asarray(area, dtype=np.float64)
+    shape = np.asarray(shape, dtype=np.float64)
     if area.ndim != 1 or shape.ndim != 2 or shape.shape[0] != area.size:
         raise FieldError(
-            f"element_area has shape {area.shape} and shape_at_element {shape.shape}: "
-            "(ne,) and (ne, n) are needed"
+            f"area has shape {area.shape} and shape {shape.shape}: (ne,) and (ne, n) are needed"
         )
     force = area[:, None] * shape
     return force.T @ force
+
+
+def lumped_area(vertex_position: ArrayLike, cells: NDArray[np.int64]) -> Floats:
+    """Return the area that belongs to each vertex: each cell shared equally by its corners.
+
+    Parameters
+    ----------
+    vertex_position
+        (n_vertices, 2) [m].
+    cells
+        (n_cells, 3) or (n_cells, 4) vertex numbers, in order round each cell.
+
+    Returns
+    -------
+    (n_vertices,) [m²]; the sum is the area of the panel.
+
+    Examples
+    --------
+    >>> lumped_area([[0, 0], [2, 0], [2, 1], [0, 1]], np.array([[0, 1, 2, 3]])).tolist()
+    [0.5, 0.5, 0.5, 0.5]
+    """
+    position = np.asarray(vertex_position, dtype=np.float64)
+    x, y = position[cells].transpose(2, 0, 1)
+    cell_area = np.abs(np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)) / 2
+    corners = cells.shape[1]
+    area = np.zeros(position.shape[0])
+    np.add.at(area, cells, (cell_area / corners)[:, None])
+    return area
 
 
 def radiation_efficiency(
@@ -407,7 +439,7 @@ def _chebyshev_nodes(k_max: float, count: int) -> Floats:
 
 
 def _even_interpolation(k: Floats, k_max: float, count: int) -> Floats:
-    """Return the matrix (k.size, count) from values at the nodes to values at k, for even functions.
+    """Return the matrix (k.size, count) from node values to values at k, for even functions.
 
     With t = 2(k/k_max)² − 1 the nodes are Chebyshev's of the first kind in t, whose barycentric
     weights are (−1)^j sin((2j + 1)π/(2·count)) (Berrut and Trefethen 2004, Eq. 5.3).

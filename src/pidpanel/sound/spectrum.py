@@ -29,7 +29,7 @@ PRESSURE_FACTOR: dict[PressureReference, float] = {"surface": 1.0, "room": 2.0, 
 
 
 class SpectrumError(ValueError):
-    """A spectrum that cannot be used; the message names the place, the value and what is allowed."""
+    """A spectrum that cannot be used; the message names place, value and what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class BandSpectrum:
 
     @property
     def edge_frequency(self) -> Floats:
-        """(n_bands + 1,) exact band edges 10^((N ± b/2)/10) [Hz], b = 1 for thirds, 3 for octaves."""
+        """(n_bands + 1,) exact edges 10^((N ± b/2)/10) [Hz], b = 1 for thirds, 3 for octaves."""
         half_width = BAND_WIDTH[self.kind] / 2
         steps = np.append(self.band_number, self.band_number[-1] + BAND_WIDTH[self.kind])
         return 10.0 ** ((steps - half_width) / 10)

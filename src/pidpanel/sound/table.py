@@ -25,7 +25,7 @@ LEVEL_RANGE = (0.0, 200.0)
 """Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a slip of the pen."""
 
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
-"""How a comment line `# band: …` may state the kind; what it states must be what the centres say."""
+"""How a comment line `# band: …` may state the kind, which must be what the centres say."""
 
 
 def read_spl_table(path: str | Path) -> BandSpectrum:

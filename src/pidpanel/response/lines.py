@@ -1,0 +1,103 @@
+"""Frequency lines that resolve resonances, and rms values from PSDs on them."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+class GridError(ValueError):
+    """A range or spacing of frequency lines that makes no grid."""
+
+
+def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Floats:
+    """Return √∫ S df along the first axis, by the trapezoidal rule.
+
+    On a grid even in log f the rule converges exponentially in the lines per half-power bandwidth
+    (a resonance is a Lorentzian), see `frequency_grid`.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising [Hz].
+    psd
+        (nf, …) one-sided [unit²/Hz].
+
+    Returns
+    -------
+    (…) [unit].
+
+    Examples
+    --------
+    >>> float(root_mean_square([10.0, 30.0, 110.0], [4.0, 4.0, 4.0]))
+    20.0
+    """
+    mean_square: Floats = np.trapezoid(
+        np.asarray(psd, dtype=np.float64), np.asarray(frequency, dtype=np.float64), axis=0
+    )
+    return np.sqrt(mean_square)
+
+
+def frequency_grid(
+    lowest: float,
+    highest: float,
+    damping_ratio: float,
+    natural_frequency: ArrayLike = (),
+    jumps: ArrayLike = (),
+    lines_per_bandwidth: float = 8.0,
+) -> Floats:
+    """Return frequency lines that resolve every resonance with at least the given damping ratio.
+
+    Lines are even in log f, `lines_per_bandwidth` to the half-power bandwidth 2ζf, everywhere and
+    not only round the natural frequencies of the bare panel: a patch with mass moves resonances
+    to where no list of bare frequencies would look. Natural frequencies are added so that the
+    bare peaks stand at their height, and each jump of the input (a band edge) as a pair of
+    neighbouring lines, one on each side, so that the trapezoidal rule integrates steps exactly.
+
+    The trapezoidal rule on a Lorentzian with b lines per bandwidth misses its area by about
+    2 exp(−πb): 1e-5 for b = 4. The added lines break the evenness and cost 0.1 %; with b = 8 the
+    rms is within 0.05 %.
+
+    Parameters
+    ----------
+    lowest, highest
+        Ends of the range [Hz], both included.
+    damping_ratio
+        Smallest ζ of any resonance [1].
+    natural_frequency
+        Frequencies to include [Hz]; those outside the range are dropped.
+    jumps
+        Frequencies [Hz] where the input jumps; those not inside the range are dropped.
+    lines_per_bandwidth
+        Lines per half-power bandwidth.
+
+    Returns
+    -------
+    (nf,) rising [Hz].
+
+    Raises
+    ------
+    GridError
+        Where the range is empty, or a value is not positive.
+
+    Examples
+    --------
+    >>> grid = frequency_grid(20.0, 2000.0, 0.01)
+    >>> grid.size, grid[0].item(), grid[-1].item()
+    (1844, 20.0, 2000.0)
+    """
+    if not (np.isfinite(highest) and 0 < lowest < highest):
+        raise GridError(f"lowest = {lowest!r} Hz, highest = {highest!r} Hz: 0 < lowest < highest")
+    for name, value in (
+        ("damping_ratio", damping_ratio),
+        ("lines_per_bandwidth", lines_per_bandwidth),
+    ):
+        if not (np.isfinite(value) and value > 0):
+            raise GridError(f"{name} = {value!r} must be finite and positive")
+    step = 2 * damping_ratio / lines_per_bandwidth
+    even = np.geomspace(lowest, highest, int(np.ceil(np.log(highest / lowest) / step)) + 1)
+    inside = np.asarray(jumps, dtype=np.float64)
+    inside = inside[(inside > lowest) & (inside < highest)]
+    peaks = np.asarray(natural_frequency, dtype=np.float64)
+    peaks = peaks[(peaks > lowest) & (peaks < highest)]
+    return np.unique(np.concatenate([even, peaks, inside, np.nextafter(inside, 0.0)]))
