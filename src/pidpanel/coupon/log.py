@@ -1,0 +1,157 @@
+"""What LIGGGHTS wrote, as text: cycle rows, log, dump; and the failures by name.
+
+Nothing is accepted silently. LIGGGHTS exits 0 after a SIGTERM and after too few insertions,
+writes a footer that claims all steps, and leaves cut rows behind a SIGKILL, so a run counts
+only when the marks, the rows and the atom counts agree.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class SolverFailure(RuntimeError):
+    """A LIGGGHTS run that does not count; the class says why, the text where."""
+
+
+class SolverMissing(SolverFailure):
+    """LIGGGHTS is not installed, or is another version."""
+
+
+class RunStopped(SolverFailure):
+    """The process ended, or was ended, before its last step."""
+
+
+class LogTruncated(SolverFailure):
+    """Rows, columns or marks are missing, doubled or cut."""
+
+
+class NotFinite(SolverFailure):
+    """A number in the output is NaN, infinite or unreadable."""
+
+
+class ParticlesLost(SolverFailure):
+    """Spheres left the cells or were never there."""
+
+
+class UnderFilled(SolverFailure):
+    """The poured bed does not reach the lid, so the fill fraction has no meaning."""
+
+
+class NotSteady(SolverFailure):
+    """The transient did not end within max_cycles."""
+
+
+CYCLE_COLUMNS = ("step", "p_sin", "p_cos", "p_mean", "kinetic_energy", "rotational_energy", "height")
+"""Columns of the cycle file that the shake deck writes."""
+
+def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) -> Array:
+    """Rows of the cycle file, (cycles, 7), columns `CYCLE_COLUMNS`.
+
+    Parameters
+    ----------
+    text, source
+        Content of the file written by ``fix ave/time``, and its name for messages.
+    steps_per_cycle, cycles
+        What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
+
+    Raises
+    ------
+    LogTruncated, NotFinite
+        With the file, the line and the offending text.
+    """
+    rows: list[list[float]] = []
+    if text and not text.endswith("\n"):
+        raise LogTruncated(f"{source}: cut in its last line, {text.rsplit(chr(10), 1)[-1]!r}")
+    header = ["# Time-averaged data for fix cycle", "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc"]
+    lines = text.splitlines()
+    if lines[:2] != header:
+        raise LogTruncated(f"{source}:1: header {lines[:2]!r} instead of {header!r}")
+    for number, line in enumerate(lines[2:], 3):
+        where = f"{source}:{number}"
+        fields = line.split(" ")
+        while fields and fields[-1] == "":
+            fields.pop()
+        if len(fields) != len(CYCLE_COLUMNS):
+            raise LogTruncated(f"{where}: {len(fields)} of {len(CYCLE_COLUMNS)} columns, {line!r}")
+        try:
+            row = [float(field) for field in fields]
+        except ValueError:
+            raise NotFinite(f"{where}: not a number, {line!r}") from None
+        if not all(math.isfinite(value) for value in row):
+            raise NotFinite(f"{where}: not finite, {line!r}")
+        if fields[0] != str(steps_per_cycle * (len(rows) + 1)):
+            raise LogTruncated(
+                f"{where}: step {fields[0]} where {steps_per_cycle * (len(rows) + 1)} should stand"
+            )
+        rows.append(row)
+    if len(rows) != cycles:
+        raise LogTruncated(f"{source}: {len(rows)} of {cycles} cycles")
+    return np.array(rows).reshape(-1, len(CYCLE_COLUMNS))
+
+
+MARK = re.compile(r"^MARK step (\d+) atoms (\d+) value (\S+)$")
+"""The line that `solver.Liggghts.execute` makes LIGGGHTS print when a command is done."""
+
+_TROUBLE = re.compile(r"^(ERROR\b.*|.*Forced restart written.*|.*[Ll]ost atoms.*|.*Less insertions.*)$")
+
+
+def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
+    """Accept a log only if its last mark is at ``last_step`` with all ``atoms``.
+
+    Raises
+    ------
+    ParticlesLost, RunStopped, LogTruncated
+    """
+    marks = []
+    for number, line in enumerate(text.splitlines(), 1):
+        trouble = _TROUBLE.match(line)
+        if trouble:
+            lost = "tom" in line and "ost" in line or "insertions" in line
+            raise (ParticlesLost if lost else RunStopped)(f"{source}:{number}: {line}")
+        mark = MARK.match(line)
+        if mark:
+            marks.append((int(mark[1]), int(mark[2]), number))
+    if not marks:
+        raise LogTruncated(f"{source}: no mark; the deck was not run to any end")
+    for _, count, number in marks:
+        if count != atoms:
+            raise ParticlesLost(f"{source}:{number}: {count} spheres of {atoms}")
+    step, _, number = marks[-1]
+    if step != last_step:
+        raise RunStopped(f"{source}:{number}: last mark at step {step}, not {last_step}")
+
+
+def read_dump(text: str, source: str) -> Array:
+    """Last frame of a ``dump custom id x y z``, (atoms, 3) m sorted by id.
+
+    Raises
+    ------
+    LogTruncated, NotFinite
+    """
+    parts = text.split("ITEM: TIMESTEP\n")
+    head, _, body = parts[-1].partition("ITEM: ATOMS id x y z \n")
+    found = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
+    if not body or not found:
+        raise LogTruncated(f"{source}: no complete frame of id, x, y, z")
+    lines = body.splitlines()
+    if len(lines) != int(found[1]) or not text.endswith("\n"):
+        raise LogTruncated(f"{source}: {len(lines)} of {found[1]} spheres")
+    try:
+        table = np.array([[float(v) for v in line.split()] for line in lines])
+    except ValueError as error:
+        raise NotFinite(f"{source}: {error}") from None
+    if table.ndim != 2 or table.shape[1] != 4:
+        raise LogTruncated(f"{source}: not four columns in every line")
+    if not np.isfinite(table).all():
+        raise NotFinite(f"{source}: a position is not finite")
+    table = table[np.argsort(table[:, 0])]
+    if (table[:, 0] != np.arange(1, len(table) + 1)).any():
+        raise ParticlesLost(f"{source}: the ids are not 1 to {len(table)}")
+    return table[:, 1:]

@@ -1,0 +1,97 @@
+"""The paper's damping law, as printed and corrected.
+
+C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω)                                              (Eq. 5)
+a₁ = r (−20 + 36.09 r − 25.2 r²) 10⁻⁴,  a₂ = 4.10 − 0.6 r,  a₃ = r (8.8 − 12.5 r) 10⁻⁴   (Eq. 6)
+
+*As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative: the panel would be fed.
+*Corrected* means two changes, the only reading that gives physical damping: |a₁|, and the
+frequency in Hz in place of ω (in rad/s the modal damping comes out far beyond critical).
+Both laws know neither amplitude nor apparent mass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pidpanel.damping.surface import DampingError, DampingValues
+
+Array = NDArray[np.float64]
+
+FREQUENCY_RANGE = (5.0, 2000.0)
+"""Hz; the range in which the paper shook its coupon."""
+
+
+def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
+    """a₁, a₂, a₃ of Eq. 6 as printed."""
+    r = fill_fraction
+    a1 = r * (-20 + 36.09 * r - 25.2 * r**2) * 1e-4
+    a2 = 4.10 - 0.6 * r
+    a3 = r * (8.8 - 12.5 * r) * 1e-4
+    return a1, a2, a3
+
+
+def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
+    """C_e of Eq. 5 and 6 to the letter, N s/m³; negative for every fill.
+
+    Parameters
+    ----------
+    frequency
+        (n,) Hz, within `FREQUENCY_RANGE`.
+    fill_fraction
+        0 < r ≤ 1.
+
+    Raises
+    ------
+    DampingError
+        Outside these ranges.
+
+    Examples
+    --------
+    >>> bool(paper_printed(100.0, 0.5) < 0)
+    True
+    """
+    f = _checked(frequency, fill_fraction)
+    a1, a2, a3 = paper_constants(fill_fraction)
+    omega = 2 * np.pi * f
+    return a1 / (2 * np.pi) * omega ** (a2 - 1) * np.exp(-a3 * omega)
+
+
+def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
+    """C_e of Eq. 5 and 6 with \\|a₁\\| and f in Hz for ω, N s/m³.
+
+    Parameters and errors as `paper_printed`.
+
+    Examples
+    --------
+    >>> round(float(paper_corrected(1000.0, 0.5)))
+    14526
+    """
+    f = _checked(frequency, fill_fraction)
+    a1, a2, a3 = paper_constants(fill_fraction)
+    return abs(a1) / (2 * np.pi) * f ** (a2 - 1) * np.exp(-a3 * f)
+
+
+def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
+    f = np.asarray(frequency, float)
+    low, high = FREQUENCY_RANGE
+    if f.size and (f.min() < low or f.max() > high):
+        raise DampingError(
+            f"frequency = {f.min():g} to {f.max():g} Hz: the paper's law holds from {low:g} to {high:g} Hz"
+        )
+    if not 0 < fill_fraction <= 1:
+        raise DampingError(f"fill_fraction = {fill_fraction:g}: above 0, at most 1")
+    return f
+
+
+class PaperLaw:
+    """A law of the paper as an answer to what `response` asks; amplitude plays no part."""
+
+    def __init__(self, printed: bool) -> None:
+        self._law = paper_printed if printed else paper_corrected
+
+    def __call__(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> DampingValues:
+        damping = self._law(frequency, fill_fraction)
+        return DampingValues(
+            damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
+        )

@@ -1,0 +1,625 @@
+"""A study: one YAML file, checked, frozen, and turned to SI here and nowhere else.
+
+Every key carries its unit in its name (``depth_mm``); the property without the suffix
+(``depth``) is the same quantity in SI. Unknown keys are refused with the nearest right one
+named; a mistake is answered by one line with the file, the line, the key, the value and
+what is allowed (`StudyError`).
+"""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+STANDARD_GRAVITY = 9.80665
+"""m/s², exact by definition (3rd CGPM, 1901)."""
+
+
+class StudyError(ValueError):
+    """A mistake in a study file; the text is one line a user can act on."""
+
+
+class Model(BaseModel):
+    """Frozen, and closed against keys it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+Positive = Annotated[float, Field(gt=0)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Fill = Annotated[float, Field(ge=0.02, le=1)]
+
+
+# --------------------------------------------------------------------------- coupon
+
+
+class Cell(Model):
+    """One honeycomb cell, and how many of them a run shakes side by side."""
+
+    shape: Literal["hexagon"] = "hexagon"
+    across_flats_mm: Positive = 6.35
+    depth_mm: Positive = 25.0
+    count: Annotated[int, Field(ge=1, le=200)] = 5
+
+    @property
+    def across_flats(self) -> float:
+        return self.across_flats_mm * 1e-3
+
+    @property
+    def depth(self) -> float:
+        return self.depth_mm * 1e-3
+
+    @property
+    def area(self) -> float:
+        """Cross-section of one hexagonal cell, m²: (√3/2) w² over the flats."""
+        return math.sqrt(3) / 2 * self.across_flats**2
+
+
+class Particles(Model):
+    """The spheres. ``youngs_modulus_mpa`` is the material's own; see `Stiffness`."""
+
+    diameter_mm: Positive = 2.0
+    density_kg_m3: Positive = 1190.0
+    youngs_modulus_mpa: Annotated[float, Field(ge=5, le=1e6)] = 3200.0
+    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.35
+    restitution: Annotated[float, Field(gt=0.05, le=1)] = 0.8
+    friction: Annotated[float, Field(ge=0, le=5)] = 0.3
+
+    @property
+    def diameter(self) -> float:
+        return self.diameter_mm * 1e-3
+
+    @property
+    def density(self) -> float:
+        return self.density_kg_m3
+
+    @property
+    def youngs_modulus(self) -> float:
+        return self.youngs_modulus_mpa * 1e6
+
+    @property
+    def mass(self) -> float:
+        """Mass of one sphere, kg."""
+        return self.density * math.pi / 6 * self.diameter**3
+
+
+class Walls(Model):
+    """Contact of sphere and cell wall; what is left out is as between two spheres."""
+
+    restitution: Annotated[float, Field(gt=0.05, le=1)] | None = None
+    friction: Annotated[float, Field(ge=0, le=5)] | None = None
+
+
+class Stiffness(Model):
+    """Softening of the contacts: the time step grows as the modulus falls.
+
+    The softest of ``choices_mpa`` is taken that keeps a Hertz contact at the drive's own
+    speed shorter than ``contact_time_per_period`` of a period and its overlap below
+    ``overlap_per_radius``; the material's own modulus if none does.
+    """
+
+    choices_mpa: tuple[Annotated[float, Field(ge=5, le=1e6)], ...] = (50.0, 200.0, 800.0)
+    contact_time_per_period: Annotated[float, Field(gt=0, le=0.5)] = 0.02
+    overlap_per_radius: Annotated[float, Field(gt=0, le=0.5)] = 0.10
+
+
+class Range(Model):
+    """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+    start: Positive = Field(alias="from")
+    stop: Positive = Field(alias="to")
+    step: Positive
+
+    @model_validator(mode="after")
+    def _rises(self) -> Range:
+        if self.stop < self.start:
+            raise ValueError("'to' must not be below 'from'")
+        return self
+
+    def values(self) -> tuple[float, ...]:
+        count = int((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
+        return tuple(round(self.start + i * self.step, 9) for i in range(count))
+
+
+class Sweep(Model):
+    """The points at which the coupon is shaken: every combination of the lists."""
+
+    fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
+    frequency_hz: Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
+    acceleration_g: Annotated[
+        tuple[Annotated[float, Field(gt=0, le=2000)], ...], Field(min_length=1)
+    ]
+    diameter_mm: tuple[Positive, ...] = ()
+    max_velocity_m_s: Positive | None = None
+    """Combinations whose velocity amplitude a/ω is above this are left out."""
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        if isinstance(self.frequency_hz, Range):
+            return self.frequency_hz.values()
+        return self.frequency_hz
+
+    @model_validator(mode="after")
+    def _no_case_twice(self) -> Sweep:
+        for key in ("fill_fraction", "frequency_hz", "acceleration_g", "diameter_mm"):
+            values = getattr(self, key)
+            if isinstance(values, Range):
+                continue
+            seen: set[str] = set()
+            for value in values:
+                text = f"{value:.6g}"
+                if text in seen:
+                    raise ValueError(
+                        f"{key} = {value:g} stands twice: two cases would carry one label; "
+                        "each value once"
+                    )
+                seen.add(text)
+        return self
+
+
+class Accuracy(Model):
+    """How long a case runs: to its error target or ``max_cycles``, whichever is first."""
+
+    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    seeds: Annotated[int, Field(ge=1, le=50)] = 2
+    min_cycles: Annotated[int, Field(ge=8)] = 20
+    max_cycles: Annotated[int, Field(ge=8, le=100000)] = 400
+    coverage: Fraction = 1.0
+    """Share of the cases that must stand before anything is built on them."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Accuracy:
+        if self.max_cycles < self.min_cycles:
+            raise ValueError(
+                f"max_cycles = {self.max_cycles}: at least min_cycles = {self.min_cycles}"
+            )
+        return self
+
+
+class Coupon(Model):
+    """The shaken honeycomb coupon."""
+
+    cell: Cell = Cell()
+    particles: Particles = Particles()
+    walls: Walls = Walls()
+    gravity_g: Annotated[float, Field(ge=0, le=10)] = 1.0
+    stiffness: Stiffness = Stiffness()
+    time_step_rayleigh: Annotated[float, Field(gt=0, le=0.3)] = 0.15
+    """Time step over the Rayleigh time of a sphere."""
+    samples_per_cycle: Annotated[int, Field(ge=20, le=2000)] = 100
+    sweep: Sweep
+    accuracy: Accuracy = Accuracy()
+
+    @model_validator(mode="after")
+    def _spheres_fit(self) -> Coupon:
+        for diameter in self.sweep.diameter_mm or (self.particles.diameter_mm,):
+            if diameter > 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm):
+                raise ValueError(
+                    f"particles.diameter_mm = {diameter:g}: at most 0.9 of the cell's "
+                    f"across_flats_mm and depth_mm ({self.cell.across_flats_mm:g}, "
+                    f"{self.cell.depth_mm:g})"
+                )
+        return self
+
+
+# --------------------------------------------------------------------------- damping
+
+Reading = Literal["dem", "paper_corrected", "paper_printed", "table"]
+
+
+class Level(Model):
+    """The motion at which C_e(r, f, Γ) is read: a stated Γ, or the patch's own."""
+
+    kind: Literal["patch", "stated"] = "patch"
+    acceleration_g: Positive | None = None
+    outside: Literal["mark", "refuse"] = "mark"
+
+    @model_validator(mode="after")
+    def _stated(self) -> Level:
+        if (self.kind == "stated") != (self.acceleration_g is not None):
+            raise ValueError("acceleration_g goes with kind: stated, and only with it")
+        return self
+
+
+class Damping(Model):
+    """Where C_e and m_a come from. Each reading is carried through to the PSDs."""
+
+    readings: Annotated[tuple[Reading, ...], Field(min_length=1)] = ("dem",)
+    level: Level = Level()
+    table: Path | None = None
+
+    @model_validator(mode="after")
+    def _table(self) -> Damping:
+        if len(set(self.readings)) != len(self.readings):
+            raise ValueError(f"readings = {list(self.readings)}: each one once")
+        if ("table" in self.readings) != (self.table is not None):
+            raise ValueError("table: a CSV file, given together with the reading 'table'")
+        return self
+
+
+# --------------------------------------------------------------------------- panel
+
+Position = tuple[float, float]
+
+
+class Section(Model):
+    """A thin (Kirchhoff) plate by its areal mass and bending stiffness."""
+
+    kind: Literal["thin"] = "thin"
+    mass_per_area_kg_m2: Positive
+    bending_stiffness_n_m: Positive
+    thickness_mm: Positive = 25.0
+    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.3
+
+    @property
+    def thickness(self) -> float:
+        return self.thickness_mm * 1e-3
+
+
+class Mesh(Model):
+    """Structured quadrilaterals (Bogner–Fox–Schmit) or triangles (Argyris)."""
+
+    kind: Literal["quadrilaterals", "triangles"] = "quadrilaterals"
+    elements: tuple[Annotated[int, Field(ge=2)], Annotated[int, Field(ge=2)]] = (30, 20)
+    size_m: Positive | None = None
+
+    @model_validator(mode="after")
+    def _size(self) -> Mesh:
+        if (self.kind == "triangles") != (self.size_m is not None):
+            raise ValueError("size_m goes with kind: triangles, and only with it")
+        return self
+
+
+class Patch(Model):
+    """A rectangle of cells that may be filled with particles."""
+
+    centre_m: Position
+    size_m: tuple[Positive, Positive]
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, x_max, y_min, y_max) in m."""
+        (x, y), (a, b) = self.centre_m, self.size_m
+        return tuple(round(v, 12) for v in (x - a / 2, x + a / 2, y - b / 2, y + b / 2))  # type: ignore[return-value]
+
+
+class Panel(Model):
+    """The panel, its patches and the points at which it is listened to."""
+
+    outline_m: tuple[Positive, Positive]
+    section: Section
+    supports: Literal["simply_supported"] = "simply_supported"
+    damping_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
+    mesh: Mesh = Mesh()
+    patches: Mapping[str, Patch]
+    points: Annotated[Mapping[str, Position], Field(min_length=1)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_are_text(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            data = dict(data)
+            for key in ("patches", "points"):
+                if isinstance(data.get(key), dict):
+                    data[key] = {str(name): value for name, value in data[key].items()}
+        return data
+
+    @model_validator(mode="after")
+    def _on_the_panel(self) -> Panel:
+        length, width = self.outline_m
+        for name, patch in self.patches.items():
+            x0, x1, y0, y1 = patch.bounds
+            if x0 < 0 or y0 < 0 or x1 > length or y1 > width:
+                raise ValueError(
+                    f"patches.{name} covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m: "
+                    f"it must lie on the panel, x 0…{length:g} m, y 0…{width:g} m"
+                )
+        for name, (x, y) in self.points.items():
+            if not (0 <= x <= length and 0 <= y <= width):
+                raise ValueError(
+                    f"points.{name} = ({x:g}, {y:g}) m: it must lie on the panel, "
+                    f"x 0…{length:g} m, y 0…{width:g} m"
+                )
+        return self
+
+
+# --------------------------------------------------------------------------- sound, response
+
+
+class Sound(Model):
+    """The acoustic field: a band spectrum, its level, its coherence, where it was measured."""
+
+    spectrum: Path
+    oaspl_db: Annotated[float, Field(ge=60, le=200)] | None = None
+    """Overall level the spectrum is shifted to; left out, the table's own."""
+    field: Literal["diffuse", "uncorrelated"] = "diffuse"
+    pressure_reference: Literal["surface", "room", "incident"] = "surface"
+    speed_m_s: Positive = 343.0
+
+
+class Response(Model):
+    """The frequencies looked at, and what the patches do besides damping."""
+
+    frequency_hz: tuple[Positive, Positive] = (20.0, 2000.0)
+    damper_mass: bool = True
+    modal_damping: Literal["full", "diagonal"] = "full"
+    """full: the whole modal damping matrix; diagonal: the paper's Eq. 9–12."""
+
+    @model_validator(mode="after")
+    def _rises(self) -> Response:
+        if self.frequency_hz[1] <= self.frequency_hz[0]:
+            raise ValueError(
+                f"frequency_hz = {list(self.frequency_hz)}: two values, the second above the first"
+            )
+        return self
+
+
+class Family(Model):
+    """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
+
+    patch: str | tuple[str, ...]
+    fill_fraction: Fill | tuple[Fill, ...]
+    oaspl_db: float | tuple[float, ...] | None = None
+    title: str = ""
+
+    @model_validator(mode="after")
+    def _one_list(self) -> Family:
+        lists = [key for key in ("patch", "fill_fraction", "oaspl_db") if isinstance(getattr(self, key), tuple)]
+        if len(lists) != 1:
+            raise ValueError(
+                f"{len(lists)} of patch, fill_fraction and oaspl_db are lists: exactly one may be"
+            )
+        return self
+
+    @property
+    def varied(self) -> str:
+        for key in ("patch", "fill_fraction", "oaspl_db"):
+            if isinstance(getattr(self, key), tuple):
+                return key
+        raise StudyError("a family without a list")  # held off by the validator
+
+
+class Scenario(Model):
+    """One response: a patch with its fill (or none, the bare panel) at one level."""
+
+    patch: str | None
+    fill_fraction: float
+    oaspl_db: float | None
+
+    @property
+    def label(self) -> str:
+        level = "" if self.oaspl_db is None else f"_{self.oaspl_db:g}dB"
+        if self.patch is None:
+            return f"bare{level}"
+        return f"{self.patch}_r{self.fill_fraction:g}{level}"
+
+    @property
+    def bare(self) -> Scenario:
+        return Scenario(patch=None, fill_fraction=0.0, oaspl_db=self.oaspl_db)
+
+
+# --------------------------------------------------------------------------- study
+
+
+class Study(Model):
+    """All that a run of the workflow depends on."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
+    title: str = ""
+    assumptions: tuple[str, ...] = ()
+    """What the source leaves out and this study assumes; printed in the report."""
+    coupon: Coupon | None = None
+    damping: Damping = Damping()
+    panel: Panel
+    sound: Sound
+    response: Response = Response()
+    scenarios: Annotated[Mapping[str, Family], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Study:
+        if "dem" in self.damping.readings and self.coupon is None:
+            raise ValueError("damping.readings names 'dem': the section 'coupon' must be there")
+        for name, family in self.scenarios.items():
+            patches = (family.patch,) if isinstance(family.patch, str) else family.patch
+            for patch in patches:
+                if patch not in self.panel.patches:
+                    raise ValueError(
+                        f"scenarios.{name}.patch = {patch}: one of panel.patches, "
+                        f"{', '.join(self.panel.patches) or 'of which there are none'}"
+                    )
+            fills = _as_tuple(family.fill_fraction)
+            if "dem" in self.damping.readings and self.coupon is not None:
+                run = self.coupon.sweep.fill_fraction
+                for fill in fills:
+                    if not min(run) <= fill <= max(run):
+                        raise ValueError(
+                            f"scenarios.{name}.fill_fraction = {fill:g}: within the fills of "
+                            f"coupon.sweep, {min(run):g} to {max(run):g}"
+                        )
+        return self
+
+    def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
+        """The scenarios of one family, in the order of its list."""
+        family = self.scenarios[name]
+        levels = _as_tuple(family.oaspl_db if family.oaspl_db is not None else self.sound.oaspl_db)
+        return tuple(
+            Scenario(patch=patch, fill_fraction=fill, oaspl_db=level)
+            for patch, fill, level in itertools.product(
+                _as_tuple(family.patch), _as_tuple(family.fill_fraction), levels
+            )
+        )
+
+    def all_scenarios(self) -> tuple[Scenario, ...]:
+        """Every scenario once, each level's bare panel first."""
+        families = [s for name in self.scenarios for s in self.family_scenarios(name)]
+        ordered = dict.fromkeys([s.bare for s in families] + families)
+        return tuple(ordered)
+
+
+def _as_tuple(value: Any) -> tuple[Any, ...]:
+    return tuple(value) if isinstance(value, tuple | list) else (value,)
+
+
+# --------------------------------------------------------------------------- reading
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe YAML that refuses a key that stands twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if key in seen:
+                raise StudyError(
+                    f"{self.name}:{key_node.start_mark.line + 1}: {key}: stands twice; each key once"
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def load_study(path: str | Path) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path
+        YAML file. Paths in it are taken from the file's own folder, then from
+        ``workflow/data`` of the project.
+
+    Raises
+    ------
+    StudyError
+        One line: file, line, key, value, what is allowed.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror}); a YAML file") from None
+    try:
+        loader = _Loader(text)
+        loader.name = str(path)
+        data = loader.get_single_data()
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 0
+        raise StudyError(f"{path}:{line}: not YAML: {error.problem}") from None
+    if not isinstance(data, dict):
+        raise StudyError(f"{path}: empty; a mapping with the keys {', '.join(Study.model_fields)}")
+    data.setdefault("name", path.stem)
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        raise StudyError("\n".join(_explain(path, text, error))) from None
+    return _with_found_files(study, path)
+
+
+def _with_found_files(study: Study, path: Path) -> Study:
+    """Replace the files a study names by their paths; refuse those that are not there."""
+
+    def find(key: str, name: Path, folder: str) -> Path:
+        project = Path(__file__).resolve().parents[2] / "workflow" / "data" / folder
+        for base in (path.parent, Path.cwd(), project):
+            if (base / name).is_file():
+                return base / name
+        known = ", ".join(sorted(p.name for p in project.glob("*.csv")))
+        raise StudyError(
+            f"{path}: {key} = {name}: no such file; a CSV file beside the study"
+            + (f" or one of {known}" if known else "")
+        )
+
+    sound = study.sound.model_copy(
+        update={"spectrum": find("sound.spectrum", study.sound.spectrum, "spl")}
+    )
+    damping = study.damping
+    if damping.table is not None:
+        damping = damping.model_copy(
+            update={"table": find("damping.table", damping.table, "damping")}
+        )
+    return study.model_copy(update={"sound": sound, "damping": damping})
+
+
+def _explain(path: Path, text: str, error: ValidationError) -> Iterator[str]:
+    """One line for each mistake pydantic found, in the order of the file."""
+    root = yaml.compose(text)
+    lines = []
+    best: dict[tuple[Any, ...], str] = {}
+    for item in error.errors():
+        location = _written_location(item["loc"])
+        line, value = _line_and_value(root, location)
+        key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in location).lstrip(".")
+        if item["type"] == "extra_forbidden":
+            allowed = _allowed_keys(location[:-1])
+            near = difflib.get_close_matches(str(location[-1]), allowed, n=1, cutoff=0.5)
+            message = "unknown key" + (
+                f"; did you mean {near[0]}?" if near else f"; allowed are {', '.join(allowed)}"
+            )
+        elif item["type"] == "missing":
+            message = "missing; it must be given"
+        else:
+            message = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+        shown = "" if value is None else f" = {value}"
+        where = f"{path}:{line}: " if line else f"{path}: "
+        best.setdefault(location, f"{where}{key + shown + ': ' if key else ''}{message}")
+    lines = list(best.values())
+    yield from lines
+
+
+def _written_location(location: Sequence[Any]) -> tuple[Any, ...]:
+    """Location as the user wrote it: without pydantic's names of union members."""
+    return tuple(
+        part
+        for part in location
+        if isinstance(part, int) or not (part[:1].isupper() or "[" in part or part in ("float", "str", "none"))
+        or part.startswith("PID")
+    )
+
+
+def _line_and_value(node: yaml.Node | None, location: Sequence[Any]) -> tuple[int, str | None]:
+    line = 0
+    for part in location:
+        if isinstance(node, yaml.MappingNode):
+            for key, value in node.value:
+                if str(key.value) == str(part):
+                    line, node = key.start_mark.line + 1, value
+                    break
+            else:
+                return line, None
+        elif isinstance(node, yaml.SequenceNode) and isinstance(part, int) and part < len(node.value):
+            node = node.value[part]
+            line = node.start_mark.line + 1
+        else:
+            return line, None
+    return line, node.value if isinstance(node, yaml.ScalarNode) else None
+
+
+def _allowed_keys(location: Sequence[Any]) -> list[str]:
+    """Keys of the model at a place of the study."""
+    model: Any = Study
+    for part in location:
+        if isinstance(part, int) or not (isinstance(model, type) and issubclass(model, BaseModel)):
+            continue
+        field = model.model_fields.get(str(part))
+        model = _model_in(field.annotation) if field is not None else model
+        if model is None:
+            return []
+    return [f.alias or name for name, f in model.model_fields.items()]
+
+
+def _model_in(annotation: Any) -> Any:
+    """The model inside ``X | None``, ``Mapping[str, X]``, ``Annotated[X, …]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for inner in getattr(annotation, "__args__", ()):
+        found = _model_in(inner)
+        if found is not None:
+            return found
+    return None

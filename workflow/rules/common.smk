@@ -1,0 +1,53 @@
+import hashlib
+import json
+import os
+import shlex
+import sys
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+from pidpanel.coupon.cases import cases_of
+from pidpanel.study import StudyError, load_study
+
+PROJECT = Path(workflow.basedir)
+SCRIPTS = PROJECT / "workflow" / "scripts"
+PYTHON = shlex.quote(sys.executable)
+STUDY_FILE = (
+    workflow.configfiles[-1] if workflow.configfiles else PROJECT / "workflow/studies/paper.yaml"
+)
+
+
+def read_study():
+    """The study, or one line that says what is wrong with it."""
+    try:
+        return load_study(STUDY_FILE)
+    except StudyError as error:
+        raise WorkflowError(str(error)) from None
+
+
+STUDY = read_study()
+CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
+PACKINGS = {
+    run.packing.label: run.packing for case in CASES.values() for run in case.runs
+}
+
+
+def results(name):
+    """A file of this study."""
+    return f"results/{STUDY.name}/{name}"
+
+
+def section(*names):
+    """Text of the study's sections that a rule rests on: it runs again when they change."""
+    return json.dumps({name: STUDY.model_dump(mode="json")[name] for name in names}, sort_keys=True)
+
+
+def code(*names):
+    """Hash of the modules that a rule rests on: it runs again when they change."""
+    digest = hashlib.sha256()
+    for name in names:
+        path = PROJECT / "src" / "pidpanel" / name
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,47 @@
+# Pour packings, shake cases, gather them. Runs are kept once for all studies.
+
+
+def run_of(wildcards):
+    return CASES[wildcards.case].runs[int(wildcards.seed) - 1]
+
+
+rule pour:
+    output:
+        "results/coupon/packing/{packing}/packing.json",
+    params:
+        values=lambda wildcards: json.dumps(vars(PACKINGS[wildcards.packing])),
+    log:
+        "results/coupon/packing/{packing}.log",
+    shell:
+        "{PYTHON} {SCRIPTS}/pour.py {params.values:q} {output} 2> {log}"
+
+
+rule shake:
+    input:
+        lambda wildcards: f"results/coupon/packing/{run_of(wildcards).packing.label}/packing.json",
+    output:
+        "results/coupon/{case}/s{seed}/run.json",
+    params:
+        values=lambda wildcards: json.dumps(run_of(wildcards).as_dict()),
+    log:
+        "results/coupon/{case}/s{seed}.log",
+    shell:
+        "{PYTHON} {SCRIPTS}/shake.py {params.values:q} {input} {output} 2> {log}"
+
+
+rule cases:
+    input:
+        [
+            f"results/coupon/{label}/s{run.packing.seed}/run.json"
+            for label, case in CASES.items()
+            for run in case.runs
+        ],
+    output:
+        results("coupon/cases.csv"),
+    params:
+        study=section("coupon"),
+        code=code("coupon"),
+    log:
+        results("coupon/cases.log"),
+    shell:
+        "{PYTHON} {SCRIPTS}/cases.py {STUDY_FILE} results/coupon {output} 2> {log}"

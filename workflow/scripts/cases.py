@@ -1,0 +1,28 @@
+"""Gather the runs of a study into ``cases.csv``."""
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from pidpanel.coupon import runs
+from pidpanel.coupon.cases import cases_of
+from pidpanel.study import load_study
+
+if __name__ == "__main__":
+    study_path, coupon_folder, output = sys.argv[1:]
+    study = load_study(study_path)
+    rows = [
+        runs.summarise(case, [Path(coupon_folder, case.label, f"s{run.packing.seed}") for run in case.runs])
+        for case in cases_of(study.coupon)
+    ]
+    frame = pd.DataFrame(rows)
+    frame.to_csv(output, index=False, float_format="%.7g")
+    good = (frame["status"] == "ok").mean()
+    if good < study.coupon.accuracy.coverage:
+        for _, row in frame[frame["status"] != "ok"].iterrows():
+            print(f"{row['case']}: {row['status']}: {row['message']}", file=sys.stderr)
+        sys.exit(
+            f"{good:.1%} of the cases stand; coupon.accuracy.coverage wants "
+            f"{study.coupon.accuracy.coverage:.1%}"
+        )
