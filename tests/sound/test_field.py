@@ -1,0 +1,270 @@
+"""Modal force of sound fields, held to closed forms and to independent quadratures.
+
+Shapes are products of sines on the paper's 1.5 m × 1.0 m panel. Each test names under "red:" the
+one-line change that it was seen to fail with.
+"""
+
+import numpy as np
+import pytest
+
+from pidpanel.sound import field
+from pidpanel.sound.field import (
+    FieldError,
+    ModalForceTable,
+    PanelQuadrature,
+    TableNotResolved,
+    diffuse_modal_force,
+    lumped_area,
+    plane_wave_modal_force,
+    radiation_efficiency,
+    tabulate_diffuse,
+    uncorrelated_modal_force,
+    uniform_modal_force,
+    wavenumber,
+)
+
+SIDES = (1.5, 1.0)
+SPEED = 343.0
+MODES = [(1, 1), (2, 1), (3, 1), (3, 3), (9, 1)]
+
+
+def natural_frequency(m, n):
+    return 44.9332 * (m**2 / SIDES[0] ** 2 + n**2 / SIDES[1] ** 2)
+
+
+def sine_shapes(position, modes=MODES):
+    x, y = position.T
+    return np.stack(
+        [np.sin(m * np.pi * x / SIDES[0]) * np.sin(n * np.pi * y / SIDES[1]) for m, n in modes], 1
+    )
+
+
+def gauss_panel(elements, order, modes=MODES):
+    """Gauss points on a grid of elements, `order` to an edge."""
+    node, node_weight = np.polynomial.legendre.leggauss(order)
+    axes = []
+    for side, count in zip(SIDES, elements, strict=True):
+        edge = side / count
+        x = ((np.arange(count)[:, None] + 0.5 + 0.5 * node) * edge).ravel()
+        axes.append((x, np.tile(node_weight * edge / 2, count)))
+    x, y = np.meshgrid(axes[0][0], axes[1][0], indexing="ij")
+    position = np.stack([x.ravel(), y.ravel()], axis=1)
+    weight = np.outer(axes[0][1], axes[1][1]).ravel()
+    return PanelQuadrature(position, weight, sine_shapes(position, modes))
+
+
+@pytest.fixture(scope="module")
+def panel():
+    """The load quadrature of the paper's mesh: order 5 on 5 cm."""
+    return gauss_panel((30, 20), 3)
+
+
+def double_integral(k, quadrature):
+    """∬ φ_i φ_j sin(kR)/(kR) dA dA′ as it stands, without plane waves."""
+    apart = quadrature.position[:, None, :] - quadrature.position[None, :, :]
+    coherence = np.sinc(k * np.linalg.norm(apart, axis=2) / np.pi)
+    load = quadrature.weight[:, None] * quadrature.shape
+    return load.T @ coherence @ load
+
+
+@pytest.mark.parametrize(
+    ("mode", "frequency", "expected"),
+    # PHYSICS: independent quadratures; five figures are given, so half of the fifth is allowed
+    [((1, 1), 64.90, 0.34386), ((3, 3), None, 0.028115), ((9, 1), None, 0.0032727)],
+)
+def test_modal_force_of_the_panel_is_what_independent_quadrature_gave(
+    panel, mode, frequency, expected
+):
+    # red: SPARE_NODES = 0; or 1 − cosine**2 → cosine**2
+    k = float(wavenumber(frequency or natural_frequency(*mode), SPEED))
+    i = MODES.index(mode)
+    assert diffuse_modal_force(k, panel)[i, i] == pytest.approx(expected, rel=2e-5)
+
+
+def test_radiation_efficiency_of_the_first_mode_is_0_2063(panel):
+    # four figures given; red: 2π → 4π in `radiation_efficiency`
+    k = wavenumber([64.90], SPEED)
+    diagonal = np.diag(diffuse_modal_force(k[0], panel))[None]
+    sigma = radiation_efficiency(k, diagonal, panel.shape_square_integral)
+    assert sigma[0, 0] == pytest.approx(0.2063, abs=5e-5)
+
+
+def test_radiation_efficiency_of_a_panel_far_above_coincidence_tends_to_one():
+    # (1,1) at kL = 66: the edges' share is of order 1/kL, 1.5 %
+    # red: k[:, None] ** 2 → k[:, None] in `radiation_efficiency`
+    quadrature = gauss_panel((30, 20), 3, [(1, 1)])
+    k = wavenumber([2000.0], SPEED)
+    diagonal = np.diag(diffuse_modal_force(k[0], quadrature))[None]
+    sigma = radiation_efficiency(k, diagonal, quadrature.shape_square_integral)
+    assert sigma[0, 0] == pytest.approx(1.0, abs=0.015)
+
+
+@pytest.mark.parametrize("frequency", [20.0, 300.0, 1000.0])
+def test_plane_waves_sum_to_the_double_integral(frequency):
+    # the same Gauss points in both, so that only the sum over directions differs: rounding
+    # red: n_azimuth → n_azimuth + 1 in `_sum_of_plane_waves`
+    quadrature = gauss_panel((1, 1), 30)
+    k = float(wavenumber(frequency, SPEED))
+    reference = double_integral(k, quadrature)
+    np.testing.assert_allclose(
+        diffuse_modal_force(k, quadrature), reference, atol=1e-12 * reference.max()
+    )
+
+
+def test_load_quadrature_of_order_five_is_enough_at_2_khz(panel):
+    # against 40 points to a side, converged: 1e-5 of the largest is 0.00004 dB there
+    # red: gauss_panel((30, 20), 1) in the fixture
+    k = float(wavenumber(2000.0, SPEED))
+    fine = diffuse_modal_force(k, gauss_panel((1, 1), 48))
+    np.testing.assert_allclose(diffuse_modal_force(k, panel), fine, atol=1e-5 * fine.max())
+
+
+def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
+    # sin(kR)/(kR) ≥ 1 − (kR)²/6, R ≤ 1.81 m: 5.5e-7 at k = 1e-3
+    # red: cosine_weight → 2·cosine_weight in `_sum_of_plane_waves`
+    uniform = uniform_modal_force(panel)
+    assert uniform[0, 0] == pytest.approx((1.5 * (2 / np.pi) ** 2) ** 2, rel=1e-6)
+    diffuse = diffuse_modal_force(1e-3, panel)
+    np.testing.assert_allclose(diffuse, uniform, atol=1e-6 * uniform.max())
+    np.testing.assert_allclose(diffuse_modal_force(0.0, panel), uniform, atol=1e-12)
+
+
+def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
+    # eigenvalues of a sum of squares; rounding only
+    # red: parts.T @ parts → even.T @ even − odd.T @ odd in `_sum_of_plane_waves`
+    table = tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel)
+    for matrix in table.at(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-16)
+        eigenvalue = np.linalg.eigvalsh(matrix)
+        assert eigenvalue[0] >= -1e-14 * eigenvalue[-1]
+
+
+def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
+    # (1,1) even and (2,1) odd in x: zero to rounding, where (1,1) and (3,1) share 1e-2 m⁴
+    # red: shape[:, None] with the first column in the place of the second; azimuth of one value
+    matrix = diffuse_modal_force(3.0, panel)
+    assert abs(matrix[0, 1]) < 1e-13
+    assert abs(matrix[0, 2]) > 1e-3
+
+
+def test_the_table_is_the_direct_sum_at_every_frequency(panel):
+    # entire in k: 47 nodes reach rounding, 1e-13 of the largest, also between the checked points
+    # red: ceil(k_max L/2) → ceil(k_max L/4) in `tabulate_diffuse`
+    k_max = float(wavenumber(2000.0, SPEED))
+    table = tabulate_diffuse(k_max, panel)
+    largest = np.sqrt(np.max(np.diagonal(table.modal_force, axis1=1, axis2=2), axis=0))
+    scale = np.outer(largest, largest)
+    wavenumbers = np.array([0.0, 0.02, 0.31, 0.77, 0.999, 1.0]) * k_max
+    for k, tabulated in zip(wavenumbers, table.at(wavenumbers), strict=True):
+        assert np.max(np.abs(tabulated - diffuse_modal_force(k, panel)) / scale) < 1e-13
+
+
+def test_the_table_returns_its_nodes_exactly(panel):
+    # red: no `on_node` in `_even_interpolation` (nan from 0/0)
+    table = tabulate_diffuse(5.0, panel)
+    index = np.arange(table.wavenumber.size)
+    np.testing.assert_allclose(table.at(table.wavenumber), table.modal_force[index], atol=1e-14)
+
+
+def test_a_table_with_too_few_nodes_is_refused(panel):
+    # red: TABLE_TOLERANCE = 1
+    with pytest.raises(TableNotResolved, match=r"node_count = 30.*at most 1e-09"):
+        tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel, node_count=30)
+
+
+def test_a_table_is_not_read_beyond_its_end():
+    # red: no check of k.max() in `ModalForceTable.at`
+    table = ModalForceTable(10.0, field._chebyshev_nodes(10.0, 3), np.ones((3, 1, 1)))
+    assert table.at([10.0]) == pytest.approx(1.0)
+    with pytest.raises(FieldError, match="reaches to 10"):
+        table.at([10.1])
+
+
+def test_plane_waves_from_all_sides_make_the_diffuse_field(panel):
+    # a plain midpoint rule in cos θ and azimuth, 24 × 24: 1e-3 of the largest at 150 Hz
+    # red: np.sin(incidence) → np.cos(incidence) in `plane_wave_modal_force`
+    k = float(wavenumber(150.0, SPEED))
+    total = np.zeros((len(MODES), len(MODES)), dtype=complex)
+    for cosine in (np.arange(24) + 0.5) / 24:
+        for azimuth in 2 * np.pi * (np.arange(24) + 0.5) / 24:
+            total += plane_wave_modal_force([k], np.arccos(cosine), azimuth, panel)[0] / 576
+    diffuse = diffuse_modal_force(k, panel)
+    np.testing.assert_allclose(total, diffuse, atol=1e-3 * diffuse.max())
+
+
+def test_a_plane_wave_drives_a_sine_as_its_fourier_transform_says(panel):
+    # |∫ sin(mπx/a) e^{−iκx} dx|² = (mπ/a)² · 2(1 − (−1)^m cos κa)/((mπ/a)² − κ²)²; Gauss: 1e-6
+    # red: even − 1j·odd → even in `plane_wave_modal_force`
+    k = float(wavenumber(500.0, SPEED))
+    kappa, wave = k * np.sin(0.7), 3 * np.pi / SIDES[0]
+    along = wave**2 * 2 * (1 + np.cos(kappa * SIDES[0])) / (wave**2 - kappa**2) ** 2
+    matrix = plane_wave_modal_force([k], 0.7, 0.0, panel)[0]
+    assert matrix[2, 2].real == pytest.approx(along * (2 / np.pi) ** 2, rel=1e-6)
+    np.testing.assert_allclose(matrix, matrix.conj().T, atol=1e-16)
+    assert np.linalg.matrix_rank(matrix, tol=1e-12) == 1
+
+
+def test_a_plane_wave_across_the_panel_pushes_later_where_it_comes_later(panel):
+    # G_ij = E[f_i f_j*]: for shapes (1,1), (2,1) and a wave along +x the phase is that of
+    # b_1 b_2* with b = ∫ φ e^{−ikx}; computed here by a sum over the points as it stands
+    # red: even − 1j·odd → even + 1j·odd in `plane_wave_modal_force`
+    k = float(wavenumber(200.0, SPEED))
+    force = (panel.weight * np.exp(-1j * k * panel.position[:, 0])) @ panel.shape
+    matrix = plane_wave_modal_force([k], np.pi / 2, 0.0, panel)[0]
+    np.testing.assert_allclose(matrix, np.outer(force, force.conj()), atol=1e-13)
+
+
+def lumped_panel(elements):
+    """Centres of a grid of elements, their areas, the shapes there."""
+    x, y = ((np.arange(n) + 0.5) * side / n for side, n in zip(SIDES, elements, strict=True))
+    position = np.stack([g.ravel() for g in np.meshgrid(x, y, indexing="ij")], axis=1)
+    area = np.full(position.shape[0], SIDES[0] * SIDES[1] / position.shape[0])
+    return area, sine_shapes(position)
+
+
+def test_each_halving_of_the_elements_takes_6_02_db_from_the_uncorrelated_field():
+    # lumped sines keep their norm on a regular grid, so G falls exactly with the element area
+    # red: area[:, None] * shape → np.sqrt(area)[:, None] * shape
+    coarse = uncorrelated_modal_force(*lumped_panel((30, 20)))
+    fine = uncorrelated_modal_force(*lumped_panel((60, 40)))
+    decibels = 10 * np.log10(np.diag(fine) / np.diag(coarse))
+    np.testing.assert_allclose(decibels, -6.0206, atol=1e-4)
+
+
+@pytest.mark.parametrize(("mode", "decibels"), [((1, 1), 25.6), ((3, 1), 14.6), ((9, 1), 5.4)])
+def test_the_uncorrelated_field_of_the_papers_mesh_is_too_weak(panel, mode, decibels):
+    # one decimal is given; red: SPEED = 340 in `wavenumber` changes the third figure only, so
+    # area[:, None] * shape → area.mean() * np.ones_like(shape)
+    i = MODES.index(mode)
+    diffuse = diffuse_modal_force(float(wavenumber(natural_frequency(*mode), SPEED)), panel)
+    lumped = uncorrelated_modal_force(*lumped_panel((30, 20)))
+    assert 10 * np.log10(diffuse[i, i] / lumped[i, i]) == pytest.approx(decibels, abs=0.06)
+
+
+def test_lumped_areas_of_vertices_sum_to_the_panel():
+    # two triangles and a square; red: corners → 1 in `lumped_area`
+    vertices = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]]
+    square = lumped_area(vertices, np.array([[0, 1, 2, 3], [1, 4, 5, 2]]))
+    np.testing.assert_allclose(square, [0.25, 0.5, 0.5, 0.25, 0.25, 0.25])
+    triangles = lumped_area(vertices, np.array([[0, 1, 2], [0, 2, 3]]))
+    np.testing.assert_allclose(triangles, [1 / 3, 1 / 6, 1 / 3, 1 / 6, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda p: diffuse_modal_force(-1.0, p), "wavenumber = "),
+        (lambda p: diffuse_modal_force(np.nan, p), "wavenumber = "),
+        (lambda p: tabulate_diffuse(0.0, p), "wavenumber_max = 0"),
+        (lambda p: plane_wave_modal_force([1.0], 2.0, 0.0, p), "incidence = 2"),
+        (lambda p: wavenumber([100.0], 0.0), "speed_of_sound = 0"),
+        (lambda p: uncorrelated_modal_force([1.0], [[1.0], [1.0]]), r"\(1,\)"),
+        (lambda p: PanelQuadrature(p.position, p.weight, p.shape[:-1]), "shape has shape"),
+        (lambda p: PanelQuadrature(p.position[:, :1], p.weight, p.shape), "position has shape"),
+        (lambda p: PanelQuadrature(p.position, p.weight[:0], p.shape), "weight has shape"),
+        (lambda p: PanelQuadrature(p.position, p.weight * np.nan, p.shape), "not finite"),
+    ],
+)
+def test_what_is_no_panel_or_no_field_is_refused_by_name(panel, call, message):
+    with pytest.raises(FieldError, match=message):
+        call(panel)

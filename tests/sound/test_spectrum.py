@@ -1,0 +1,218 @@
+"""Band levels, their files and the pressure PSD.
+
+Each test names under "red:" the one-line change that it was seen to fail with.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pidpanel.sound.spectrum import BandSpectrum, SpectrumError, pressure_psd
+from pidpanel.sound.table import read_spl_table
+
+SPL = Path(__file__).parents[2] / "workflow" / "data" / "spl"
+TABLES = sorted(SPL.glob("*.csv"))
+
+
+def stated_oaspl(spectrum: BandSpectrum) -> float:
+    match = re.search(r"stated OASPL ([\d.]+) dB", spectrum.source)
+    return float(match.group(1))
+
+
+def third_octaves(low: int = 20, high: int = 33) -> BandSpectrum:
+    number = np.arange(low, high + 1)
+    return BandSpectrum("third octave", number, 120 + 3 * np.sin(number))
+
+
+def write(tmp_path: Path, *lines: str) -> Path:
+    path = tmp_path / "spl.csv"
+    path.write_text("\n".join(["# title", "center_hz,spl_db", *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_there_are_four_tables():
+    assert len(TABLES) == 4  # the tests below would pass over an empty folder
+
+
+@pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
+def test_a_table_sums_to_the_oaspl_that_its_publisher_states(path):
+    # 0.1 dB: levels and sums are published with one decimal
+    # red: 10 → 20 in `BandSpectrum.oaspl`
+    spectrum = read_spl_table(path)
+    assert spectrum.oaspl == pytest.approx(stated_oaspl(spectrum), abs=0.1)
+
+
+@pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
+def test_a_table_says_its_kind_of_band_and_the_centres_agree(path):
+    # red: BAND_WIDTH["octave"] = 2 in `spectrum`
+    spectrum = read_spl_table(path)
+    assert spectrum.kind == ("octave" if "1/1 octave" in spectrum.source else "third octave")
+
+
+@pytest.mark.parametrize("path", TABLES, ids=lambda path: path.stem)
+def test_the_psd_integrates_to_the_oaspl(path):
+    # midpoint rule on each band: exact for a step spectrum, so only rounding is left (1e-10)
+    # red: np.diff(edge) → centres · 0.2316 (the bandwidth of nominal thirds) in `pressure_psd`
+    spectrum = read_spl_table(path)
+    edge = spectrum.edge_frequency
+    psd = pressure_psd(spectrum, (edge[1:] + edge[:-1]) / 2)
+    mean_square = np.sum(psd * np.diff(edge))
+    expected = 20e-6**2 * np.sum(10 ** (spectrum.band_spl / 10))
+    assert mean_square == pytest.approx(expected, rel=1e-10)
+    oaspl = 20 * np.log10(np.sqrt(mean_square) / 20e-6)
+    assert oaspl == pytest.approx(stated_oaspl(spectrum), abs=0.1)
+
+
+def test_a_psd_summed_on_a_blind_fine_grid_gives_the_oaspl():
+    # 2e5 lines, no knowledge of the edges: each of 14 steps errs by half a line, < 1e-3
+    # red: side="right") - 1 → side="right") in `pressure_psd`
+    spectrum = third_octaves()
+    edge = spectrum.edge_frequency
+    frequency = np.linspace(edge[0], edge[-1], 200_001)
+    mean_square = np.trapezoid(pressure_psd(spectrum, frequency), frequency)
+    assert 10 * np.log10(mean_square / 20e-6**2) == pytest.approx(spectrum.oaspl, abs=2e-3)
+
+
+def test_third_octaves_of_equal_psd_rise_one_decibel_a_band():
+    # white noise: bandwidths grow by 10^0.1, exactly 1 dB
+    # red: /10 → /3 in `BandSpectrum.edge_frequency`
+    number = np.arange(15, 40)
+    spectrum = BandSpectrum("third octave", number, 100.0 + np.arange(number.size))
+    psd = pressure_psd(spectrum, spectrum.center_frequency)
+    np.testing.assert_allclose(psd, psd[0], rtol=1e-12)
+
+
+def test_an_octave_is_three_thirds():
+    # red: half_width = 0.5 for both kinds in `BandSpectrum.edge_frequency`
+    octave = BandSpectrum("octave", np.array([30]), np.array([100.0]))
+    thirds = BandSpectrum("third octave", np.array([29, 30, 31]), np.full(3, 95.0))
+    np.testing.assert_allclose(octave.edge_frequency, thirds.edge_frequency[[0, -1]], rtol=1e-14)
+
+
+def test_a_band_owns_its_lower_edge_and_the_last_band_both():
+    # red: side="right" → side="left" in `pressure_psd`
+    spectrum = third_octaves()
+    edge = spectrum.edge_frequency
+    inside = pressure_psd(spectrum, spectrum.center_frequency)
+    np.testing.assert_array_equal(pressure_psd(spectrum, edge), np.append(inside, inside[-1]))
+    np.testing.assert_array_equal(
+        pressure_psd(spectrum, np.nextafter(edge[1:-1], 0.0)), inside[:-1]
+    )
+
+
+@pytest.mark.parametrize("factor", [0.999, 1.001])
+def test_nothing_is_extrapolated(factor):
+    # red: `outside` of all False in `pressure_psd`
+    spectrum = third_octaves()
+    end = spectrum.edge_frequency[0 if factor < 1 else -1]
+    with pytest.raises(SpectrumError, match=r"not extrapolated"):
+        pressure_psd(spectrum, [500.0, end * factor])
+
+
+def test_not_a_number_is_no_frequency():
+    # red: outside = (frequency < edge[0]) | (frequency > edge[-1])
+    with pytest.raises(SpectrumError, match="nan"):
+        pressure_psd(third_octaves(), [500.0, np.nan])
+
+
+def test_a_spectrum_is_shifted_to_an_oaspl_band_by_band():
+    # red: oaspl - self.oaspl → oaspl in `at_oaspl`
+    spectrum = third_octaves()
+    loud = spectrum.at_oaspl(162.0)
+    assert loud.oaspl == pytest.approx(162.0, abs=1e-10)
+    np.testing.assert_allclose(np.ptp(loud.band_spl - spectrum.band_spl), 0.0, atol=1e-10)
+    assert loud.shifted(-10.0).oaspl == pytest.approx(152.0, abs=1e-10)
+
+
+@pytest.mark.parametrize(("reference", "decibels"), [("room", 3.0103), ("incident", 6.0206)])
+def test_a_rigid_face_sees_more_than_the_room_or_the_incident_wave(reference, decibels):
+    # red: room 2 → 4 in PRESSURE_FACTOR
+    spectrum = third_octaves()
+    ratio = pressure_psd(spectrum, [500.0], reference) / pressure_psd(spectrum, [500.0])
+    assert 10 * np.log10(ratio) == pytest.approx(decibels, abs=1e-4)
+
+
+def test_an_unknown_pressure_reference_is_refused():
+    with pytest.raises(SpectrumError, match=r"'free'.*surface, room, incident"):
+        pressure_psd(third_octaves(), [500.0], "free")
+
+
+@pytest.mark.parametrize("nominal", [(31.5, 40, 50, 63), (31.25, 39.37, 49.6, 62.5)])
+def test_nominal_and_base_two_centres_stand_for_the_exact_base_ten_ones(tmp_path, nominal):
+    # red: CENTER_TOLERANCE = 0.005
+    spectrum = read_spl_table(write(tmp_path, *(f"{center},120" for center in nominal)))
+    np.testing.assert_allclose(spectrum.center_frequency, 10 ** np.array([1.5, 1.6, 1.7, 1.8]))
+
+
+REFUSED = {
+    # name: (lines after the header at line 2, what the message says)
+    "unsorted": (["125,120", "100,120", "160,120"], "line 4: center_hz = 100 follows a higher"),
+    "double": (["100,120", "100,121", "125,120"], "line 4: center_hz = 100 appears twice"),
+    "gap": (["100,120", "125,120", "200,120"], "line 5: between 125 and 200 Hz there is a gap"),
+    "octave gap": (["63,120", "125,120", "500,120"], "line 5: between 125 and 500 Hz"),
+    "every other third": (["100,120", "160,120"], "line 4: between 100 and 160 Hz"),
+    "octaves off their centres": (["50,120", "100,120"], "line 3: center_hz = 50 is not an octave"),
+    "not a centre": (["100,120", "110,120"], "line 4: center_hz = 110 is not a preferred centre"),
+    "text": (["100,120", "125,loud"], "line 4: spl_db = 'loud' must be a number"),
+    "empty value": (["100,120", "125,"], "line 4: spl_db = '' must be a number"),
+    "nan": (["100,120", "125,nan"], "line 4: spl_db = 'nan' must be a number"),
+    "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100 must be positive"),
+    "level in pascal squared": (["100,120", "125,4e5"], "line 4: spl_db = 400000 must lie within"),
+    "three columns": (["100,120", "125,120,1"], "line 4: '125,120,1' must be two values"),
+    "one band": (["100,120"], r"1 band\(s\); at least two"),
+    "no band": ([], r"0 band\(s\); at least two"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, name):
+    # red: each refusal taken out in `table` leaves its case without an error
+    lines, message = REFUSED[name]
+    with pytest.raises(SpectrumError, match=message) as caught:
+        read_spl_table(write(tmp_path, *lines))
+    assert "spl.csv" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_refused_by_name(tmp_path):
+    with pytest.raises(SpectrumError, match=r"absent\.csv: no such file"):
+        read_spl_table(tmp_path / "absent.csv")
+
+
+def test_a_folder_is_no_table(tmp_path):
+    with pytest.raises(SpectrumError, match="cannot be read"):
+        read_spl_table(tmp_path)
+
+
+@pytest.mark.parametrize(("text", "found"), [("", "nothing"), ("f,L\n100,90\n", "'f,L', line 1")])
+def test_another_header_is_refused(tmp_path, text, found):
+    path = tmp_path / "spl.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SpectrumError, match=f"header must be 'center_hz,spl_db', found {found}"):
+        read_spl_table(path)
+
+
+def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
+    # red: no loop over `stated_kind` in `read_spl_table`
+    path = tmp_path / "spl.csv"
+    path.write_text("# band: 1/1 octave\ncenter_hz,spl_db\n100,90\n125,90\n", encoding="utf-8")
+    with pytest.raises(SpectrumError, match="line 1: the comment states octave bands"):
+        read_spl_table(path)
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "level", "message"),
+    [
+        ("half octave", [30], [90.0], "allowed are third octave, octave"),
+        ("third octave", [30, 32], [90.0, 90.0], "must adjoin"),
+        ("third octave", [30, 31], [90.0], "one level per band"),
+        ("third octave", [], [], "at least one band"),
+        ("octave", [29, 32], [90.0, 90.0], "multiples of 3"),
+        ("octave", [30, 33], [90.0, np.inf], "must be finite"),
+    ],
+)
+def test_bands_that_do_not_fit_are_refused(kind, number, level, message):
+    with pytest.raises(SpectrumError, match=message):
+        BandSpectrum(kind, np.array(number, dtype=np.int64), np.array(level))
