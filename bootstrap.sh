@@ -56,12 +56,15 @@ make_environment() {
   say "making .venv with $("$python" -V) from requirements.lock: half a gigabyte to fetch the first time"
   rm -rf .venv
   "$python" -m venv .venv
-  # uv takes a tenth of the time that Debian's pip takes; pip knows the mirrors of pip.conf.
-  local locked=(--no-deps --require-hashes --no-compile -r)
-  { sed -n '/^uv==/,/# via/p' requirements.lock >.venv/uv.lock &&
-    .venv/bin/python -m pip install --quiet "${locked[@]}" .venv/uv.lock &&
-    .venv/bin/uv pip install --python .venv/bin/python "${locked[@]}" requirements.lock; } >&2 ||
-    .venv/bin/python -m pip install "${locked[@]}" requirements.lock >&2
+  # Packages without a wheel are built with the locked setuptools, never with one fetched for it.
+  local locked=(--no-deps --no-build-isolation --no-compile --require-hashes -r)
+  sed -nE '/^(setuptools|uv)==/,/# via/p' requirements.lock >.venv/tools.lock
+  .venv/bin/python -m pip install --quiet "${locked[@]}" .venv/tools.lock >&2
+  # uv takes a fifth of the time of Debian's pip; pip knows the mirrors and certificates of pip.conf.
+  .venv/bin/uv pip install --python .venv/bin/python "${locked[@]}" requirements.lock >&2 || {
+    say "uv could not (see above); pip tries"
+    .venv/bin/python -m pip install --use-pep517 "${locked[@]}" requirements.lock >&2
+  }
   wanted_environment >.venv/environment.stamp
 }
 
