@@ -5,9 +5,14 @@
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/coupon.smk"
+include: "workflow/rules/damping.smk"
+include: "workflow/rules/panel.smk"
+include: "workflow/rules/sound.smk"
+include: "workflow/rules/response.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
     default_target: True
     input:
-        results("coupon/cases.csv"),
+        results("report.html"),

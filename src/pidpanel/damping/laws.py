@@ -87,6 +87,8 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
 class PaperLaw:
     """A law of the paper as an answer to what `response` asks; amplitude plays no part."""
 
+    depends_on_level = False
+
     def __init__(self, printed: bool) -> None:
         self._law = paper_printed if printed else paper_corrected
 

@@ -83,6 +83,7 @@ class DampingTable:
         self._relative_error = self._interpolator(relative_error)
         self._mass = self._interpolator(mass)
         self._run = self._interpolator(self.run.astype(float))
+        self.depends_on_level = len(self.acceleration_g) > 1
 
     def _continued(self) -> tuple[Array, Array, Array]:
         """Nodes without a case, continued along Γ from the nearest two that have one."""

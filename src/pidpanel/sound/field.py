@@ -256,6 +256,15 @@ def tabulate_diffuse(
     return table
 
 
+def constant_table(wavenumber_max: float, modal_force: Floats) -> ModalForceTable:
+    """Return a table of a field whose G (n, n) [m⁴] is the same at every k up to `wavenumber_max`.
+
+    One node makes the interpolation constant.
+    """
+    nodes = _chebyshev_nodes(wavenumber_max, 1)
+    return ModalForceTable(wavenumber_max, nodes, np.asarray(modal_force)[None])
+
+
 def uniform_modal_force(panel: PanelQuadrature) -> Floats:
     """Return G (n, n) [m⁴] of one pressure over the whole face: G_ij = ∫φ_i dA ∫φ_j dA."""
     force = panel.weight @ panel.shape

@@ -1,0 +1,24 @@
+# Acceleration PSDs of every scenario in every reading of the damping.
+
+SURFACE = [results("damping/surface.nc")] if "dem" in STUDY.damping.readings else []
+
+
+rule response:
+    input:
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        surface=SURFACE,
+        table=STUDY.damping.table or [],
+    output:
+        results("response/psd.nc"),
+        results("response/summary.csv"),
+    params:
+        folder=results("response"),
+        surface=SURFACE or "none",
+        study=section("damping", "panel", "sound", "response", "scenarios"),
+        code=code("damping", "response"),
+    log:
+        results("response/response.log"),
+    shell:
+        "{PYTHON} {SCRIPTS}/response.py {STUDY_FILE} {input.modes} {input.modal_force}"
+        " {params.surface} {params.folder} 2> {log}"
