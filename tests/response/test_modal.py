@@ -165,6 +165,31 @@ def test_one_mode_in_white_noise_moves_as_miles_says():
     assert response.displacement_rms[0] == pytest.approx(expected, rel=5e-4)
 
 
+def test_a_plate_under_one_pressure_answers_as_nafems_13r_in_closed_form():
+    # 10 × 10 × 0.05 m steel, simply supported, ζ = 2 %, one pressure of (100 Pa)²/Hz on the whole
+    # face: 2064.24 mm²/Hz at the centre at the first natural frequency, in closed form (NAFEMS:
+    # 2063.20). Six figures are given, and the series of sines ends to 1e-7 with 5 × 5 odd ones
+    # red: omega[lines, None] ** 4 → ** 2 in `attach_dampers`
+    side, thickness, odd = 10.0, 0.05, [(m, n) for m in range(1, 11, 2) for n in range(1, 11, 2)]
+    rigidity = 200e9 * thickness**3 / (12 * (1 - 0.3**2))
+    m, n = np.array(odd).T
+    wave_square = (np.pi / side) ** 2 * (m**2 + n**2)
+    frequency = np.sqrt(rigidity / (8000 * thickness)) * wave_square / (2 * np.pi)
+    assert frequency[0] == pytest.approx(2.377, abs=5e-4)
+    force = (2 * side / np.pi) ** 2 / (m * n)  # ∫ sin sin dA
+    center = np.sin(m * np.pi / 2) * np.sin(n * np.pi / 2)
+    bare = bare_panel(
+        frequency[:1],
+        ModalBasis(frequency, np.full(m.size, 8000 * thickness * side**2 / 4), 0.02),
+        Patches(np.zeros((0, m.size, m.size)), np.zeros(0)),
+        center[None],
+        [100.0**2],
+        np.outer(force, force),
+    )
+    response = attach_dampers(bare, np.zeros((0, 1)), np.zeros((0, 1)))
+    assert response.displacement_psd[0, 0] * 1e6 == pytest.approx(2064.24, rel=3e-6)
+
+
 def test_a_dashpot_patch_adds_its_damping_and_a_mass_patch_its_mass():
     # C_e A = 30 N s/m beside 2ζmω = 50.27; m_a A = 0.5 kg beside 2 kg: Miles with the sums
     # red: - omega**2 * mass → + omega**2 * mass in `attached_motion`
@@ -274,6 +299,17 @@ def test_negative_damping_is_refused_as_unstable(panel, lines):
             damping,
             lines.apparent_mass,
         )
+
+
+def test_the_law_of_the_paper_as_printed_is_refused(panel, lines):
+    # Eq. 5-6: a1 < 0 for every fill, so C_e < 0 at every frequency, in Hz or in rad/s
+    # red: max(-damping, 0) → max(damping, 0) · 0 in `_check_stable`
+    r, omega = 0.5, 2 * np.pi * lines.frequency
+    a1 = r * (-20 + 36.09 * r - 25.2 * r**2) * 1e-4
+    a2, a3 = 4.10 - 0.6 * r, r * (8.8 - 12.5 * r) * 1e-4
+    printed = a1 * omega ** (a2 - 1) * np.exp(-a3 * omega) / (2 * np.pi)
+    with pytest.raises(UnstableDamping, match="negative damping feeds energy"):
+        attach_dampers(bare_of(panel, lines), np.stack([printed, 0 * printed]), lines.apparent_mass)
 
 
 def test_allowed_negative_damping_must_be_outweighed_by_the_panels_own():

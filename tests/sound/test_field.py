@@ -141,7 +141,7 @@ def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
 
 def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
     # (1,1) even and (2,1) odd in x: zero to rounding, where (1,1) and (3,1) share 1e-2 m⁴
-    # red: shape[:, None] with the first column in the place of the second; azimuth of one value
+    # red: odd = np.tensordot… (the `odd` of `_transform`) → even, so that phases are lost
     matrix = diffuse_modal_force(3.0, panel)
     assert abs(matrix[0, 1]) < 1e-13
     assert abs(matrix[0, 2]) > 1e-3
@@ -233,8 +233,8 @@ def test_each_halving_of_the_elements_takes_6_02_db_from_the_uncorrelated_field(
 
 @pytest.mark.parametrize(("mode", "decibels"), [((1, 1), 25.6), ((3, 1), 14.6), ((9, 1), 5.4)])
 def test_the_uncorrelated_field_of_the_papers_mesh_is_too_weak(panel, mode, decibels):
-    # one decimal is given; red: SPEED = 340 in `wavenumber` changes the third figure only, so
-    # area[:, None] * shape → area.mean() * np.ones_like(shape)
+    # one decimal is given, so 0.05 dB is in the rounding
+    # red: area[:, None] * shape → np.sqrt(area)[:, None] * shape
     i = MODES.index(mode)
     diffuse = diffuse_modal_force(float(wavenumber(natural_frequency(*mode), SPEED)), panel)
     lumped = uncorrelated_modal_force(*lumped_panel((30, 20)))

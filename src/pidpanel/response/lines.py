@@ -54,9 +54,11 @@ def frequency_grid(
     bare peaks stand at their height, and each jump of the input (a band edge) as a pair of
     neighbouring lines, one on each side, so that the trapezoidal rule integrates steps exactly.
 
-    The trapezoidal rule on a Lorentzian with b lines per bandwidth misses its area by about
-    2 exp(−πb): 1e-5 for b = 4. The added lines break the evenness and cost 0.1 %; with b = 8 the
-    rms is within 0.05 %.
+    The trapezoidal rule on a Lorentzian with b even lines per bandwidth misses its area by about
+    2 exp(−πb). Measured on the rms of a panel of 35 modes, with and without added mass: 0.2 % for
+    b = 2, 1e-4 for b = 3, 6e-6 for b = 4. Added natural frequencies break the evenness and take
+    that away: 1 %, 0.4 %, 0.2 %, and 3e-4 for b = 8. So take b = 8 with natural frequencies for
+    spectra that are looked at, and b = 3 without them for a mere rms.
 
     Parameters
     ----------

@@ -137,9 +137,7 @@ def bare_panel(
         finite.
     """
     frequency = checked_frequency(frequency)
-    pressure_psd = checked_array("pressure_psd", pressure_psd, frequency.shape)
-    if np.any(pressure_psd < 0):
-        raise ResponseError(f"pressure_psd = {pressure_psd.min():g} Pa²/Hz must not be negative")
+    pressure_psd = _checked_pressure_psd(pressure_psd, frequency)
     n = basis.natural_frequency.size
     points = _checked_points(shape_at_points, n)
     _check_patches(patches, n)
@@ -247,7 +245,7 @@ def diagonal_response(
     Parameters, returns and errors are those of `bare_panel` and `attach_dampers`.
     """
     frequency = checked_frequency(frequency)
-    pressure_psd = checked_array("pressure_psd", pressure_psd, frequency.shape)
+    pressure_psd = _checked_pressure_psd(pressure_psd, frequency)
     n = basis.natural_frequency.size
     points = _checked_points(shape_at_points, n)
     _check_patches(patches, n)
@@ -403,6 +401,13 @@ def checked_frequency(frequency: ArrayLike) -> Floats:
         raise ResponseError(f"frequency has shape {array.shape}: (nf,) with nf > 0 is needed")
     if not (np.all(np.isfinite(array)) and array[0] > 0 and np.all(np.diff(array) > 0)):
         raise ResponseError("frequency must be finite, positive and rising")
+    return array
+
+
+def _checked_pressure_psd(pressure_psd: ArrayLike, frequency: Floats) -> Floats:
+    array = checked_array("pressure_psd", pressure_psd, frequency.shape)
+    if np.any(array < 0):
+        raise ResponseError(f"pressure_psd = {array.min():g} Pa²/Hz must not be negative")
     return array
 
 
