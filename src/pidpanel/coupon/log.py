@@ -128,29 +128,30 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
         raise RunStopped(f"{source}:{number}: last mark at step {step}, not {last_step}")
 
 
-def read_dump(text: str, source: str) -> Array:
-    """Last frame of a ``dump custom id x y z``, (atoms, 3) m sorted by id.
+def read_dump(text: str, source: str, columns: tuple[str, ...] = ("x", "y", "z")) -> Array:
+    """Last frame of a ``dump custom id <columns>``, (atoms, len(columns)) sorted by id.
 
     Raises
     ------
-    LogTruncated, NotFinite
+    LogTruncated, NotFinite, ParticlesLost
     """
     parts = text.split("ITEM: TIMESTEP\n")
-    head, _, body = parts[-1].partition("ITEM: ATOMS id x y z \n")
+    head, _, body = parts[-1].partition(f"ITEM: ATOMS id {' '.join(columns)} \n")
     found = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
     if not body or not found:
-        raise LogTruncated(f"{source}: no complete frame of id, x, y, z")
+        raise LogTruncated(f"{source}: no complete frame of id, {', '.join(columns)}")
     lines = body.splitlines()
     if len(lines) != int(found[1]) or not text.endswith("\n"):
         raise LogTruncated(f"{source}: {len(lines)} of {found[1]} spheres")
+    width = len(columns) + 1
+    if any(len(line.split()) != width for line in lines):
+        raise LogTruncated(f"{source}: not {width} columns in every line")
     try:
         table = np.array([[float(v) for v in line.split()] for line in lines])
     except ValueError as error:
         raise NotFinite(f"{source}: {error}") from None
-    if table.ndim != 2 or table.shape[1] != 4:
-        raise LogTruncated(f"{source}: not four columns in every line")
     if not np.isfinite(table).all():
-        raise NotFinite(f"{source}: a position is not finite")
+        raise NotFinite(f"{source}: a value is not finite")
     table = table[np.argsort(table[:, 0])]
     if (table[:, 0] != np.arange(1, len(table) + 1)).any():
         raise ParticlesLost(f"{source}: the ids are not 1 to {len(table)}")

@@ -168,7 +168,7 @@ def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, 
     """Shake one run until its error target or its last cycle: files in ``folder``.
 
     Writes ``shake.in`` (runs again under ``liggghts -in``), ``start.data``, ``walls.stl``,
-    ``cycles.txt``, ``shake.log``. An interrupted run leaves no trace in a finished one: the
+    ``cycles.txt``, ``last.dump``, ``shake.log``. An interrupted run leaves no trace in a finished one: the
     folder is emptied first. ``full`` is N_full, spheres in a full cell.
 
     Returns
@@ -222,6 +222,7 @@ def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, 
             if (good and steady) or done >= run.max_cycles:
                 break
             wanted = min(run.max_cycles, math.ceil(1.5 * done))
+        solver.execute(f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0")
         solver.finish()
     log.check_log(
         (folder / "shake.log").read_text(), str(folder / "shake.log"),
@@ -233,6 +234,9 @@ def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, 
         "ended_by": "accuracy" if good and steady else "max_cycles",
     }
 
+
+LAST_COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
+"""Of each sphere at the end of a run, in ``last.dump`` (m, m/s)."""
 
 DRIFT_LIMIT = 3.0
 """Difference of the halves over its error beyond which a run is called drifting."""
