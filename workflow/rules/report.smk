@@ -1,0 +1,25 @@
+# Figures and one page that holds them all.
+
+CASES_CSV = [results("coupon/cases.csv")] if STUDY.coupon else []
+
+
+rule report:
+    input:
+        psd=results("response/psd.nc"),
+        summary=results("response/summary.csv"),
+        modes=results("panel/modes.nc"),
+        mode_table=results("panel/modes.csv"),
+        spectrum=results("sound/spectrum.csv"),
+        cases=CASES_CSV,
+        template=str(PROJECT / "templates/report/report.html.j2"),
+    output:
+        page=results("report.html"),
+        figures=directory(results("report")),
+    params:
+        folder=f"results/{STUDY.name}",
+        study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
+        code=code("report"),
+    log:
+        results("report.log"),
+    shell:
+        "{PYTHON} {SCRIPTS}/report.py {STUDY_FILE} {params.folder} results/coupon 2> {log}"
