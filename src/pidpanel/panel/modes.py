@@ -148,8 +148,8 @@ def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
     Raises
     ------
     RuntimeError
-        If the factorisation had to permute rows and columns differently, which happens only
-        where a pivot vanishes: `frequency` hits an eigenfrequency, so move it a little.
+        If the factorisation had to permute rows and columns differently, because a pivot
+        vanished: `frequency` hits an eigenfrequency of the plate or of a part of it.
     """
     shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
     # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
@@ -162,8 +162,8 @@ def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
     )
     if not np.array_equal(factors.perm_r, factors.perm_c):
         raise RuntimeError(
-            f"modes below {frequency:g} Hz cannot be counted: the factors are not symmetric."
-            " The frequency is too near to an eigenfrequency; change it by a little"
+            f"modes below {frequency:g} Hz cannot be counted: a pivot vanished there; change the"
+            " frequency by a little"
         )
     return int(np.sum(factors.U.diagonal() < 0))
 
@@ -203,21 +203,22 @@ def normal_modes(
     n_free = plate.stiffness.shape[0]
     if count == 0:
         raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; the first mode lies above")
-    # a twentieth of the coordinates: beyond, the frequencies of any element are far off
-    if count + SPARE_MODES > n_free / 20:
+    # The coordinates of two by two Bogner-Fox-Schmit elements to each half wave by half wave.
+    if count > n_free // 16:
         raise ValueError(
             f"frequency_limit is {frequency_limit:g} Hz, with {count} modes below; the mesh has"
-            f" {n_free} coordinates and carries no more than {n_free // 20 - SPARE_MODES}:"
-            " refine it, or lower the limit"
+            f" {n_free} coordinates and carries no more than {n_free // 16} modes: refine it, or"
+            " lower the limit"
         )
+    wanted = min(count + SPARE_MODES, n_free - 1)
     eigenvalue, modes = spla.eigsh(
         plate.stiffness,
-        k=count + SPARE_MODES,
+        k=wanted,
         M=plate.mass,
         sigma=0.0,
         v0=np.random.default_rng(0).standard_normal(n_free),
         # a Krylov space this wide finds both modes of a pair before it stops
-        ncv=min(n_free, 3 * (count + SPARE_MODES)),
+        ncv=min(n_free, 3 * wanted),
     )
     order = np.argsort(eigenvalue)
     frequency = np.sqrt(eigenvalue[order]) / (2 * np.pi)

@@ -141,11 +141,12 @@ def assemble_thin_plate(mesh: PanelMesh, section: ThinSection) -> AssembledPlate
     """
     skmesh: Mesh
     element: Element
+    vertices, cells = np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T)
     if mesh.cell_kind == "quadrilaterals":
         _check_rectangles(mesh)
-        skmesh, element = MeshQuad(mesh.vertices.T, mesh.cells.T), _CentredBFS()
+        skmesh, element = MeshQuad(vertices, cells), _CentredBFS()
     else:
-        skmesh, element = MeshTri(mesh.vertices.T, mesh.cells.T), _CentredArgyris()
+        skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
     order = EXACT_ORDER[mesh.cell_kind]
     basis = CellBasis(skmesh, element, intorder=order)
     free = _simply_supported_coordinates(skmesh, basis)
@@ -157,8 +158,8 @@ def assemble_thin_plate(mesh: PanelMesh, section: ThinSection) -> AssembledPlate
         return sp.csr_array(sp.csr_array(basis.probes(np.asarray(positions).T)) @ free)
 
     patch_overlap = {}
-    for name, cells in mesh.patch_cells.items():
-        patch = CellBasis(skmesh, element, intorder=order, elements=cells)
+    for name, members in mesh.patch_cells.items():
+        patch = CellBasis(skmesh, element, intorder=order, elements=members)
         patch_overlap[name] = reduced(overlap_form.assemble(patch))
 
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
@@ -271,7 +272,7 @@ def _values_at_quadrature(basis: CellBasis) -> sp.csr_array:
     """Matrix (n_quadrature, n_dofs) of the basis functions at the quadrature points."""
     n_cells, n_points = basis.dx.shape
     point = np.arange(n_cells * n_points)
-    values = [np.asarray(function[0].value).ravel() for function in basis.basis]
+    values = [np.asarray(function[0]).ravel() for function in basis.basis]
     columns = [np.repeat(dofs, n_points) for dofs in basis.element_dofs]
     rows = np.tile(point, len(values))
     return sp.csr_array(

@@ -1,0 +1,76 @@
+"""Truths of the files of the basis."""
+
+import dataclasses
+
+import meshio
+import numpy as np
+import pytest
+import xarray as xr
+
+from pidpanel.panel.basis_files import read_basis, write_basis, write_shapes
+from pidpanel.panel.mesh import mesh_triangles
+from pidpanel.panel.modes import panel_basis
+from pidpanel.panel.plate import ThinSection, assemble_thin_plate
+
+SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
+
+
+@pytest.fixture
+def bare_triangles(tmp_path):
+    """A basis without patches and points, on triangles."""
+    outline = [(0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)]
+    mesh = mesh_triangles(tmp_path / "m.msh", outline, 0.5, {}, {})
+    return panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 200.0)
+
+
+@pytest.mark.parametrize("which", ["paper_basis", "bare_triangles"])
+def test_a_basis_comes_back_as_it_was_written(tmp_path, request, which):
+    basis = request.getfixturevalue(which)
+    write_basis(tmp_path / "basis.nc", basis, {})
+    again = read_basis(tmp_path / "basis.nc")
+    for field in dataclasses.fields(basis):
+        before, after = getattr(basis, field.name), getattr(again, field.name)
+        assert type(after) is type(before)
+        np.testing.assert_array_equal(after, before)
+        if isinstance(before, np.ndarray):
+            assert after.dtype == before.dtype
+
+
+def test_every_variable_says_its_unit_and_its_name_and_the_file_its_study(tmp_path, paper_basis):
+    write_basis(tmp_path / "basis.nc", paper_basis, {"study": "paper-1234"})
+    with xr.open_dataset(tmp_path / "basis.nc", engine="scipy") as dataset:
+        assert dataset.attrs == {"study": "paper-1234"}
+        assert set(dataset.variables) == {field.name for field in dataclasses.fields(paper_basis)}
+        for variable in dataset.variables.values():
+            assert variable.attrs["units"] and variable.attrs["long_name"]
+        assert dataset["natural_frequency"].units == "Hz"
+        assert dataset["modal_mass"].units == "kg"
+        assert dataset["patch_overlap"].units == "m2"
+
+
+def test_the_same_basis_makes_the_same_file(tmp_path, paper_basis):
+    for name in ("1.nc", "2.nc"):
+        write_basis(tmp_path / name, paper_basis, {"study": "x"})
+    assert (tmp_path / "1.nc").read_bytes() == (tmp_path / "2.nc").read_bytes()
+
+
+def test_a_file_that_is_no_basis_says_what_is_missing(tmp_path, paper_basis):
+    write_basis(tmp_path / "basis.nc", paper_basis, {})
+    with xr.open_dataset(tmp_path / "basis.nc", engine="scipy") as dataset:
+        dataset.drop_vars("modal_mass").to_netcdf(tmp_path / "less.nc", engine="scipy")
+    with pytest.raises(ValueError, match=r"less.nc: no basis of a panel, \['modal_mass'\]"):
+        read_basis(tmp_path / "less.nc")
+
+
+@pytest.mark.parametrize("which", ["paper_basis", "bare_triangles"])
+def test_shapes_to_look_at_stand_on_the_mesh(tmp_path, request, which):
+    basis = request.getfixturevalue(which)
+    write_shapes(tmp_path / "shapes.vtu", basis)
+    grid = meshio.read(tmp_path / "shapes.vtu")
+    np.testing.assert_array_equal(grid.cells[0].data, basis.cells)
+    np.testing.assert_array_equal(grid.points[:, :2], basis.vertex_position)
+    names = list(grid.point_data)
+    assert names[0].startswith("mode_001_64.9")
+    assert sum(name.startswith("residual") for name in names) == basis.is_residual.sum()
+    for i, name in enumerate(names):
+        np.testing.assert_array_equal(grid.point_data[name], basis.shape_at_vertices[:, i])

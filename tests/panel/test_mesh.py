@@ -1,0 +1,214 @@
+"""Truths of the meshes: numbering, patches, points, and what they refuse."""
+
+import signal
+from concurrent.futures import ThreadPoolExecutor
+
+import gmsh
+import meshio
+import numpy as np
+import pytest
+
+from pidpanel.panel.mesh import Rectangle, mesh_quadrilaterals, mesh_triangles, read_mesh
+
+SIZE = (1.5, 1.0)
+ELEMENTS = (30, 20)
+OUTLINE = [(0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)]
+L_SHAPE = [(0.0, 0.0), (1.5, 0.0), (1.5, 0.5), (0.75, 0.5), (0.75, 1.0), (0.0, 1.0)]
+PID = Rectangle((0.75, 0.50), (0.2, 0.2))
+
+
+def areas(mesh):
+    """Areas of the cells by the shoelace formula."""
+    x, y = mesh.vertices[mesh.cells].transpose(2, 0, 1)
+    return 0.5 * np.sum(x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y, axis=1)
+
+
+def test_grid_points_count_from_1_along_the_long_side_31_to_a_row(paper_mesh):
+    number = np.arange(1, 652)
+    expected = np.column_stack([0.05 * ((number - 1) % 31), 0.05 * ((number - 1) // 31)])
+    # 1e-12 m: rounding of the coordinates in gmsh
+    np.testing.assert_allclose(paper_mesh.vertices, expected, atol=1e-12)
+    assert paper_mesh.point_vertices == {"326": 325, "189": 188, "318": 317}
+
+
+def test_the_file_holds_the_grid_points_under_the_numbers_of_the_paper(paper_path, paper_mesh):
+    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
+    try:
+        gmsh.open(str(paper_path))
+        for number, position in {326: (0.75, 0.5), 189: (0.1, 0.3), 318: (0.35, 0.5)}.items():
+            found, _, _, _ = gmsh.model.mesh.getNode(number)
+            np.testing.assert_allclose(found, (*position, 0.0), atol=1e-12)
+    finally:
+        gmsh.finalize()
+
+
+def test_patches_of_the_paper_are_16_cells_each_and_lie_where_they_should(paper_mesh):
+    boxes = {
+        "PID-1": ((0.65, 0.40), (0.85, 0.60)),
+        "PID-2": ((0.00, 0.20), (0.20, 0.40)),
+        "PID-3": ((0.25, 0.40), (0.45, 0.60)),
+    }
+    assert paper_mesh.cells.shape == (600, 4)
+    for name, (lower, upper) in boxes.items():
+        corners = paper_mesh.vertices[paper_mesh.cells[paper_mesh.patch_cells[name]]]
+        assert len(corners) == 16
+        np.testing.assert_allclose(corners.min(axis=(0, 1)), lower, atol=1e-12)
+        np.testing.assert_allclose(corners.max(axis=(0, 1)), upper, atol=1e-12)
+
+
+def test_the_file_names_panel_patches_and_points_as_physical_groups(paper_path, paper_mesh):
+    groups = {name: int(dim) for name, (_, dim) in meshio.read(paper_path).field_data.items()}
+    assert groups == {
+        "panel": 2, "PID-1": 2, "PID-2": 2, "PID-3": 2, "326": 0, "189": 0, "318": 0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["quadrilaterals", "triangles"])
+def test_overlapping_patches_and_coinciding_points_keep_their_own_groups(tmp_path, kind):
+    patches = {"A": PID, "B": Rectangle((0.75, 0.55), (0.3, 0.2))}
+    points = {"centre": (0.75, 0.5), "326": (0.75, 0.5), "corner": (0.0, 0.0), "rim": (0.85, 0.45)}
+    if kind == "quadrilaterals":
+        mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, ELEMENTS, patches, points)
+    else:
+        mesh = mesh_triangles(tmp_path / "m.msh", OUTLINE, 0.1, patches, points)
+    assert mesh.cell_kind == kind
+    area = areas(mesh)
+    # rounding of coordinates over some hundred cells
+    assert area.sum() == pytest.approx(1.5, rel=1e-10)
+    assert area.min() > 0
+    assert area[mesh.patch_cells["A"]].sum() == pytest.approx(0.04, rel=1e-10)
+    assert area[mesh.patch_cells["B"]].sum() == pytest.approx(0.06, rel=1e-10)
+    both = np.intersect1d(mesh.patch_cells["A"], mesh.patch_cells["B"])
+    assert area[both].sum() == pytest.approx(0.2 * 0.15, rel=1e-10)
+    for name, position in points.items():
+        np.testing.assert_allclose(mesh.vertices[mesh.point_vertices[name]], position, atol=1e-10)
+
+
+def test_triangles_fill_an_l_shape_with_edges_of_the_asked_length(tmp_path):
+    mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.1, {}, {"p": (0.3, 0.3)})
+    assert areas(mesh).sum() == pytest.approx(1.5 - 0.75 * 0.5, rel=1e-10)
+    corners = mesh.vertices[mesh.cells]
+    length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    # gmsh keeps the mean to a few per cent and single edges within a factor of two
+    assert 0.09 < length.mean() < 0.11
+    assert 0.05 < length.min() and length.max() < 0.2
+
+
+def test_the_mesh_returned_is_the_mesh_in_the_file(paper_path, paper_mesh):
+    again = read_mesh(paper_path, ["PID-1"], ["326"])
+    np.testing.assert_array_equal(again.vertices, paper_mesh.vertices)
+    np.testing.assert_array_equal(again.cells, paper_mesh.cells)
+    np.testing.assert_array_equal(again.patch_cells["PID-1"], paper_mesh.patch_cells["PID-1"])
+    assert again.point_vertices == {"326": 325}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"patches": {"A": Rectangle((0.1, 0.1), (0.3, 0.1))}},
+            "patch 'A' = [-0.05, 0.25] x [0.05, 0.15] m leaves the panel;"
+            " allowed is [0, 1.5] x [0, 1] m",
+        ),
+        (
+            {"patches": {"A": Rectangle((0.12, 0.1), (0.2, 0.2))}},
+            "patch 'A' = [0.02, 0.22] x [0, 0.2] m: edge x = 0.02 m is not on an element edge;"
+            " allowed are multiples of 0.05 m",
+        ),
+        (
+            {"patches": {"A": Rectangle((0.1, 0.1), (0.2, -0.2))}},
+            "patch 'A' has size 0.2 x -0.2 m; both must be positive",
+        ),
+        (
+            {"points": {"7": (0.75, 0.52)}},
+            "point '7' = (0.75, 0.52) m: y = 0.52 m is not at a grid point;"
+            " allowed are multiples of 0.05 m",
+        ),
+        (
+            {"points": {"7": (1.6, 0.5)}},
+            "point '7' = (1.6, 0.5) m leaves the panel; allowed is [0, 1.5] x [0, 1] m",
+        ),
+        ({"elements": (30, 0)}, "number of elements along y is 0; it must be at least 1"),
+        ({"size": (-1.5, 1.0)}, "panel size is -1.5 x 1 m; both must be positive"),
+        (
+            {"patches": {"A": PID}, "points": {"A": (0.0, 0.0)}},
+            "'A' names both a patch and a point; names must differ",
+        ),
+        (
+            {"points": {"panel": (0.0, 0.0)}},
+            "'panel' names the whole panel; no patch or point may have it",
+        ),
+    ],
+)
+def test_quadrilaterals_refuse(tmp_path, arguments, message):
+    given = {"size": SIZE, "elements": ELEMENTS, "patches": {}, "points": {}} | arguments
+    with pytest.raises(ValueError) as caught:
+        mesh_quadrilaterals(tmp_path / "m.msh", **given)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"patches": {"A": Rectangle((0.75, 0.5), (0.2, 0.2))}},
+            "patch 'A' = [0.65, 0.85] x [0.4, 0.6] m leaves the panel; allowed is the inside of"
+            " the outline (0, 0), (1.5, 0), (1.5, 0.5), (0.75, 0.5), (0.75, 1), (0, 1) m",
+        ),
+        (
+            {"points": {"7": (1.0, 0.75)}},
+            "point '7' = (1, 0.75) m leaves the panel; allowed is the inside of the outline"
+            " (0, 0), (1.5, 0), (1.5, 0.5), (0.75, 0.5), (0.75, 1), (0, 1) m",
+        ),
+        ({"element_size": 0.0}, "element_size is 0 m; it must be positive"),
+        ({"outline": OUTLINE[:2]}, "outline has 2 corners; it needs at least 3"),
+        (
+            {"outline": [(0, 0), (1, 1), (2, 2)]},
+            "outline (0, 0), (1, 1), (2, 2) m encloses no area",
+        ),
+        (
+            {"outline": [(0, 0), (1, 1), (1, 0), (0, 2)]},
+            "outline crosses itself: the edge from (0, 0) m meets the edge from (1, 0) m",
+        ),
+    ],
+)
+def test_triangles_refuse(tmp_path, arguments, message):
+    given = {"outline": L_SHAPE, "element_size": 0.1, "patches": {}, "points": {}} | arguments
+    with pytest.raises(ValueError) as caught:
+        mesh_triangles(tmp_path / "m.msh", **given)
+    assert str(caught.value) == message
+    assert not gmsh.isInitialized()
+
+
+def test_a_group_that_the_file_lacks_is_named_with_those_it_has(paper_path, paper_mesh):
+    with pytest.raises(ValueError, match=r"no surface group 'PID-4'; the file has \['PID-1'"):
+        read_mesh(paper_path, ["PID-4"], [])
+    with pytest.raises(ValueError, match=r"no point group 'PID-1'; the file has \['189'"):
+        read_mesh(paper_path, [], ["PID-1"])
+
+
+def test_gmsh_leaves_no_state_no_words_and_no_signal_handler(tmp_path, capfd):
+    handler = signal.getsignal(signal.SIGINT)
+    first = mesh_triangles(tmp_path / "1.msh", OUTLINE, 0.2, {"A": PID}, {})
+    second = mesh_triangles(tmp_path / "2.msh", OUTLINE, 0.2, {"A": PID}, {})
+    assert not gmsh.isInitialized()
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert capfd.readouterr() == ("", "")
+    assert (tmp_path / "1.msh").read_bytes() == (tmp_path / "2.msh").read_bytes()
+    np.testing.assert_array_equal(first.cells, second.cells)
+
+
+def test_meshes_can_be_made_off_the_main_thread(tmp_path):
+    with ThreadPoolExecutor(1) as pool:
+        mesh = pool.submit(mesh_triangles, tmp_path / "m.msh", OUTLINE, 0.5, {}, {}).result()
+    assert mesh.cells.shape[1] == 3
+
+
+def test_an_open_gmsh_of_somebody_else_is_left_alone(tmp_path):
+    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
+    try:
+        with pytest.raises(RuntimeError, match="gmsh is already open in this process"):
+            mesh_triangles(tmp_path / "m.msh", OUTLINE, 0.5, {}, {})
+        assert gmsh.isInitialized()
+    finally:
+        gmsh.finalize()

@@ -1,0 +1,308 @@
+"""Truths of the modes and residual vectors: Table 1, orthogonality, and a direct solve."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from pidpanel.panel import modes as modes_module
+from pidpanel.panel.mesh import Rectangle, mesh_quadrilaterals
+from pidpanel.panel.modes import (
+    count_modes_below,
+    normal_modes,
+    panel_basis,
+    residual_vectors,
+)
+from pidpanel.panel.navier import mode_orders
+from pidpanel.panel.plate import AssembledPlate, ThinSection, assemble_thin_plate
+
+A, B = 1.5, 1.0
+SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
+# Table 1 of the paper: m, n, frequency in Hz
+TABLE_1 = [
+    (1, 1, 64.90), (2, 1, 124.81), (1, 2, 199.70), (3, 1, 224.67), (2, 2, 259.62),
+    (3, 2, 359.46), (1, 3, 424.37), (2, 3, 484.28), (3, 3, 584.13), (1, 4, 738.90),
+    (4, 2, 499.26), (4, 3, 723.92), (2, 4, 798.81), (4, 4, 1038.46), (6, 3, 1123.33),
+    (6, 4, 1437.87), (7, 2, 1158.28), (7, 4, 1697.48), (8, 1, 1323.04), (5, 1, 544.19),
+    (7, 1, 1023.48), (9, 1, 1662.53),
+]  # fmt: skip
+# modes below 1700 Hz that Table 1 leaves out
+NOT_IN_TABLE_1 = [
+    (4, 1), (5, 2), (6, 1), (3, 4), (6, 2), (5, 3), (1, 5), (2, 5), (5, 4), (3, 5), (7, 3),
+    (4, 5), (8, 2), (5, 5), (1, 6), (8, 3), (2, 6),
+]  # fmt: skip
+
+
+def table_frequency(m, n):
+    """Hz; all rows of Table 1 to 0.005 %."""
+    return 44.9332 * (m**2 / A**2 + n**2 / B**2)
+
+
+@pytest.fixture(scope="module")
+def frequency_of_order(paper_basis):
+    orders, share = mode_orders(paper_basis, (A, B))
+    # every mode is a sine, or a pair of modes spans a pair of sines
+    assert share.min() > 0.9999
+    assert len({tuple(order) for order in orders}) == len(orders)
+    frequency = paper_basis.natural_frequency[: len(orders)]
+    return {(m, n): f for (m, n), f in zip(orders.tolist(), frequency, strict=True)}
+
+
+@pytest.mark.parametrize(("m", "n", "frequency"), TABLE_1)
+def test_table_1_is_reproduced(frequency_of_order, m, n, frequency):
+    # 0.005 % in the table, (kh)^4 / 1440 of the element: 0.05 % for (9, 1)
+    assert frequency_of_order[m, n] == pytest.approx(frequency, rel=6e-4)
+
+
+@pytest.mark.parametrize(("m", "n"), NOT_IN_TABLE_1)
+def test_modes_missing_from_table_1_are_found(frequency_of_order, m, n):
+    assert frequency_of_order[m, n] == pytest.approx(table_frequency(m, n), rel=6e-4)
+
+
+def test_39_modes_lie_below_1700_hz(paper_basis):
+    modes = paper_basis.natural_frequency[~paper_basis.is_residual]
+    assert np.sum(modes < 1700) == len(TABLE_1) + len(NOT_IN_TABLE_1) == 39
+
+
+@pytest.mark.parametrize("pair", [((3, 4), (6, 2)), ((7, 4), (2, 6))])
+def test_both_modes_of_an_exact_pair_are_there(frequency_of_order, pair):
+    first, second = (frequency_of_order[order] for order in pair)
+    # the element tells them apart by its own error only
+    assert first == pytest.approx(second, rel=6e-4)
+
+
+def test_inertia_counts_the_modes_of_navier(paper_plate):
+    m, n = np.mgrid[1:40, 1:40]
+    exact = np.sort(table_frequency(m, n).ravel())
+    # away from the frequencies themselves, by more than the error of the element
+    middle = (exact[1:] + exact[:-1]) / 2
+    clear = (exact[1:] - exact[:-1] > 5e-3 * middle) & (middle < 3000)
+    for frequency in middle[clear][::3]:
+        assert count_modes_below(paper_plate, frequency) == np.sum(exact < frequency)
+
+
+def test_a_pivot_that_vanishes_is_no_count():
+    K = sp.csr_array(np.array([[4.0, 1.0], [1.0, 4.0]]))
+    plate = AssembledPlate(
+        K, sp.csr_array(np.eye(2)), {}, None, None, np.zeros((0, 2)), np.zeros(0), None
+    )
+    with pytest.raises(RuntimeError, match="a pivot vanished there"):
+        count_modes_below(plate, 2 / (2 * np.pi))
+
+
+def test_a_missed_mode_is_an_error(paper_plate, monkeypatch):
+    def without_the_third(*args, **kwargs):
+        eigenvalue, vectors = spla.eigsh(*args, **kwargs)
+        keep = np.argsort(eigenvalue) != 2
+        return eigenvalue[keep], vectors[:, keep]
+
+    monkeypatch.setattr(
+        modes_module, "spla", type("spla", (), {"splu": spla.splu, "eigsh": without_the_third})
+    )
+    with pytest.raises(RuntimeError, match="4 modes were found below 300 Hz, where 5 exist"):
+        normal_modes(paper_plate, 300.0)
+
+
+def test_the_same_plate_gives_the_same_modes_to_the_last_bit(paper_mesh, paper_plate):
+    first, second = (panel_basis(paper_mesh, paper_plate, 1000.0) for _ in range(2))
+    for field in dataclasses.fields(first):
+        np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
+
+
+def test_shapes_have_a_largest_deflection_of_one_upwards(paper_basis):
+    shapes = paper_basis.shape_at_vertices
+    np.testing.assert_allclose(np.abs(shapes).max(axis=0), 1, rtol=1e-12)
+    # of two equal largest deflections the first is upwards: (2, 1) rises first at small x
+    np.testing.assert_allclose(shapes.max(axis=0), 1, rtol=2e-6)
+    left = np.argmin(np.hypot(*(paper_basis.vertex_position - (0.4, 0.5)).T))
+    assert shapes[left, 1] > 0.9
+
+
+def test_the_first_mode_carries_a_quarter_of_the_mass(paper_basis):
+    # m'' a b / 4; its crest is a grid point, the shape is a sine to 1e-6
+    assert paper_basis.modal_mass[0] == pytest.approx(4.0 * 1.5 / 4, rel=1e-5)
+
+
+def sine_overlap(m, p, length, lower, upper):
+    """Integral of sin(m pi x / l) sin(p pi x / l) from lower to upper."""
+
+    def primitive(x):
+        difference = (
+            x if m == p else np.sin((m - p) * np.pi * x / length) * length / (m - p) / np.pi
+        )
+        return (difference - np.sin((m + p) * np.pi * x / length) * length / (m + p) / np.pi) / 2
+
+    return primitive(upper) - primitive(lower)
+
+
+@pytest.mark.parametrize(
+    ("name", "box"),
+    [
+        ("PID-1", (0.65, 0.85, 0.40, 0.60)),
+        ("PID-2", (0.00, 0.20, 0.20, 0.40)),
+        ("PID-3", (0.25, 0.45, 0.40, 0.60)),
+    ],
+)
+def test_patch_overlap_is_the_integral_of_products_of_sines(paper_basis, name, box):
+    overlap = paper_basis.patch_overlap[paper_basis.patch_names.index(name)]
+    orders = [(1, 1), (2, 1), (1, 2), (3, 1), (2, 2), (3, 2)]
+    # amplitudes of the computed shapes against sines, from the deflection at one grid point
+    # where none of the six sines is small
+    x, y = 0.3, 0.4
+    vertex = np.argmin(np.hypot(*(paper_basis.vertex_position - (x, y)).T))
+    sines = np.array([np.sin(m * np.pi * x / A) * np.sin(n * np.pi * y / B) for m, n in orders])
+    amplitude = paper_basis.shape_at_vertices[vertex, :6] / sines
+    expected = np.array(
+        [
+            [sine_overlap(m, p, A, *box[:2]) * sine_overlap(n, q, B, *box[2:]) for p, q in orders]
+            for m, n in orders
+        ]
+    )
+    # shapes of the element are sines to (kh)^4 / 720, 3e-5 for (3, 2)
+    np.testing.assert_allclose(
+        overlap[:6, :6], np.outer(amplitude, amplitude) * expected, atol=1e-4 * 0.04
+    )
+
+
+def test_patches_that_tile_the_panel_add_up_to_the_mass(tmp_path):
+    tiles = {
+        f"{i}{j}": Rectangle((0.25 + 0.5 * i, 0.25 + 0.5 * j), (0.5, 0.5))
+        for i in range(3)
+        for j in range(2)
+    }
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (18, 12), tiles, {})
+    basis = panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 800.0)
+    whole = basis.patch_overlap.sum(axis=0)
+    # M-orthogonality to rounding, over m''; 1e-8 for residual vectors, freed of modes twice
+    np.testing.assert_allclose(whole, np.diag(basis.modal_mass / 4.0), atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def vectors(paper_plate):
+    """Modes below 3 kHz and residual vectors in the coordinates of the elements."""
+    _, modes = normal_modes(paper_plate, 3000.0)
+    _, residuals = residual_vectors(paper_plate, modes, tolerance=1e-4)
+    return modes, residuals
+
+
+def test_modes_and_residual_vectors_diagonalise_mass_and_stiffness(
+    paper_plate, paper_basis, vectors
+):
+    basis = np.hstack(vectors)
+    angular = 2 * np.pi * paper_basis.natural_frequency
+    for matrix, diagonal in [
+        (paper_plate.mass, paper_basis.modal_mass),
+        (paper_plate.stiffness, angular**2 * paper_basis.modal_mass),
+    ]:
+        product = basis.T @ (matrix @ basis)
+        scale = np.sqrt(np.outer(diagonal, diagonal))
+        # Lanczos converges to 1e-12, the residual vectors span frequencies of 3 to 40 kHz
+        np.testing.assert_allclose(product / scale, np.eye(len(angular)), atol=1e-8)
+
+
+def test_static_answers_to_the_patches_lie_in_the_basis(paper_plate, vectors):
+    modes = vectors[0]
+    basis = np.hstack(vectors)
+    K = paper_plate.stiffness
+    stiffness = np.einsum("ki,ki->i", basis, K @ basis)
+    for overlap in paper_plate.patch_overlap.values():
+        answer = spla.spsolve(K.tocsc(), overlap @ modes)
+        rest = answer - basis @ (basis.T @ (K @ answer) / stiffness[:, None])
+        energy = np.einsum("ki,ki->i", rest, K @ rest)
+        largest = np.einsum("ki,ki->i", answer, K @ answer).max()
+        # directions below 1e-4 of the largest were dropped
+        assert np.sqrt(energy.max() / largest) < 1e-4
+
+
+def diffuse_waves(angular_frequency, position):
+    """Pressures of 72 plane waves that together make a diffuse field, (n_positions, 72).
+
+    Gauss points in the cosine of the angle to the normal, equal steps of azimuth.
+    """
+    cosine, weight = np.polynomial.legendre.leggauss(6)
+    azimuth = np.arange(12) * 2 * np.pi / 12 + 0.1
+    sine = np.sqrt(1 - ((cosine + 1) / 2) ** 2)[:, None]
+    trace = np.array([sine * np.cos(azimuth), sine * np.sin(azimuth)]).reshape(2, -1)
+    amplitude = np.sqrt(np.repeat(weight / 2, 12) / 12)
+    return amplitude * np.exp(1j * angular_frequency / 343 * (position @ trace))
+
+
+@pytest.mark.parametrize("patch", ["PID-1", "PID-2", "PID-3"])
+def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
+    paper_plate, paper_mesh, paper_basis, patch
+):
+    C_e, m_a = 3e4, 3.0  # N s/m^3 and kg/m^2: at 2 kHz the patch all but pins the panel
+    loss = 0.02  # K (1 + 0.02 i): structural, 1 % critical
+    points = list(paper_mesh.point_vertices.values())
+    weight = paper_plate.quadrature_weight[:, None]
+    K, M, D = paper_plate.stiffness, paper_plate.mass, paper_plate.patch_overlap[patch]
+
+    modal_mass = paper_basis.modal_mass
+    modal_stiffness = (2 * np.pi * paper_basis.natural_frequency) ** 2 * modal_mass
+    overlap = paper_basis.patch_overlap[paper_basis.patch_names.index(patch)]
+    for frequency in [70.0, 200.0, 500.0, 1000.0, 1500.0, 1800.0, 2000.0]:
+        omega = 2 * np.pi * frequency
+        Z = 1j * omega * C_e - omega**2 * m_a
+        waves = diffuse_waves(omega, paper_plate.quadrature_position)
+        # one uniform pressure before the waves of the diffuse field
+        pressure = weight * np.column_stack([np.ones(len(waves)), waves])
+
+        dynamic = K * (1 + 1j * loss) - omega**2 * M + Z * D
+        direct = spla.splu(dynamic.tocsc()).solve(paper_plate.at_quadrature.T @ pressure)
+        expected = (paper_plate.at_vertices @ direct)[points]
+
+        modal = np.diag(modal_stiffness * (1 + 1j * loss) - omega**2 * modal_mass) + Z * overlap
+        q = np.linalg.solve(modal, paper_basis.shape_at_quadrature.T @ pressure)
+        w = paper_basis.shape_at_points @ q
+
+        # What the modes above 3 kHz hold back of the direct force of the sound: 0.35 % of the
+        # deflection, 0.11 % of the PSD. Without residual vectors 15 % and more.
+        np.testing.assert_allclose(w[:, 0], expected[:, 0], rtol=5e-3)
+        psd, expected_psd = (np.sum(np.abs(d[:, 1:]) ** 2, axis=1) for d in (w, expected))
+        np.testing.assert_allclose(psd, expected_psd, rtol=5e-3)
+
+
+def test_each_patch_brings_about_twenty_residual_vectors(paper_basis):
+    assert 45 <= paper_basis.is_residual.sum() <= 75
+    # sorted: modes, then residual vectors above the limit of the modes
+    n_modes = np.sum(~paper_basis.is_residual)
+    assert not paper_basis.is_residual[:n_modes].any()
+    assert paper_basis.natural_frequency[n_modes:].min() > 3000.0
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-4, 1.0])
+def test_residual_vectors_grow_fewer_with_the_tolerance(paper_plate, tolerance):
+    _, modes = normal_modes(paper_plate, 500.0)
+    _, residuals = residual_vectors(paper_plate, modes, tolerance)
+    _, all_of_them = residual_vectors(paper_plate, modes, 0.0)
+    assert residuals.shape[1] <= all_of_them.shape[1] <= 3 * modes.shape[1]
+    assert (residuals.shape[1] == 0) == (tolerance == 1.0)
+
+
+def test_a_panel_without_patches_has_no_residual_vectors(tmp_path):
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (15, 10), {}, {"326": (0.5, 0.5)})
+    basis = panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 500.0)
+    assert not basis.is_residual.any()
+    assert basis.patch_overlap.shape == (0, len(basis.modal_mass), len(basis.modal_mass))
+
+
+@pytest.mark.parametrize(
+    ("limit", "tolerance", "message"),
+    [
+        (0.0, 1e-4, "frequency_limit is 0 Hz; it must be positive"),
+        (60.0, 1e-4, "frequency_limit is 60 Hz; the first mode lies above"),
+        (300.0, -1.0, "residual tolerance is -1; it must not be negative"),
+        (
+            9000.0,
+            1e-4,
+            "frequency_limit is 9000 Hz, with 217 modes below; the mesh has 2400 coordinates and"
+            " carries no more than 150 modes: refine it, or lower the limit",
+        ),
+    ],
+)
+def test_limits_out_of_range_are_refused(paper_mesh, paper_plate, limit, tolerance, message):
+    with pytest.raises(ValueError) as caught:
+        panel_basis(paper_mesh, paper_plate, limit, tolerance)
+    assert str(caught.value) == message

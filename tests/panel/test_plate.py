@@ -1,0 +1,230 @@
+"""Truths of the assembled thin plate, against polynomials, sines and membranes."""
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+
+from pidpanel.panel.mesh import PanelMesh, Rectangle, mesh_quadrilaterals, mesh_triangles
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.plate import ThinSection, assemble_thin_plate
+
+A, B = 1.5, 1.0
+OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]
+# elongated and off the middle, so that x and y cannot be taken for one another
+PATCH = Rectangle((0.4, 0.6), (0.4, 0.2))
+SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0, poissons_ratio=0.25)
+
+
+@pytest.fixture(scope="module", params=["quadrilaterals", "triangles"])
+def coarse(request, tmp_path_factory):
+    """Coarse mesh of the paper's rectangle with one patch, and its plate."""
+    path = tmp_path_factory.mktemp("coarse") / "m.msh"
+    if request.param == "quadrilaterals":
+        mesh = mesh_quadrilaterals(path, (A, B), (15, 10), {"P": PATCH}, {})
+    else:
+        mesh = mesh_triangles(path, OUTLINE, 0.3, {"P": PATCH}, {})
+    return mesh, assemble_thin_plate(mesh, SECTION)
+
+
+def bubble(x, y):
+    """A deflection x (a - x) y (b - y), zero on the edges, in the span of either element."""
+    return x * (A - x) * y * (B - y)
+
+
+def coordinates_of(plate, w):
+    """Free coordinates u of a deflection w(x, y) that the element can represent.
+
+    Least squares at the quadrature points, refined once.
+    """
+    N = plate.at_quadrature
+    target = w(*plate.quadrature_position.T)
+    normal = spla.splu((N.T @ N).tocsc())
+    u = normal.solve(N.T @ target)
+    u += normal.solve(N.T @ (target - N @ u))
+    np.testing.assert_allclose(N @ u, target, atol=1e-11)
+    return u
+
+
+def polynomial_integral(coefficients, lower, upper):
+    """Exact integral of a polynomial in one variable."""
+    primitive = np.polynomial.Polynomial(coefficients).integ()
+    return primitive(upper) - primitive(lower)
+
+
+def test_bending_energy_of_a_polynomial_is_its_integral_term_for_term(coarse):
+    _, plate = coarse
+    u = coordinates_of(plate, bubble)
+    # w = X Y with X = a x - x^2, X'' = -2 and the same in y
+    X2 = polynomial_integral([0, 0, A**2, -2 * A, 1], 0, A)
+    Y2 = polynomial_integral([0, 0, B**2, -2 * B, 1], 0, B)
+    X1 = polynomial_integral([A**2, -4 * A, 4], 0, A)
+    Y1 = polynomial_integral([B**2, -4 * B, 4], 0, B)
+    XXpp = polynomial_integral([0, -2 * A, 2], 0, A)
+    YYpp = polynomial_integral([0, -2 * B, 2], 0, B)
+    D, nu = SECTION.bending_stiffness, SECTION.poissons_ratio
+    energy = D * (4 * A * Y2 + 4 * B * X2 + 2 * nu * XXpp * YYpp + 2 * (1 - nu) * X1 * Y1)
+    # 1e-8: second derivatives lose (1/h)^2 of the 1e-11 to which u is found
+    assert u @ plate.stiffness @ u == pytest.approx(energy, rel=1e-8)
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.5])
+def test_poissons_ratio_drops_out_between_straight_simple_supports(tmp_path, nu):
+    section = ThinSection(SECTION.bending_stiffness, SECTION.mass_per_area, nu)
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (3, 2), {}, {})
+    plate = assemble_thin_plate(mesh, section)
+    u = coordinates_of(plate, bubble)
+    X2 = polynomial_integral([0, 0, A**2, -2 * A, 1], 0, A)
+    Y2 = polynomial_integral([0, 0, B**2, -2 * B, 1], 0, B)
+    XXpp = polynomial_integral([0, -2 * A, 2], 0, A)
+    YYpp = polynomial_integral([0, -2 * B, 2], 0, B)
+    laplacian_squared = 4 * A * Y2 + 4 * B * X2 + 2 * XXpp * YYpp
+    energy = SECTION.bending_stiffness * laplacian_squared
+    assert u @ plate.stiffness @ u == pytest.approx(energy, rel=1e-8)
+
+
+def test_mass_and_patch_overlap_of_a_polynomial_are_its_integrals(coarse):
+    _, plate = coarse
+    u = coordinates_of(plate, bubble)
+    square_x, square_y = [0, 0, A**2, -2 * A, 1], [0, 0, B**2, -2 * B, 1]
+    whole = polynomial_integral(square_x, 0, A) * polynomial_integral(square_y, 0, B)
+    patch = polynomial_integral(square_x, 0.2, 0.6) * polynomial_integral(square_y, 0.5, 0.7)
+    # 1e-10: u is found to 1e-11
+    assert u @ plate.mass @ u == pytest.approx(SECTION.mass_per_area * whole, rel=1e-10)
+    assert u @ plate.patch_overlap["P"] @ u == pytest.approx(patch, rel=1e-10)
+
+
+def test_consistent_load_of_a_pressure_is_its_work_on_the_deflection(coarse):
+    _, plate = coarse
+    u = coordinates_of(plate, bubble)
+    x = plate.quadrature_position[:, 0]
+    assert plate.quadrature_weight.sum() == pytest.approx(A * B, rel=1e-12)
+    work = u @ plate.at_quadrature.T @ (plate.quadrature_weight * x)
+    exact = polynomial_integral([0, 0, A, -1], 0, A) * polynomial_integral([0, B, -1], 0, B)
+    # x times the bubble has degree 5, for which the load quadrature is exact
+    assert work == pytest.approx(exact, rel=1e-10)
+
+
+def test_interpolation_returns_the_deflection_anywhere(coarse):
+    mesh, plate = coarse
+    u = coordinates_of(plate, bubble)
+    position = np.random.default_rng(1).uniform((0, 0), (A, B), (50, 2))
+    np.testing.assert_allclose(plate.interpolate(position) @ u, bubble(*position.T), atol=1e-10)
+    np.testing.assert_allclose(plate.at_vertices @ u, bubble(*mesh.vertices.T), atol=1e-10)
+    with pytest.raises(ValueError):
+        plate.interpolate(np.array([[1.6, 0.5]]))
+
+
+def test_no_coordinate_moves_the_supported_edge(coarse):
+    """The derivatives along the edge must vanish too, or w would leave 0 between vertices."""
+    _, plate = coarse
+    s = np.linspace(0, 1, 101)
+    edges = [(A * s, 0 * s), (A * s, 0 * s + B), (0 * s, B * s), (0 * s + A, B * s)]
+    for x, y in edges:
+        on_edge = plate.interpolate(np.column_stack([x, y]))
+        # rounding; a free u_x or u_xx would give about h / 8 or h^2 / 60
+        assert abs(on_edge).max() < 1e-12
+
+
+def test_free_coordinates_are_all_those_that_the_support_leaves(coarse):
+    """A support too strong would stiffen: count what must be free."""
+    mesh, plate = coarse
+    n_vertices = len(mesh.vertices)
+    x, y = mesh.vertices.T
+    on_edge = (x < 1e-9) | (x > A - 1e-9) | (y < 1e-9) | (y > B - 1e-9)
+    if mesh.cell_kind == "quadrilaterals":
+        # w, w_x, w_y, w_xy; an edge vertex loses w and w_t, a corner w, w_x and w_y
+        expected = 4 * n_vertices - 2 * (on_edge.sum() - 4) - 3 * 4
+    else:
+        # also w_tt, and at a corner w_xx and w_yy; each side has one w_n
+        n_edges = n_vertices + len(mesh.cells) - 1
+        expected = 6 * n_vertices + n_edges - 3 * (on_edge.sum() - 4) - 5 * 4
+    assert plate.stiffness.shape == (expected, expected)
+
+
+def rectangle_of_split_quads(nx, ny):
+    """A regular mesh of triangles, independent of gmsh, so that refinements are nested."""
+    x, y = np.meshgrid(np.linspace(0, A, nx + 1), np.linspace(0, B, ny + 1))
+    lower_left = (np.arange(ny)[:, None] * (nx + 1) + np.arange(nx)).ravel()
+    right, up = lower_left + 1, lower_left + nx + 1
+    cells = np.vstack(
+        [np.column_stack([lower_left, right, up + 1]), np.column_stack([lower_left, up + 1, up])]
+    )
+    return PanelMesh(np.column_stack([x.ravel(), y.ravel()]), cells, "triangles", {}, {})
+
+
+def first_six_errors(mesh):
+    """Relative errors of the frequencies of (1,1) (2,1) (1,2) (3,1) (2,2) (3,2)."""
+    # (4, 1) lies at 364.5 Hz
+    frequency, _ = normal_modes(assemble_thin_plate(mesh, SECTION), 364.0)
+    m, n = np.array([(1, 1), (2, 1), (1, 2), (3, 1), (2, 2), (3, 2)]).T
+    unit = np.pi / 2 * np.sqrt(SECTION.bending_stiffness / SECTION.mass_per_area)
+    return frequency / (unit * ((m / A) ** 2 + (n / B) ** 2)) - 1
+
+
+def test_bogner_fox_schmit_converges_to_navier_from_above_at_order_4(tmp_path):
+    errors = np.array(
+        [
+            first_six_errors(mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (nx, ny), {}, {}))
+            for nx, ny in [(6, 4), (12, 8), (24, 16)]
+        ]
+    )
+    # conforming and exactly integrated: Rayleigh's quotient is an upper bound
+    assert errors.min() > 0
+    orders = np.log2(errors[:-1] / errors[1:])
+    # cubics: 2 (3 + 1 - 2) = 4; the coarsest mesh has two elements to a half wave of (3, 1)
+    assert 3.8 < orders.min() and orders.max() < 4.2
+    # (kh)^4 / 1440 to leading order, for (3, 1) with pi / 8 per element: 0.00166 %
+    assert errors[-1].max() < 1.7e-5
+
+
+def test_argyris_converges_to_navier_from_above_at_order_8():
+    errors = np.array([first_six_errors(rectangle_of_split_quads(n, n)) for n in (4, 6, 9)])
+    assert errors.min() > 0
+    orders = np.log(errors[:-1] / errors[1:]) / np.log(1.5)
+    # quintics: 2 (5 + 1 - 2) = 8, reached as the mesh gets fine enough
+    assert 7.0 < orders.min() and orders.max() < 8.6
+    # (3, 2), one and a half cells along x and two along y to a half wave: 2.2e-6
+    assert errors[-1].max() < 3e-6
+
+
+def test_oblique_supports_reproduce_the_right_isosceles_triangle(tmp_path):
+    """Its modes are the antisymmetric ones of the square, sin m sin n - sin n sin m."""
+    mesh = mesh_triangles(tmp_path / "t.msh", [(0, 0), (1, 0), (0, 1)], 0.25, {}, {})
+    frequency, _ = normal_modes(assemble_thin_plate(mesh, SECTION), 700.0)
+    unit = np.pi / 2 * np.sqrt(SECTION.bending_stiffness / SECTION.mass_per_area)
+    expected = unit * np.array([5, 10, 13])  # 1 + 4, 1 + 9, 4 + 9
+    # 1.3e-4 at (2, 3): barely one cell to a half wave; with the derivatives of the oblique edge
+    # left free or held too fast it is 1 % and more
+    np.testing.assert_allclose(frequency[:3], expected, rtol=2e-4)
+
+
+@pytest.mark.parametrize("shift", [0.0, 10.0])
+def test_the_plate_is_the_same_wherever_it_lies(shift):
+    mesh = rectangle_of_split_quads(6, 4)
+    moved = PanelMesh(mesh.vertices + shift, mesh.cells, mesh.cell_kind, {}, {})
+    here, there = (assemble_thin_plate(each, SECTION) for each in (mesh, moved))
+    scale = abs(here.stiffness).max()
+    # 10 m is 40 cells: coordinates are rounded to 1e-15 of a cell times 40
+    assert abs(here.stiffness - there.stiffness).max() < 1e-11 * scale
+
+
+def test_a_skew_quadrilateral_is_refused():
+    vertices = np.array([[0.0, 0.0], [1.0, 0.0], [1.1, 1.0], [0.0, 1.0]])
+    mesh = PanelMesh(vertices, np.array([[0, 1, 2, 3]]), "quadrilaterals", {}, {})
+    with pytest.raises(ValueError, match=r"cell 0 with corners .* is no axis-parallel rectangle"):
+        assemble_thin_plate(mesh, SECTION)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0, 4.0), "bending_stiffness is 0; it must be positive"),
+        ((3273.0, -4.0), "mass_per_area is -4; it must be positive"),
+        ((3273.0, float("nan")), "mass_per_area is nan; it must be positive"),
+        ((3273.0, 4.0, 0.6), "poissons_ratio is 0.6; allowed is -1 < nu <= 0.5"),
+    ],
+)
+def test_a_section_that_is_no_plate_is_refused(arguments, message):
+    with pytest.raises(ValueError) as caught:
+        ThinSection(*arguments)
+    assert str(caught.value) == message
