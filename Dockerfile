@@ -2,17 +2,18 @@
 # docker run --rm -v "$PWD/results:/pidpanel/results" --user "$(id -u):$(id -g)" pidpanel
 FROM debian:bookworm-slim
 
-ENV HOME=/tmp PIP_NO_CACHE_DIR=1
+# USER: whoever --user names has no entry in /etc/passwd, and Snakemake asks for a name.
+ENV HOME=/tmp USER=pidpanel PIP_NO_CACHE_DIR=1 UV_NO_CACHE=1 UV_COMPILE_BYTECODE=1
 WORKDIR /pidpanel
 
-# What the environment needs, before the sources, so that their changes leave it alone.
+# What the environment rests on, before the sources, so that their changes do not make it anew.
 COPY bootstrap.sh pyproject.toml requirements.lock LICENSE ./
-RUN mkdir -p src/pidpanel results \
+RUN mkdir -p src/pidpanel \
     && bash bootstrap.sh \
     && rm -rf /var/lib/apt/lists/*
 
 COPY . .
-RUN useradd --uid 1000 pidpanel && chown -R pidpanel . && rm -rf /tmp/*
+RUN mkdir -p results && chmod 1777 . results && useradd --no-create-home pidpanel
 USER pidpanel
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \
