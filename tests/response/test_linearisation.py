@@ -56,13 +56,13 @@ def test_power_laws_meet_where_algebra_says(exponent):
     assert abs(point.residual) < 1e-6
     assert point.stable and point.within_domain
     assert point.equivalent_damping[0] == pytest.approx(point.gamma**exponent)
-    assert search.iterations > 26
+    assert 31 < search.iterations < 45  # the scan and a few steps of Brent's method
 
 
 def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
-    # white noise on one mode held by mass and spring: narrow-band a² = S ω²·/(4 c m), closed form
-    # for a light dashpot, c = c₀ + b Γ A. Grid and wide band cost 2 %: a ∝ ω² has a mass-line
-    # share S Δf/m², put into the closed form; what is left is below 0.3 %
+    # white noise on one mode with c = 2ζmω + C_e A, C_e = 40 Γ: closed form of the mean square of
+    # a Lorentzian of acceleration, S ω²/(4 c m), cut to ±10 Hz by its arctangent. What is left is
+    # the slope of ω⁴ over the band, 0.2 % of Γ; 0.4 % is allowed
     # red: math.sqrt(2) * → 2 * in `sine_level`
     mass, area, slope, force_psd, omega = 2.0, 0.1, 40.0, 300.0, 2 * np.pi * 100.0
     basis = ModalBasis([100.0], [mass], 0.01)
@@ -88,7 +88,7 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
         inside = np.arctan(10 / half_width) / (np.pi / 2)
         return math.sqrt(force_psd * omega**2 / (4 * damping * mass) * inside)
 
-    assert math.sqrt(2) * closed_form(point.gamma) / G == pytest.approx(point.gamma, rel=0.01)
+    assert math.sqrt(2) * closed_form(point.gamma) / G == pytest.approx(point.gamma, rel=0.004)
 
 
 def peaked(gamma):

@@ -271,7 +271,7 @@ def test_a_small_patch_couples_modes_that_the_diagonal_form_keeps_apart(panel, l
 
 
 def test_a_panel_without_patches_answers_too(panel, lines):
-    # red: int start of `ends` left out in `bare_panel`
+    # red: np.cumsum([0] + … → np.cumsum(… in `bare_panel`
     n = len(panel.modes)
     none = Patches(np.zeros((0, n, n)), np.zeros(0))
     empty = np.zeros((0, lines.frequency.size))
@@ -303,7 +303,7 @@ def test_negative_damping_is_refused_as_unstable(panel, lines):
 
 def test_the_law_of_the_paper_as_printed_is_refused(panel, lines):
     # Eq. 5-6: a1 < 0 for every fill, so C_e < 0 at every frequency, in Hz or in rad/s
-    # red: max(-damping, 0) → max(damping, 0) · 0 in `_check_stable`
+    # red: np.maximum(-damping, 0) → 0 * damping in `_check_stable`
     r, omega = 0.5, 2 * np.pi * lines.frequency
     a1 = r * (-20 + 36.09 * r - 25.2 * r**2) * 1e-4
     a2, a3 = 4.10 - 0.6 * r, r * (8.8 - 12.5 * r) * 1e-4
@@ -397,11 +397,31 @@ def refused(panel, lines):
 
 
 def test_what_has_no_response_is_refused_by_name(panel, lines):
-    # red: each check taken out leaves its case without an error
+    # red: `if False:` in the place of the check of finite values in `checked_array`
     for name, (call, message) in refused(panel, lines).items():
         with pytest.raises(ResponseError, match=message):
             call()
             pytest.fail(f"{name} was accepted")
+
+
+def test_a_face_far_above_coincidence_radiates_rho_c():
+    # G → (2π/k²) ∫φ² dA there, so that R → ρ₀c₀ ∫φ² dA, the impedance of a plane wave; algebra
+    # red: 2 * np.pi * speed_of_sound → 4 * np.pi * speed_of_sound in `air_resistance`
+    frequency = np.array([5000.0])
+    k = 2 * np.pi * frequency / 343.0
+    one = air_resistance(frequency, (2 * np.pi / k**2 * 0.375)[:, None, None], 1.2, 343.0)
+    assert one[0, 0, 0] == pytest.approx(1.2 * 343.0 * 0.375, rel=1e-12)
+    two = air_resistance(frequency, (2 * np.pi / k**2 * 0.375)[:, None, None], 1.2, 343.0, 2)
+    assert two[0, 0, 0] == pytest.approx(2 * one[0, 0, 0], rel=1e-12)
+
+
+def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
+    # ζ = R/(2mω), m = 1.5 kg, air of 1.2 kg/m³; two figures are given
+    # red: density * omega**2 → density * omega in `air_resistance`
+    frequency = panel.basis.natural_frequency[:1]
+    resistance = air_resistance(frequency, panel.modal_force(frequency), 1.2, 343.0)
+    zeta = resistance[0, 0, 0] / (2 * 1.5 * 2 * np.pi * frequency[0])
+    assert zeta == pytest.approx(0.026, abs=0.0005)
 
 
 def test_rms_values_are_those_of_the_psds(panel, lines):

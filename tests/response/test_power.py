@@ -55,7 +55,7 @@ def test_a_wrong_loss_upsets_the_balance(panel, lines):
 
 
 def test_a_plane_wave_balances_too(panel, lines):
-    # a Hermitian force of rank one; red: swapaxes left out of `radiated`
+    # a Hermitian force of rank one; red: x.conj() → x in the complex branch of `_congruence`
     phase = np.exp(1j * np.arange(len(panel.modes)) ** 2)
     balance = balance_of(panel, lines, modal_force=np.outer(phase, phase.conj()))
     assert np.max(balance.error) < 1e-10

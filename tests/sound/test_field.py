@@ -75,7 +75,7 @@ def double_integral(k, quadrature):
 def test_modal_force_of_the_panel_is_what_independent_quadrature_gave(
     panel, mode, frequency, expected
 ):
-    # red: SPARE_NODES = 0; or 1 − cosine**2 → cosine**2
+    # red: SPARE_NODES = 0; or np.sqrt(1 − cosine**2) → cosine in `diffuse_modal_force`
     k = float(wavenumber(frequency or natural_frequency(*mode), SPEED))
     i = MODES.index(mode)
     assert diffuse_modal_force(k, panel)[i, i] == pytest.approx(expected, rel=2e-5)
@@ -141,7 +141,7 @@ def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
 
 def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
     # (1,1) even and (2,1) odd in x: zero to rounding, where (1,1) and (3,1) share 1e-2 m⁴
-    # red: odd = np.tensordot… (the `odd` of `_transform`) → even, so that phases are lost
+    # red: np.cos(phase) → np.cos(phase + 0.3) in `_transform`
     matrix = diffuse_modal_force(3.0, panel)
     assert abs(matrix[0, 1]) < 1e-13
     assert abs(matrix[0, 2]) > 1e-3
@@ -193,13 +193,14 @@ def test_plane_waves_from_all_sides_make_the_diffuse_field(panel):
 
 
 def test_a_plane_wave_drives_a_sine_as_its_fourier_transform_says(panel):
-    # |∫ sin(mπx/a) e^{−iκx} dx|² = (mπ/a)² · 2(1 − (−1)^m cos κa)/((mπ/a)² − κ²)²; Gauss: 1e-6
+    # |∫ sin(mπx/a) e^{−iκx} dx|² = (mπ/a)² · 2(1 − (−1)^m cos κa)/((mπ/a)² − κ²)²; Gauss: 1e-6;
+    # (2,1) is odd about the middle, so that the sine part carries it
     # red: even − 1j·odd → even in `plane_wave_modal_force`
     k = float(wavenumber(500.0, SPEED))
-    kappa, wave = k * np.sin(0.7), 3 * np.pi / SIDES[0]
-    along = wave**2 * 2 * (1 + np.cos(kappa * SIDES[0])) / (wave**2 - kappa**2) ** 2
+    kappa, wave = k * np.sin(0.7), 2 * np.pi / SIDES[0]
+    along = wave**2 * 2 * (1 - np.cos(kappa * SIDES[0])) / (wave**2 - kappa**2) ** 2
     matrix = plane_wave_modal_force([k], 0.7, 0.0, panel)[0]
-    assert matrix[2, 2].real == pytest.approx(along * (2 / np.pi) ** 2, rel=1e-6)
+    assert matrix[1, 1].real == pytest.approx(along * (2 / np.pi) ** 2, rel=1e-6)
     np.testing.assert_allclose(matrix, matrix.conj().T, atol=1e-16)
     assert np.linalg.matrix_rank(matrix, tol=1e-12) == 1
 

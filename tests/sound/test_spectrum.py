@@ -168,7 +168,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, name):
-    # red: each refusal taken out in `table` leaves its case without an error
+    # red: `if False:` in the place of any one check in `table`
     lines, message = REFUSED[name]
     with pytest.raises(SpectrumError, match=message) as caught:
         read_spl_table(write(tmp_path, *lines))

@@ -108,8 +108,8 @@ def find_levels(
     frequency: ArrayLike,
     damping: DampingOfLevel,
     patch_acceleration_rms: RmsOfDamping,
-    gamma_range: tuple[float, float] = (0.01, 1000.0),
-    scan_count: int = 26,
+    gamma_range: tuple[float, float] = (0.01, 1e4),
+    scan_count: int = 31,
     tolerance: float = 1e-6,
 ) -> LevelSearch:
     """Return every Γ in a range at which the motion of one patch reproduces itself.
