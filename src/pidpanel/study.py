@@ -170,7 +170,10 @@ class Accuracy(Model):
 
     relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.05
     seeds: Annotated[int, Field(ge=1, le=50)] = 2
-    min_cycles: Annotated[int, Field(ge=8)] = 20
+    min_cycles: Annotated[int, Field(ge=8)] = 12
+    min_time_s: Annotated[float, Field(ge=0, le=10)] = 0.05
+    """Least simulated time: a bed adapts to its drive in tens of milliseconds, however many
+    cycles these are, and so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, Field(ge=8, le=100000)] = 400
     coverage: Fraction = 1.0
     """Share of the cases that must stand before anything is built on them."""

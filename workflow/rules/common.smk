@@ -28,9 +28,8 @@ def read_study():
 
 STUDY = read_study()
 CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
-PACKINGS = {
-    run.packing.label: run.packing for case in CASES.values() for run in case.runs
-}
+BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
+PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
 
 
 def results(name):

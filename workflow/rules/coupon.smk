@@ -1,4 +1,4 @@
-# Pour packings, shake cases, gather them. Runs are kept once for all studies.
+# Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
 
 
 def run_of(wildcards):
@@ -16,9 +16,22 @@ rule pour:
         "{PYTHON} {SCRIPTS}/pour.py {params.values:q} {output} 2> {log}"
 
 
+rule loosen:
+    input:
+        lambda wildcards: f"results/coupon/packing/{BEDS[wildcards.bed].packing.label}/packing.json",
+    output:
+        "results/coupon/bed/{bed}/bed.json",
+    params:
+        values=lambda wildcards: json.dumps(BEDS[wildcards.bed].as_dict()),
+    log:
+        "results/coupon/bed/{bed}.log",
+    shell:
+        "{PYTHON} {SCRIPTS}/loosen.py {params.values:q} {input} {output} 2> {log}"
+
+
 rule shake:
     input:
-        lambda wildcards: f"results/coupon/packing/{run_of(wildcards).packing.label}/packing.json",
+        lambda wildcards: f"results/coupon/bed/{run_of(wildcards).bed.label}/bed.json",
     output:
         "results/coupon/{case}/s{seed}/run.json",
     params:

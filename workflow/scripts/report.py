@@ -1,29 +1,69 @@
 """Figures and the page: report/*.png, report.html."""
 
+import os
 import sys
 from pathlib import Path
 
 import pandas as pd
+import xarray as xr
 
-from pidpanel.report import html, tables
+from pidpanel.coupon.cases import cases_of
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.report import evidence, html, sections, style
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
-if __name__ == "__main__":
-    study_path, folder, coupon = sys.argv[1:]
-    folder = Path(folder)
-    study = load_study(study_path)
-    summary = pd.read_csv(folder / "response" / "summary.csv", dtype={"point": str})
-    page = html.Page(
-        title=study.title or study.name,
-        facts=list(stamp(study).items()),
-        assumptions=study.assumptions,
-        summary=[],
-        warnings=[],
-        claims=None,
-        sections=[html.Section("response", "Response", [tables.response_table(summary)])],
-        steps=[("", f"snakemake -j2 --configfile {study_path}")],
+STEADINESS_SHOWN = 6
+
+
+def read_coupon(study, table, folder):
+    """Cases, the cycles of a few, the spheres of one."""
+    cases = pd.read_csv(table, keep_default_na=True)
+    known = {case.label: case for case in cases_of(study.coupon)}
+    pictured = evidence.nearest_case(cases)
+    return sections.Coupon(
+        cases,
+        [
+            evidence.read_records(known[label], folder / label)
+            for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
+        ],
+        evidence.read_beads(known[pictured], folder / pictured),
     )
+
+
+if __name__ == "__main__":
+    study_path, folder, coupon, printed = sys.argv[1:]
+    folder = Path(folder)
+    # no display is needed; VTK looks for this when the first window is made
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    study = load_study(study_path)
+    with xr.open_dataset(folder / "response" / "psd.nc", engine="scipy") as dataset:
+        psd = dataset.load()
+    inputs = sections.Inputs(
+        study=study,
+        stamp=stamp(study),
+        summary=pd.read_csv(folder / "response" / "summary.csv", dtype={"point": str}),
+        psd=psd,
+        modes=pd.read_csv(folder / "panel" / "modes.csv"),
+        basis=read_basis(folder / "panel" / "modes.nc"),
+        bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
+        printed=pd.read_csv(printed, comment="#"),
+        coupon=read_coupon(study, folder / "coupon" / "cases.csv", Path(coupon))
+        if study.coupon
+        else None,
+    )
+    steps = [
+        ("From the root of the project:", f"make run STUDY={study_path}"),
+        (
+            f"Tables and fields behind this page lie in results/{study.name}: "
+            "coupon/cases.csv, damping/surface.nc, panel/modes.csv, panel/modes.vtu, "
+            "panel/mesh.msh, sound/spectrum.csv, response/psd.nc, response/summary.csv; the "
+            "figures in report/. Files carry the hash of the study and the versions, no time stamps.",
+            "",
+        ),
+    ]
+    with style.context():
+        page = sections.page(inputs, steps)
     figures = folder / "report"
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:

@@ -1,4 +1,4 @@
-"""Shake one run: its values as JSON and its packing in, ``run.json`` with its fellows out."""
+"""Shake one run: its values as JSON and its bed in, ``run.json`` with its fellows out."""
 
 import json
 import sys
@@ -8,7 +8,7 @@ from pidpanel.coupon import runs
 from pidpanel.coupon.cases import Run
 
 if __name__ == "__main__":
-    values, packing, output = sys.argv[1:]
+    values, start, output = sys.argv[1:]
     run = Run.from_dict(json.loads(values))
-    outcome = runs.attempt_shake(run, Path(packing).parent, Path(output).parent)
+    outcome = runs.attempt_shake(run, Path(start), Path(output).parent)
     Path(output).write_text(json.dumps(outcome, indent=1) + "\n")

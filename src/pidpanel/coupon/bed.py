@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,7 @@ def scatter(
     Raises
     ------
     ValueError
-        If no room is found after a thousand tries per sphere.
+        If no room is found after three hundred tries per sphere.
     """
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
@@ -95,7 +96,7 @@ def scatter(
     low, high = outline.min(axis=0), outline.max(axis=0)
     kept = np.empty((count, 3))
     n = 0
-    for _ in range(1000 * count):
+    for _ in range(300 * count):
         xy = rng.uniform(low, high)
         z = rng.uniform(0.51 * diameter, height - 0.51 * diameter)
         if (normal @ xy > clear).any():
@@ -130,3 +131,20 @@ def lowest(cell: NDArray[np.int64], z: Array, count: int) -> NDArray[np.int64]:
     order = np.lexsort((z, cell))
     rank = np.concatenate([np.arange(n) for n in np.bincount(cell) if n])
     return order[rank < count]
+
+
+def deepest_overlap(positions: Array, diameter: float) -> float:
+    """Deepest overlap of two spheres, m; 0 if none touch.
+
+    Parameters
+    ----------
+    positions
+        (n, 3) centres, m.
+    diameter
+        m.
+    """
+    pairs = cKDTree(positions).query_pairs(diameter, output_type="ndarray")
+    if not len(pairs):
+        return 0.0
+    distance = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
+    return float(diameter - distance.min())

@@ -129,30 +129,38 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
 
 
 def read_dump(text: str, source: str, columns: tuple[str, ...] = ("x", "y", "z")) -> Array:
-    """Last frame of a ``dump custom id <columns>``, (atoms, len(columns)) sorted by id.
+    """Frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)) sorted by id.
 
     Raises
     ------
     LogTruncated, NotFinite, ParticlesLost
     """
-    parts = text.split("ITEM: TIMESTEP\n")
-    head, _, body = parts[-1].partition(f"ITEM: ATOMS id {' '.join(columns)} \n")
+    if not text.endswith("\n"):
+        raise LogTruncated(f"{source}: cut in its last line")
+    frames = [
+        _frame(part, f"{source}, frame {number}", columns)
+        for number, part in enumerate(text.split("ITEM: TIMESTEP\n")[1:])
+    ]
+    if not frames or any(frame.shape != frames[0].shape for frame in frames):
+        raise LogTruncated(f"{source}: {len(frames)} frames, not all alike")
+    return np.array(frames)
+
+
+def _frame(text: str, where: str, columns: tuple[str, ...]) -> Array:
+    head, _, body = text.partition(f"ITEM: ATOMS id {' '.join(columns)} \n")
     found = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
-    if not body or not found:
-        raise LogTruncated(f"{source}: no complete frame of id, {', '.join(columns)}")
-    lines = body.splitlines()
-    if len(lines) != int(found[1]) or not text.endswith("\n"):
-        raise LogTruncated(f"{source}: {len(lines)} of {found[1]} spheres")
-    width = len(columns) + 1
-    if any(len(line.split()) != width for line in lines):
-        raise LogTruncated(f"{source}: not {width} columns in every line")
+    lines = [line.split() for line in body.splitlines()]
+    if not body or not found or len(lines) != int(found[1]):
+        raise LogTruncated(f"{where}: {len(lines)} of {found[1] if found else '?'} spheres")
+    if any(len(line) != len(columns) + 1 for line in lines):
+        raise LogTruncated(f"{where}: not {len(columns) + 1} columns in every line")
     try:
-        table = np.array([[float(v) for v in line.split()] for line in lines])
+        table = np.array([[float(value) for value in line] for line in lines])
     except ValueError as error:
-        raise NotFinite(f"{source}: {error}") from None
+        raise NotFinite(f"{where}: {error}") from None
     if not np.isfinite(table).all():
-        raise NotFinite(f"{source}: a value is not finite")
+        raise NotFinite(f"{where}: a value is not finite")
     table = table[np.argsort(table[:, 0])]
     if (table[:, 0] != np.arange(1, len(table) + 1)).any():
-        raise ParticlesLost(f"{source}: the ids are not 1 to {len(table)}")
+        raise ParticlesLost(f"{where}: the ids are not 1 to {len(table)}")
     return table[:, 1:]

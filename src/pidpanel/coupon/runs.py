@@ -14,7 +14,15 @@ import meshio
 import numpy as np
 
 from pidpanel.coupon import bed, contact, cycles, deck, log
-from pidpanel.coupon.cases import POUR_MODULUS, Case, Packing, Run, cell_outline
+from pidpanel.coupon.cases import (
+    POUR_MODULUS,
+    Bed,
+    Case,
+    Packing,
+    Run,
+    cell_outline,
+    loosening,
+)
 from pidpanel.coupon.solver import VERSION, Liggghts
 from pidpanel.study import STANDARD_GRAVITY
 
@@ -134,9 +142,9 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
         solver.execute("dump settled all custom 1 settled.dump id x y z\nrun 0")
         solver.finish()
     log.check_log(
-        (folder / "fill.log").read_text(), str(folder / "fill.log"), last_step=step, atoms=len(start)
+        (folder / "fill.log").read_text(errors="replace"), str(folder / "fill.log"), last_step=step, atoms=len(start)
     )
-    settled = log.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))
+    settled = log.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))[-1]
     cell = np.repeat(np.arange(packing.count), per_cell)
     top = np.array([settled[cell == c, 2].max() for c in range(packing.count)])
     if top.min() + diameter / 2 < packing.depth:
@@ -164,12 +172,79 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
     return result
 
 
-def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, Any]:
+def _write_start(folder: Path, packing: Packing, positions: bed.Array) -> None:
+    """An emptied folder with the walls and the spheres that a shake deck reads."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    write_walls(folder / "walls.stl", packing, packing.depth)
+    (folder / "start.data").write_text(
+        deck.data_file(positions, packing.diameter, packing.density, _box(packing, packing.depth))
+    )
+
+
+FRAMES = 20
+"""Frames of the last loosening cycle, of which the one with the least overlap is kept."""
+
+
+def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[str, Any]:
+    """Take a packing down to a fill fraction and shake it loose: ``bed.csv`` in ``folder``.
+
+    Of the last cycle the moment is kept at which the spheres overlap least, so that a stiffer
+    run does not begin with the energy of soft contacts. ``full`` is N_full.
+
+    Returns
+    -------
+    dict
+        ``spheres``, ``deepest_overlap_m``.
+
+    Raises
+    ------
+    UnderFilled
+        If the fill is less than a sphere.
+    SolverFailure
+        Named after what went wrong.
+    """
+    packing = start.packing
+    table = np.loadtxt(packing_folder / "packing.csv", delimiter=",", skiprows=1, ndmin=2)
+    count = round(start.fill_fraction * full)
+    if count < 1:
+        raise log.UnderFilled(
+            f"{folder}: a fill of {start.fill_fraction:g} is less than one of {full} spheres a cell"
+        )
+    cell = table[:, 0].astype(int)
+    positions = table[bed.lowest(cell, table[:, 3], count), 1:]
+    _write_start(folder, packing, positions)
+    run = loosening(start)
+    every = run.steps_per_cycle // FRAMES
+    with Liggghts(folder, "loosen") as solver:
+        solver.execute(deck.render("shake.in.j2", shake_values(run)))
+        solver.execute(f"run {(run.max_cycles - 1) * run.steps_per_cycle}")
+        solver.execute(
+            f"dump frames all custom {every} frames.dump id x y z\nrun {run.steps_per_cycle}"
+        )
+        solver.finish()
+    log.check_log(
+        (folder / "loosen.log").read_text(errors="replace"), str(folder / "loosen.log"),
+        last_step=run.max_cycles * run.steps_per_cycle, atoms=len(positions),
+    )
+    frames = log.read_dump((folder / "frames.dump").read_text(), str(folder / "frames.dump"))
+    overlaps = [bed.deepest_overlap(frame, packing.diameter) for frame in frames]
+    best = int(np.argmin(overlaps))
+    np.savetxt(
+        folder / "bed.csv", frames[best], fmt="%.12g", delimiter=",",
+        header="x_m,y_m,z_m", comments="",
+    )
+    for name in ("frames.dump", "start.data", "walls.stl", "cycles.txt"):
+        (folder / name).unlink()
+    return {"spheres": len(positions), "deepest_overlap_m": overlaps[best]}
+
+
+def shake(run: Run, bed_folder: Path, folder: Path) -> dict[str, Any]:
     """Shake one run until its error target or its last cycle: files in ``folder``.
 
     Writes ``shake.in`` (runs again under ``liggghts -in``), ``start.data``, ``walls.stl``,
-    ``cycles.txt``, ``last.dump``, ``shake.log``. An interrupted run leaves no trace in a finished one: the
-    folder is emptied first. ``full`` is N_full, spheres in a full cell.
+    ``cycles.txt``, ``last.dump``, ``shake.log``. An interrupted run leaves no trace in a
+    finished one: the folder is emptied first.
 
     Returns
     -------
@@ -181,24 +256,9 @@ def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, 
     SolverFailure
         Named after what went wrong.
     """
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
     packing = run.packing
-    table = np.loadtxt(packing_folder / "packing.csv", delimiter=",", skiprows=1, ndmin=2)
-    count = round(run.fill_fraction * full)
-    if count < 1:
-        raise log.UnderFilled(
-            f"{folder}: a fill of {run.fill_fraction:g} is less than one of {full} spheres a cell"
-        )
-    cell = table[:, 0].astype(int)
-    positions = table[bed.lowest(cell, table[:, 3], count), 1:]
-    write_walls(folder / "walls.stl", packing, packing.depth)
-    (folder / "start.data").write_text(
-        deck.data_file(
-            positions, packing.diameter, packing.density,
-            _box(packing, packing.depth),
-        )
-    )
+    positions = np.loadtxt(bed_folder / "bed.csv", delimiter=",", skiprows=1, ndmin=2)
+    _write_start(folder, packing, positions)
     text = deck.render("shake.in.j2", shake_values(run))
     area = packing.count * bed.polygon_area(cell_outline(packing))
     mass = len(positions) * _sphere_mass(packing)
@@ -225,7 +285,7 @@ def shake(run: Run, packing_folder: Path, folder: Path, full: int) -> dict[str, 
         solver.execute(f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0")
         solver.finish()
     log.check_log(
-        (folder / "shake.log").read_text(), str(folder / "shake.log"),
+        (folder / "shake.log").read_text(errors="replace"), str(folder / "shake.log"),
         last_step=done * run.steps_per_cycle, atoms=len(positions),
     )
     return {
@@ -269,14 +329,27 @@ def attempt_pour(packing: Packing, folder: Path) -> dict[str, Any]:
     return {**_attempt(lambda: pour(packing, folder)), "packing": asdict(packing)}
 
 
-def attempt_shake(run: Run, packing_folder: Path, folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``: `shake`, or the name of its failure or of its packing's."""
-    packing = json.loads((packing_folder / "packing.json").read_text())
-    if packing["status"] != "ok":
-        outcome = {k: packing[k] for k in ("status", "message", "attempts", "liggghts")}
-    else:
-        outcome = _attempt(lambda: shake(run, packing_folder, folder, packing["spheres_full"]))
+def attempt_loosen(start: Bed, packing: Path, folder: Path) -> dict[str, Any]:
+    """Content of ``bed.json``: `loosen`, or the name of its failure or of its packing's."""
+    before = json.loads(packing.read_text())
+    outcome = _failed(before) or _attempt(
+        lambda: loosen(start, packing.parent, folder, before["spheres_full"])
+    )
+    return {**outcome, "bed": start.as_dict()}
+
+
+def attempt_shake(run: Run, start: Path, folder: Path) -> dict[str, Any]:
+    """Content of ``run.json``: `shake`, or the name of its failure or of its bed's."""
+    before = json.loads(start.read_text())
+    outcome = _failed(before) or _attempt(lambda: shake(run, start.parent, folder))
     return {**outcome, "run": run.as_dict()}
+
+
+def _failed(before: dict[str, Any]) -> dict[str, Any] | None:
+    """The outcome that is handed on when an earlier step failed."""
+    if before["status"] == "ok":
+        return None
+    return {key: before[key] for key in ("status", "message", "attempts", "liggghts")}
 
 
 def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
@@ -367,12 +440,12 @@ def shake_values(run: Run) -> dict[str, Any]:
         "skin": 0.3 * packing.diameter,
         "youngs_modulus": run.youngs_modulus,
         "poissons_ratio": packing.poissons_ratio,
-        "restitution": run.restitution,
-        "wall_restitution": run.wall_restitution,
+        "restitution": run.bed.restitution,
+        "wall_restitution": run.bed.wall_restitution,
         "friction": packing.friction,
         "wall_friction": packing.wall_friction,
         "depth": packing.depth,
-        "gravity": run.gravity,
+        "gravity": run.bed.gravity,
         "acceleration": run.acceleration,
         "time_step": run.time_step,
         "steps_per_cycle": run.steps_per_cycle,

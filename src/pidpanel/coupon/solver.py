@@ -2,7 +2,7 @@
 
 The commands go through the standard input, so a run can be prolonged without a restart until
 it is long enough; they are kept in a file that ``liggghts -in`` runs again to the same bits.
-If the caller dies, LIGGGHTS meets the end of its input and stops.
+If the caller dies, LIGGGHTS is killed with it.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class Liggghts:
         self._deck = (folder / f"{name}.in").open("w", encoding="utf-8")
         self._errors = self._err.open("w", encoding="utf-8")
         self._process = subprocess.Popen(
-            # line-buffered, else an error on one rank leaves no text at all
-            ["stdbuf", "-oL", path, "-log", self.log.name],
+            # killed with its parent, and line-buffered: else an error leaves no text at all
+            ["setpriv", "--pdeathsig", "KILL", "stdbuf", "-oL", path, "-log", self.log.name],
             cwd=folder,
             env=env,
             stdin=subprocess.PIPE,
