@@ -9,7 +9,7 @@ export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 .PHONY: run test check lock ready
 
 run: ready
-	snakemake -j$(CORES) --workflow-profile workflow/profiles/default --configfile $(STUDY)
+	snakemake -j$(CORES) --configfile $(STUDY)
 
 test: ready
 	pytest

@@ -281,6 +281,18 @@ def test_residual_vectors_grow_fewer_with_the_tolerance(paper_plate, tolerance):
     assert (residuals.shape[1] == 0) == (tolerance == 1.0)
 
 
+def test_a_patch_of_one_element_has_no_more_residual_vectors_than_coordinates(tmp_path):
+    """Tolerance 0 drops what rounding makes of the null space of D."""
+    patch = {"P": Rectangle((0.35, 0.45), (0.1, 0.1))}
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (15, 10), patch, {})
+    plate = assemble_thin_plate(mesh, SECTION)
+    _, modes = normal_modes(plate, 1200.0)
+    assert modes.shape[1] > 16
+    _, residuals = residual_vectors(plate, modes, 0.0)
+    # a bicubic has 16 coordinates; a few lie in rounding themselves
+    assert 10 <= residuals.shape[1] <= 16
+
+
 def test_a_panel_without_patches_has_no_residual_vectors(tmp_path):
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (15, 10), {}, {"326": (0.5, 0.5)})
     basis = panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 500.0)

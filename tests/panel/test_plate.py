@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from skfem import CellBasis, ElementQuadBFS, MeshQuad
 
 from pidpanel.panel.mesh import PanelMesh, Rectangle, mesh_quadrilaterals, mesh_triangles
 from pidpanel.panel.modes import normal_modes
-from pidpanel.panel.plate import ThinSection, assemble_thin_plate
+from pidpanel.panel.plate import ThinSection, assemble_thin_plate, bending_form
 
 A, B = 1.5, 1.0
 OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]
@@ -65,6 +66,34 @@ def test_bending_energy_of_a_polynomial_is_its_integral_term_for_term(coarse):
     energy = D * (4 * A * Y2 + 4 * B * X2 + 2 * nu * XXpp * YYpp + 2 * (1 - nu) * X1 * Y1)
     # 1e-8: second derivatives lose (1/h)^2 of the 1e-11 to which u is found
     assert u @ plate.stiffness @ u == pytest.approx(energy, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "curvatures", "energy"),
+    [
+        ("cylinder x^2 / 2", (1, 0, 0), 1.0),
+        ("bowl (x^2 + y^2) / 2", (1, 0, 1), 2 + 2 * SECTION.poissons_ratio),
+        ("saddle (x^2 - y^2) / 2", (1, 0, -1), 2 - 2 * SECTION.poissons_ratio),
+        ("twist x y", (0, 1, 0), 2 * (1 - SECTION.poissons_ratio)),
+    ],
+)
+def test_bending_energy_of_a_free_plate_is_that_of_its_curvatures(name, curvatures, energy):
+    """Twice the energy over D, per area, of w_xx, w_xy, w_yy, on an unsupported unit square.
+
+    Supported along straight edges, a plate cannot tell nu: the test below.
+    """
+    basis = CellBasis(MeshQuad(), ElementQuadBFS())
+    x, y = basis.mesh.p
+    xx, xy, yy = curvatures
+    u = np.zeros(basis.N)
+    u[basis.nodal_dofs] = [
+        xx * x**2 / 2 + xy * x * y + yy * y**2 / 2,
+        xx * x + xy * y,
+        xy * x + yy * y,
+        xy + 0 * x,
+    ]
+    K = bending_form.assemble(basis, **vars(SECTION))
+    assert u @ K @ u == pytest.approx(SECTION.bending_stiffness * energy, rel=1e-12), name
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.5])

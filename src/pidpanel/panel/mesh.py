@@ -228,7 +228,6 @@ def mesh_triangles(
             if not tags <= panel_points:
                 raise ValueError(f"point {name!r} = {_show(point)} leaves the panel; {allowed}")
             _add_group(0, sorted(tags), name)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", element_size)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
         gmsh.model.mesh.generate(2)
         _write(path)

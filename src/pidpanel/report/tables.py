@@ -3,63 +3,252 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+import numpy as np
 import pandas as pd
 
+from pidpanel.report.findings import Verdict
 from pidpanel.report.html import Table
 
 READINGS = {
     "dem": "DEM",
     "paper_corrected": "paper's law, corrected",
     "paper_printed": "paper's law, as printed",
-    "table": "table",
+    "table": "table of the study",
 }
 """What the readings of the damping are called on the page."""
 
+PRINTED_ROUNDING = 2e-4
+"""Relative difference up to which a frequency counts as the printed one: Table 1 has two
+decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not."""
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits, no exponent between 1e-4 and 1e5; – for NaN.
+    """A number with so many significant digits, a power of ten outside 1e-4 to 1e5.
 
     Examples
     --------
-    >>> number(0.123456), number(1234.5), number(float("nan"))
-    ('0.123', '1234', '–')
+    >>> number(0.123456), number(1234.5), number(9.4e-9), number(float("nan"))
+    ('0.123', '1234', '9.40·10⁻⁹', '–')
     """
     if not math.isfinite(value):
         return "–"
     if value != 0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}·10^{int(exponent)}"
+        return f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
     decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else 0))
     return f"{value:.{decimals}f}"
 
 
-def response_table(summary: pd.DataFrame) -> Table:
+def with_error(value: float, error: float) -> str:
+    """Value ± standard error, both to two digits of the error.
+
+    Examples
+    --------
+    >>> with_error(495.3, 12.3), with_error(0.4567, 0.0231)
+    ('495 ± 12', '0.457 ± 0.023')
+    """
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return "–"
+    if error <= 0:
+        return number(value)
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+
+
+# --------------------------------------------------------------------------- panel
+
+
+def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
+    """Whether closed form and printed table speak of one panel.
+
+    Parameters
+    ----------
+    modes
+        ``panel/modes.csv``.
+    printed
+        ``workflow/data/paper/table_1.csv``.
+    """
+    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
+    if len(both) < len(printed):
+        return False
+    away = np.abs(both["navier_hz"] / both["frequency_hz_printed"] - 1)
+    return bool((away < PRINTED_ROUNDING).all())
+
+
+def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]:
+    """Table 1 row by row beside what was computed, and the modes that it leaves out.
+
+    Parameters and precondition: `is_papers_panel`.
+    """
+    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
+    rows = [
+        [
+            f"({row.m}, {row.n})",
+            f"{row.frequency_hz_printed:.2f}",
+            f"{row.frequency_hz:.2f}",
+            f"{row.navier_hz:.2f}",
+            f"{100 * (row.frequency_hz / row.frequency_hz_printed - 1):+.4f}",
+        ]
+        for row in both.itertuples()
+    ]
+    columns = ["mode (m, n)", "printed, Hz", "computed, Hz", "closed form (Navier), Hz"]
+    worst = (both["frequency_hz"] / both["frequency_hz_printed"] - 1).abs().max()
+    first = Table(
+        f"Table 1 of the paper, all {len(printed)} rows in the printed order; the computed "
+        f"frequencies differ from the printed ones by at most {100 * worst:.3f} %",
+        [*columns, "computed − printed, %"],
+        rows,
+    )
+    # to the next hundred above the last printed frequency
+    limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
+    listed = pd.MultiIndex.from_frame(printed[["m", "n"]])
+    left_out = ~pd.MultiIndex.from_frame(modes[["m", "n"]]).isin(listed)
+    missing = modes[(modes["frequency_hz"] < limit) & left_out]
+    second = Table(
+        f"The {len(missing)} modes below {limit} Hz that the table leaves out",
+        [columns[0], *columns[2:]],
+        [
+            [f"({row.m}, {row.n})", f"{row.frequency_hz:.2f}", f"{row.navier_hz:.2f}"]
+            for row in missing.itertuples()
+        ],
+    )
+    return [first, second]
+
+
+def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
+    """All modes with their closed forms.
+
+    Parameters
+    ----------
+    modes
+        ``panel/modes.csv``.
+    folded
+        Whether to hide the rows behind the caption.
+    """
+    return Table(
+        f"All {len(modes)} modes of the panel",
+        ["mode", "(m, n)", "computed, Hz", "closed form (Navier), Hz", "modal mass, kg"],
+        [
+            [
+                str(row.mode),
+                f"({row.m}, {row.n})",
+                f"{row.frequency_hz:.2f}",
+                f"{row.navier_hz:.2f}",
+                f"{row.modal_mass_kg:.4f}",
+            ]
+            for row in modes.itertuples()
+        ],
+        folded=folded,
+    )
+
+
+# --------------------------------------------------------------------------- coupon
+
+
+def case_table(cases: pd.DataFrame) -> Table:
+    """Every case of the coupon with its errors and its status.
+
+    Parameters
+    ----------
+    cases
+        ``coupon/cases.csv``.
+    """
+    columns = [
+        "r", "f, Hz", "Γ, g", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
+        "share of bound", "spheres a cell", "modulus, MPa", "cycles run (used)", "ended by",
+        "status",
+    ]  # fmt: skip
+    rows = [
+        [
+            f"{row.fill_fraction:g}",
+            f"{row.frequency_hz:g}",
+            f"{row.acceleration_g:g}",
+            with_error(row.dissipated_energy_j_m2, row.dissipated_energy_error_j_m2),
+            with_error(row.equivalent_damping_n_s_m3, row.equivalent_damping_error_n_s_m3),
+            with_error(row.apparent_mass_kg_m2, row.apparent_mass_error_kg_m2),
+            number(row.loss_factor),
+            number(row.share_of_bound, 2),
+            number(row.spheres_per_cell),
+            f"{row.youngs_modulus_mpa:g}",
+            f"{row.cycles_run} ({row.cycles_used})",
+            row.ended_by,
+            row.status,
+        ]
+        for row in cases.itertuples()
+    ]
+    good = int((cases["status"] == "ok").sum())
+    return Table(
+        f"All {len(cases)} cases, {good} of them ok; errors are one standard error",
+        columns,
+        rows,
+        folded=True,
+    )
+
+
+# --------------------------------------------------------------------------- response
+
+
+def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]) -> Table:
     """Scenario by point: rms values and reduction, the readings side by side.
 
     Parameters
     ----------
     summary
-        ``response/summary.csv``: one row a reading, scenario and point.
+        ``response/summary.csv``: one row a reading, scenario and point (points as text).
+    scenarios, points
+        In the order wanted.
     """
     readings = list(dict.fromkeys(summary["reading"]))
     columns = ["scenario", "point"]
     for reading in readings:
         name = READINGS.get(reading, reading)
-        columns += [f"{name}: a rms, g", "w rms, mm", "reduction, dB", "C_e read at Γ"]
+        columns += [f"{name}: a rms, g", "w rms, mm", "reduction, dB", "C_e read at Γ, g"]
+    by_key = summary.set_index(["scenario", "point", "reading"])
     rows = []
-    for (scenario, point), group in summary.groupby(["scenario", "point"], sort=False):
-        row = [str(scenario), str(point)]
-        for reading in readings:
-            one = group[group["reading"] == reading].iloc[0]
-            if one["status"] != "ok":
-                row += [str(one["status"]), "–", "–", "–"]
-                continue
-            row += [
-                number(one["acceleration_rms_g"]),
-                number(one["displacement_rms_mm"]),
-                f"{one['reduction_db']:.2f}",
-                number(one["damping_read_at_g"]),
-            ]
-        rows.append(row)
-    return Table("Acceleration and displacement, rms over the frequencies looked at", columns, rows)
+    for scenario in scenarios:
+        for point in points:
+            row = [scenario, point]
+            for reading in readings:
+                one = by_key.loc[(scenario, point, reading)]
+                if one["status"] != "ok":
+                    row += [str(one["status"]), "–", "–", "–"]
+                    continue
+                row += [
+                    number(one["acceleration_rms_g"]),
+                    number(one["displacement_rms_mm"]) + " †" * bool(one["beyond_linear_plate"]),
+                    f"{one['reduction_db']:.2f}",
+                    number(one["damping_read_at_g"])
+                    + " ‡" * bool(one["outside_run_points_share"] > 0),
+                ]
+            rows.append(row)
+    return Table(
+        "Rms over the frequencies looked at, and the reduction against the bare panel under the "
+        "same sound. † beyond linear plate theory (w rms above a tenth of the thickness); ‡ partly "
+        "outside the run points of the coupon.",
+        columns,
+        rows,
+    )
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
+    """The claims, the readings and what the numbers say; None without any claim."""
+    if not verdicts:
+        return None
+    rows = []
+    for verdict in verdicts:
+        if verdict.finding is None:
+            answer, evidence = "cannot be said", verdict.reason
+        else:
+            answer = "holds" if verdict.finding.holds else "does not hold"
+            evidence = verdict.finding.evidence
+        rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
+    claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
+    return Table(
+        "The paper's claims against these numbers",
+        ["claim", "reading", "verdict", "evidence (rms acceleration)"],
+        sorted(rows, key=lambda row: claims.index(row[0])),
+    )
