@@ -11,15 +11,17 @@ rule report:
         mode_table=results("panel/modes.csv"),
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
+        printed=str(PROJECT / "workflow/data/paper/table_1.csv"),
         template=str(PROJECT / "templates/report/report.html.j2"),
     output:
         page=results("report.html"),
         figures=directory(results("report")),
+    log:
+        results("report.log"),
     params:
         folder=f"results/{STUDY.name}",
         study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
         code=code("report"),
-    log:
-        results("report.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/report.py {STUDY_FILE} {params.folder} results/coupon 2> {log}"
+        "{PYTHON} {SCRIPTS}/report.py {STUDY_FILE} {params.folder} results/coupon"
+        " {input.printed} 2> {log}"

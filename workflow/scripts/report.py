@@ -55,10 +55,10 @@ if __name__ == "__main__":
     steps = [
         ("From the root of the project:", f"make run STUDY={study_path}"),
         (
-            f"Tables and fields behind this page lie in results/{study.name}: "
-            "coupon/cases.csv, damping/surface.nc, panel/modes.csv, panel/modes.vtu, "
-            "panel/mesh.msh, sound/spectrum.csv, response/psd.nc, response/summary.csv; the "
-            "figures in report/. Files carry the hash of the study and the versions, no time stamps.",
+            f"Tables and fields behind this page lie in results/{study.name}: coupon/cases.csv, "
+            "damping/surface.nc, panel/modes.csv, panel/modes.vtu, panel/mesh.msh, "
+            "sound/spectrum.csv, response/psd.nc, response/summary.csv; the figures in report/. "
+            "Files carry the hash of the study and the versions, no time stamps.",
             "",
         ),
     ]

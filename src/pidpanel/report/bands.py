@@ -1,0 +1,76 @@
+"""Third-octave bands: rms of a response in each, and how much of it a damper takes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def third_octaves(low: float, high: float) -> tuple[Array, Array]:
+    """Base-10 third octaves whose centres 10^(N/10) lie from ``low`` to ``high`` (IEC 61260-1).
+
+    Parameters
+    ----------
+    low, high
+        Hz, positive.
+
+    Returns
+    -------
+    centre
+        (n,) Hz.
+    edge
+        (n, 2) Hz, 10^((N ± 0.5)/10), cut at ``low`` and ``high``.
+
+    Examples
+    --------
+    >>> centre, edge = third_octaves(100.0, 130.0)
+    >>> centre.round(1), edge.round(1)
+    (array([100. , 125.9]), array([[100. , 112.2],
+           [112.2, 130. ]]))
+    """
+    first = np.ceil(10 * np.log10(low) - 1e-9)
+    last = np.floor(10 * np.log10(high) + 1e-9)
+    number = np.arange(first, last + 1)
+    edge = 10 ** ((number[:, None] + [-0.5, 0.5]) / 10)
+    return 10 ** (number / 10), np.clip(edge, low, high)
+
+
+def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
+    """Root mean square of a PSD in each band, √∫ S df.
+
+    The PSD is taken as linear between its lines, so bands that adjoin add up to the whole.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising, Hz.
+    psd
+        (nf, …) one-sided, unit²/Hz.
+    edge
+        (n, 2) Hz, within ``frequency``.
+
+    Returns
+    -------
+    (n, …) unit.
+
+    Examples
+    --------
+    >>> f = np.array([0.0, 1.0, 4.0])
+    >>> band_rms(f, np.full(3, 9.0), np.array([[0.0, 1.0], [1.0, 2.0]]))
+    array([3., 3.])
+    """
+    lines = np.union1d(frequency, edge)
+    flat = psd.reshape(len(frequency), -1)
+    fine = np.stack([np.interp(lines, frequency, column) for column in flat.T], axis=1)
+    steps = np.diff(lines)[:, None] * (fine[1:] + fine[:-1]) / 2
+    upto = np.concatenate([np.zeros((1, flat.shape[1])), np.cumsum(steps, axis=0)])
+    at = np.searchsorted(lines, edge)
+    mean_square = upto[at[:, 1]] - upto[at[:, 0]]
+    return np.sqrt(mean_square).reshape(len(edge), *psd.shape[1:])
+
+
+def reduction(bare: Array, treated: Array) -> Array:
+    """20 lg(bare/treated), dB: positive where the damper lowers the response."""
+    return 20 * np.log10(bare / treated)

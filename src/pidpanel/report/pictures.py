@@ -1,0 +1,203 @@
+"""Scenes drawn off screen: spheres in their cells, mode shapes of the panel.
+
+Functions return images as arrays. On a machine without a display VTK needs
+``VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow`` in the environment.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from scipy.interpolate import LinearNDInterpolator
+
+from pidpanel.coupon import bed
+
+Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+ROW_PITCH = 1.35
+"""Distance of neighbouring cells in the picture over their width."""
+
+
+def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[Array, Array]:
+    """Spheres and cells' centres with the cells moved side by side, nothing else changed.
+
+    Parameters
+    ----------
+    positions
+        (n, 3) m, in cells at `bed.cell_centres`.
+    across_flats, count
+        Width of a cell in m, and how many there are.
+
+    Returns
+    -------
+    positions
+        (n, 3) m.
+    centres
+        (count, 2) m.
+    """
+    centres = bed.cell_centres(across_flats, count)
+    row = np.zeros_like(centres)
+    row[:, 0] = ROW_PITCH * across_flats * np.arange(count)
+    away = np.linalg.norm(positions[:, None, :2] - centres[None], axis=-1)
+    own = away.argmin(axis=1)
+    moved = positions.copy()
+    moved[:, :2] += (row - centres)[own]
+    return moved, row
+
+
+def beads_picture(
+    positions: Array,
+    values: Array,
+    limits: tuple[float, float],
+    *,
+    diameter: float,
+    across_flats: float,
+    depth: float,
+    count: int,
+    colormap: str = "plasma",
+    pixels: int = 1500,
+) -> Image:
+    """Spheres in transparent hexagonal cells that stand in a row.
+
+    Parameters
+    ----------
+    positions
+        (n, 3) centres, m, in cells at `bed.cell_centres`.
+    values, limits
+        (n,) what the colour shows, and the ends of its scale.
+    diameter, across_flats, depth
+        Of the spheres and cells, m.
+    count
+        Number of cells.
+    colormap
+        Name of the colour map.
+    pixels
+        Width of the image.
+
+    Returns
+    -------
+    (height, width, 3)
+    """
+    moved, centres = cells_in_a_row(positions, across_flats, count)
+    spheres = pv.PolyData(moved)
+    spheres["value"] = values
+    ball = pv.Sphere(radius=diameter / 2, theta_resolution=24, phi_resolution=24)
+    corners = bed.hexagon(across_flats)
+    # seen a little from above: the height of a cell and a part of its floor
+    width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
+    height = 0.96 * depth + 0.5 * across_flats
+    plotter = pv.Plotter(off_screen=True, window_size=[pixels, round(pixels * height / width)])
+    plotter.set_background("white")
+    plotter.add_mesh(
+        spheres.glyph(geom=ball, scale=False, orient=False),
+        scalars="value", cmap=colormap, clim=list(limits), show_scalar_bar=False,
+        smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
+    )  # fmt: skip
+    for centre in centres:
+        floor = np.column_stack([corners + centre, np.zeros(6)])
+        ring = np.vstack([floor, floor + np.array([0.0, 0.0, depth])])
+        side = [[4, k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)]
+        ends = [[6, *range(6)], [6, *range(6, 12)]]
+        walls = pv.PolyData(ring, faces=np.concatenate([*side, *ends]))
+        plotter.add_mesh(walls, color="#8fa3b5", opacity=0.10, lighting=False)
+        plotter.add_mesh(
+            walls.extract_feature_edges(30), color="#44525f", line_width=2, lighting=False
+        )
+    middle = np.array([*(centres.mean(axis=0)), depth / 2])
+    plotter.camera.focal_point = middle
+    plotter.camera.position = middle + np.array([0.0, -1.0, 0.3])
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    plotter.camera.enable_parallel_projection()
+    plotter.camera.parallel_scale = 0.5 * height
+    plotter.reset_camera_clipping_range()
+    plotter.enable_anti_aliasing("msaa", multi_samples=4)
+    image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
+    plotter.close()
+    return image
+
+
+def mode_pictures(
+    vertices: Array,
+    cells: NDArray[np.int64],
+    shapes: Array,
+    patches: Sequence[tuple[float, float, float, float]],
+    points: Sequence[tuple[float, float]],
+    *,
+    colormap: str = "RdBu_r",
+    size: tuple[int, int] = (660, 400),
+) -> list[Image]:
+    """Mode shapes, warped and coloured from −1 to 1, with patches and points on them.
+
+    Parameters
+    ----------
+    vertices
+        (nv, 2) m.
+    cells
+        (nc, 4) or (nc, 3) numbers of vertices.
+    shapes
+        (nv, n) deflections; each is scaled to a largest deflection of 1.
+    patches
+        (x_min, x_max, y_min, y_max) in m.
+    points
+        (x, y) in m.
+    colormap
+        Name of the colour map.
+    size
+        Width and height of each image in pixels.
+
+    Returns
+    -------
+    n images (height, width, 3)
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    rise = 0.1 * float(np.min(high - low))
+    faces = np.hstack([np.full((len(cells), 1), cells.shape[1]), cells]).ravel()
+    flat = np.pad(vertices, ((0, 0), (0, 1)))
+    images = []
+    plotter = pv.Plotter(off_screen=True, window_size=list(size))
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("msaa", multi_samples=4)
+    for shape in shapes.T:
+        scaled = shape / shape[np.abs(shape).argmax()]
+        plotter.clear_actors()
+        panel = pv.PolyData(flat + np.pad(rise * scaled[:, None], ((0, 0), (2, 0))), faces=faces)
+        panel["deflection"] = scaled
+        plotter.add_mesh(
+            panel, scalars="deflection", cmap=colormap, clim=[-1, 1], show_scalar_bar=False,
+            smooth_shading=True, ambient=0.35, diffuse=0.7,
+        )  # fmt: skip
+        height = LinearNDInterpolator(vertices, rise * scaled)
+        for line in (_outline((low[0], high[0], low[1], high[1])), *map(_outline, patches)):
+            lifted = np.column_stack([line, height(line) + 0.05 * rise])
+            plotter.add_mesh(
+                pv.lines_from_points(lifted), color="black", line_width=2, lighting=False
+            )
+        marks = np.array(points)
+        plotter.add_points(
+            np.column_stack([marks, height(marks) + 0.15 * rise]),
+            color="black", point_size=10, render_points_as_spheres=True, lighting=False,
+        )  # fmt: skip
+        middle = np.array([*(low + high) / 2, 0.0])
+        plotter.camera.focal_point = middle
+        plotter.camera.position = middle + np.array([-0.7, -2.0, 2.2])
+        plotter.camera.up = (0.0, 0.0, 1.0)
+        plotter.camera.enable_parallel_projection()
+        plotter.camera.parallel_scale = 0.315 * float(np.hypot(*(high - low)))
+        plotter.reset_camera_clipping_range()
+        images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
+    plotter.close()
+    return images
+
+
+def _outline(bounds: tuple[float, float, float, float]) -> Array:
+    """Closed line round a rectangle, twenty points to a side, (n, 2) m."""
+    x0, x1, y0, y1 = bounds
+    along = np.linspace(0, 1, 20)
+    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
+    parts = [a + along[:, None] * (b - a) for a, b in itertools.pairwise(corners)]
+    return np.concatenate(parts)

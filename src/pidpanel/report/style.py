@@ -1,0 +1,79 @@
+"""Colours and line styles: one look per fill, place and level in all figures of a report.
+
+The colours are told apart with the common kinds of colour blindness: fills run through
+viridis (dark is empty), levels through plasma, places take the set of Okabe and Ito (2008).
+The bare panel is black throughout. Nothing is set for the process: figures are made within
+`context`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from io import BytesIO
+
+import matplotlib as mpl
+from matplotlib import colors
+from matplotlib.figure import Figure
+
+RESOLUTION = 220
+"""Dots per inch of the PNG files."""
+
+BARE = "#000000"
+
+PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+_RC = {
+    "backend": "agg",
+    "font.family": "DejaVu Sans",
+    "font.size": 8,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.4,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 3.5,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "figure.dpi": 100,
+    "figure.facecolor": "white",
+    "mathtext.fontset": "dejavusans",
+}
+
+
+def context() -> AbstractContextManager[None]:
+    """Settings of matplotlib for the figures of the report, as long as it is entered."""
+    return mpl.rc_context(_RC)
+
+
+def fill_colour(fill_fraction: float) -> str:
+    """Colour of a fill fraction, 0 to 1; the pale end of viridis is left out."""
+    return colors.to_hex(mpl.colormaps["viridis"](0.05 + 0.83 * fill_fraction))
+
+
+def place_colour(place: str, places: Sequence[str]) -> str:
+    """Colour of a patch among all patches of the panel."""
+    return PLACES[list(places).index(place) % len(PLACES)]
+
+
+def level_colour(level: float, levels: Sequence[float]) -> str:
+    """Colour of a sound level among all levels of a family, dark for the lowest."""
+    rank = sorted(levels).index(level) / max(1, len(levels) - 1)
+    return colors.to_hex(mpl.colormaps["plasma"](0.05 + 0.72 * rank))
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as PNG, the same bytes from the same numbers."""
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=RESOLUTION, metadata={"Software": None})
+    return buffer.getvalue()
