@@ -167,7 +167,7 @@ def mode_orders(
         chosen = np.sort(np.argsort(in_subspace)[-len(members) :])
         alike = (shapes[:, members].T @ sines[:, chosen]) ** 2
         alike /= np.sum(shapes[:, members] ** 2, axis=0)[:, None]
-        member, sine = linear_sum_assignment(alike, maximize=True)
-        orders[members[member]] = np.column_stack([m, n])[chosen[sine]]
-        share[members[member]] = in_subspace[chosen[sine]]
+        _, sine = linear_sum_assignment(alike, maximize=True)
+        orders[members] = np.column_stack([m, n])[chosen[sine]]
+        share[members] = in_subspace[chosen[sine]]
     return orders, share
