@@ -18,9 +18,6 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-STANDARD_GRAVITY = 9.80665
-"""m/s², exact by definition (3rd CGPM, 1901)."""
-
 
 class StudyError(ValueError):
     """A mistake in a study file; the text is one line a user can act on."""
@@ -553,7 +550,6 @@ def _with_found_files(study: Study, path: Path) -> Study:
 def _explain(path: Path, text: str, error: ValidationError) -> Iterator[str]:
     """One line for each mistake pydantic found, in the order of the file."""
     root = yaml.compose(text)
-    lines = []
     best: dict[tuple[Any, ...], str] = {}
     for item in error.errors():
         location = _written_location(item["loc"])
@@ -572,8 +568,10 @@ def _explain(path: Path, text: str, error: ValidationError) -> Iterator[str]:
         shown = "" if value is None else f" = {value}"
         where = f"{path}:{line}: " if line else f"{path}: "
         best.setdefault(location, f"{where}{key + shown + ': ' if key else ''}{message}")
-    lines = list(best.values())
-    yield from lines
+    for location, line_of_text in best.items():
+        # a list of which no item is good is also reported as too short: once is enough
+        if not any(len(o) > len(location) and o[: len(location)] == location for o in best):
+            yield line_of_text
 
 
 def _written_location(location: Sequence[Any]) -> tuple[Any, ...]:

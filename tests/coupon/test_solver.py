@@ -15,7 +15,8 @@ import pytest
 from pidpanel.coupon import cycles, deck, log, runs, solver
 from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.solver import Liggghts
-from pidpanel.study import STANDARD_GRAVITY, Coupon
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.study import Coupon
 
 pytestmark = pytest.mark.liggghts
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
+from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study import StudyError, load_study
+from pidpanel.study import StudyError
 
 PROJECT = Path(workflow.basedir)
 SCRIPTS = PROJECT / "workflow" / "scripts"
@@ -19,11 +20,13 @@ STUDY_FILE = (
 
 
 def read_study():
-    """The study, or one line that says what is wrong with it."""
+    """The study, or one line that says what is wrong with it or with the machine."""
     try:
-        return load_study(STUDY_FILE)
+        study = checked_study(STUDY_FILE)
+        check_machine(study, Path("results"))
     except StudyError as error:
         raise WorkflowError(str(error)) from None
+    return study
 
 
 STUDY = read_study()

@@ -16,7 +16,8 @@ from functools import lru_cache
 from typing import Any
 
 from pidpanel.coupon import bed, contact, deck
-from pidpanel.study import STANDARD_GRAVITY, Coupon
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.study import Coupon
 
 POUR_MODULUS = 20e6
 """Pa; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of

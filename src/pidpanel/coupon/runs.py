@@ -24,7 +24,7 @@ from pidpanel.coupon.cases import (
     loosening,
 )
 from pidpanel.coupon.solver import VERSION, Liggghts
-from pidpanel.study import STANDARD_GRAVITY
+from pidpanel.constants import STANDARD_GRAVITY
 
 SETTLED = 1e-7
 """Kinetic energy per sphere over m g d at which a poured bed is at rest."""

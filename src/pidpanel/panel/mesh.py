@@ -82,6 +82,45 @@ class PanelMesh:
     point_vertices: dict[str, int]
 
 
+def check_grid(
+    size: tuple[float, float],
+    elements: tuple[int, int],
+    patches: Mapping[str, Rectangle],
+    points: Mapping[str, tuple[float, float]],
+) -> tuple[list[int], list[int]]:
+    """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made.
+
+    Parameters are those of `mesh_quadrilaterals`.
+
+    Returns
+    -------
+    columns, rows : list of int
+        Grid lines, by number, at which gmsh must have a line of its own.
+
+    Raises
+    ------
+    ValueError
+        As `mesh_quadrilaterals`.
+    """
+    _check_names(patches, points)
+    _check_panel_size(size)
+    for direction, count in zip("xy", elements, strict=True):
+        if count < 1:
+            raise ValueError(
+                f"number of elements along {direction} is {count}; it must be at least 1"
+            )
+    for name, patch in patches.items():
+        _check_patch_size(name, patch)
+        _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
+    for name, point in points.items():
+        _check_inside_rectangle(f"point {name!r} = {_show(point)}", (point,), size)
+
+    columns, rows = (
+        _cut_lines(k, size[k] / elements[k], elements[k], patches, points) for k in (0, 1)
+    )
+    return columns, rows
+
+
 def mesh_quadrilaterals(
     path: Path,
     size: tuple[float, float],
@@ -119,23 +158,7 @@ def mesh_quadrilaterals(
         a patch edge is not on an element edge, a point is not at a grid point, or two groups
         share a name.
     """
-    _check_names(patches, points)
-    _check_panel_size(size)
-    for direction, count in zip("xy", elements, strict=True):
-        if count < 1:
-            raise ValueError(
-                f"number of elements along {direction} is {count}; it must be at least 1"
-            )
-    for name, patch in patches.items():
-        _check_patch_size(name, patch)
-        _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
-    for name, point in points.items():
-        _check_inside_rectangle(f"point {name!r} = {_show(point)}", (point,), size)
-
-    # grid lines, by number, at which gmsh must have a line of its own
-    columns, rows = (
-        _cut_lines(k, size[k] / elements[k], elements[k], patches, points) for k in (0, 1)
-    )
+    columns, rows = check_grid(size, elements, patches, points)
     spacing = (size[0] / elements[0], size[1] / elements[1])
     with _gmsh_session():
         corners, surfaces = _draw_blocks(columns, rows, spacing)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -71,6 +71,18 @@ def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
     return np.sqrt(mean_square).reshape(len(edge), *psd.shape[1:])
 
 
-def reduction(bare: Array, treated: Array) -> Array:
-    """20 lg(bare/treated), dB: positive where the damper lowers the response."""
-    return 20 * np.log10(bare / treated)
+def reduction(bare: ArrayLike, treated: ArrayLike) -> Array:
+    """20 lg(bare/treated), dB: positive where the damper lowers the response.
+
+    Parameters
+    ----------
+    bare, treated
+        Rms values of one unit, of shapes that go together.
+
+    Examples
+    --------
+    >>> float(reduction(10.0, 1.0))
+    20.0
+    """
+    ratio: Array = np.asarray(bare, float) / np.asarray(treated, float)
+    return 20 * np.log10(ratio)

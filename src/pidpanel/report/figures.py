@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 WIDTH = 10.0
 """Inches of a figure that fills the page."""
 
-DECADES = 7
+DECADES = 9
 """At most so many decades of PSD are shown below the highest peak: nodes have none at all."""
 
 
@@ -72,11 +72,12 @@ class Panel:
 def _frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.set_xscale("log")
     axes.set_xlim(low, high)
+    steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
     ticks = [
-        f
+        decade * step
         for decade in (1, 10, 100, 1000, 10000)
-        for f in (decade, 2 * decade, 5 * decade)
-        if low * 0.999 <= f <= high * 1.001
+        for step in steps
+        if low * 0.999 <= decade * step <= high * 1.001
     ]
     axes.xaxis.set_major_locator(ticker.FixedLocator(ticks))
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
@@ -222,12 +223,12 @@ def reduction_figure(
     )
     grid = figure.subplots(len(points), len(readings), sharex=True, sharey=True, squeeze=False)
     limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
-    image = None
+    scale = ScalarMappable(Normalize(-limit, limit), mpl.colormaps["RdBu"])
     for (i, point), (j, reading) in (
         (a, b) for a in enumerate(points) for b in enumerate(readings)
     ):
         axes, values = grid[i, j], gained[point, reading]
-        image = axes.imshow(values, cmap="RdBu", vmin=-limit, vmax=limit, aspect="auto")
+        axes.imshow(values, cmap=scale.cmap, norm=scale.norm, aspect="auto")
         for (row, band), value in np.ndenumerate(values):
             axes.text(
                 band, row, _short(value), ha="center", va="center", fontsize=5.5,
@@ -242,7 +243,7 @@ def reduction_figure(
             axes.set_ylabel(row_name)
         if i == len(points) - 1:
             axes.set_xlabel("third octave, Hz")
-    figure.colorbar(image, ax=grid, label="reduction of the rms, dB", shrink=0.8, pad=0.01)
+    figure.colorbar(scale, ax=grid, label="reduction of the rms, dB", shrink=0.8, pad=0.01)
     return figure
 
 
@@ -312,7 +313,7 @@ def mesh_figure(
         (x, y) in m by name.
     """
     size = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(6.5, 6.5 * size[1] / size[0] + 0.6), layout="constrained")
+    figure = Figure(figsize=(6.5, 5.9 * size[1] / size[0] + 0.5), layout="constrained")
     axes = figure.subplots()
     axes.add_collection(
         PolyCollection(list(vertices[cells]), facecolor="none", edgecolor="#9aa4ae", lw=0.4)
@@ -335,8 +336,9 @@ def mesh_figure(
             name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
         )
     axes.set_aspect("equal")
-    axes.set_xlim(vertices[:, 0].min(), vertices[:, 0].max())
-    axes.set_ylim(vertices[:, 1].min(), vertices[:, 1].max())
+    room = 0.02 * size.max()
+    axes.set_xlim(vertices[:, 0].min() - room, vertices[:, 0].max() + room)
+    axes.set_ylim(vertices[:, 1].min() - room, vertices[:, 1].max() + room)
     axes.grid(False)
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
@@ -433,7 +435,7 @@ def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
         for number, run in enumerate(runs):
             colour = style.PLACES[number % len(style.PLACES)]
             cycle = np.arange(1, len(run.energy) + 1)
-            axes.plot(cycle, run.energy, color=colour, lw=0.7, marker=".", ms=2.5)
+            axes.plot(cycle, run.energy, color=colour, lw=0.6, marker=".", ms=2)
             axes.axvline(run.start + 0.5, color=colour, lw=0.9, ls=":")
             axes.fill_between(
                 [run.start + 0.5, len(run.energy)],
@@ -443,7 +445,10 @@ def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
             )  # fmt: skip
             axes.plot([run.start + 0.5, len(run.energy)], [run.mean] * 2, color=colour, lw=1.2)
         axes.set_title(runs[0].title, loc="left")
-        axes.set_ylim(0, 1.08 * max(run.energy.max() for run in runs))
+        low = min(0.0, *(run.energy.min() for run in runs))
+        high = max(run.energy.max() for run in runs)
+        axes.set_ylim(1.08 * low, 1.08 * high)
+        axes.axhline(0, color="#888888", lw=0.6)
         axes.set_xlim(0, max(len(run.energy) for run in runs) + 1)
         axes.xaxis.set_major_locator(ticker.MaxNLocator(6, integer=True))
         axes.set_xlabel("cycle")

@@ -69,13 +69,13 @@ def fill_is_most_effective(rms: pd.DataFrame, fill: float) -> Finding:
     """
     parts = []
     for point in rms.columns:
-        best = rms[point].idxmin()
+        of = rms[point]
+        best = float(of.index[int(of.argmin())])
         if best == fill:
-            others = rms[point].drop(fill)
-            margin = reduction(others.min(), rms.loc[fill, point])
+            margin = float(reduction(of[of.index != fill].min(), of.min()))
             parts.append(f"point {point}: r = {best:g}, by {margin:.2f} dB")
         else:
-            margin = reduction(rms.loc[fill, point], rms[point].min())
+            margin = float(reduction(of[of.index == fill].min(), of.min()))
             parts.append(f"point {point}: r = {best:g}, {margin:.2f} dB below r = {fill:g}")
     return Finding(bool((rms.idxmin() == fill).all()), "lowest at " + "; ".join(parts))
 
@@ -154,7 +154,7 @@ def nearest_damper_is_best(rms: pd.DataFrame, distance: pd.DataFrame) -> Finding
     for point in rms.columns:
         nearest, best = distance[point].idxmin(), rms[point].idxmin()
         count += nearest == best
-        margin = reduction(rms[point].drop(best).min(), rms.loc[best, point])
+        margin = float(reduction(rms[point].drop(best).min(), rms[point].min()))
         parts.append(f"point {point}: {best} by {margin:.2f} dB, nearest {nearest}")
     return Finding(count == len(rms.columns), "lowest with " + "; ".join(parts))
 
@@ -171,11 +171,11 @@ def own_point_gains_most(gained: pd.DataFrame, distance: pd.DataFrame) -> Findin
     """
     parts, count = [], 0
     for patch in gained.index:
-        nearest, best = distance.loc[patch].idxmin(), gained.loc[patch].idxmax()
+        of = gained.T[patch]
+        nearest, best = distance.T[patch].idxmin(), of.idxmax()
         count += nearest == best
         parts.append(
-            f"{patch}: {gained.loc[patch, best]:.2f} dB at {best}, "
-            f"{gained.loc[patch, nearest]:.2f} dB at {nearest} nearest to it"
+            f"{patch}: {of.max():.2f} dB at {best}, {of[nearest]:.2f} dB at {nearest} nearest to it"
         )
     return Finding(count == len(gained.index), "; ".join(parts))
 
@@ -370,9 +370,10 @@ def outcome(study: Study, summary: pd.DataFrame, names: Mapping[str, str]) -> li
                 reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
             )
             if varied == "oaspl_db":
-                low, high = min(gained.index), max(gained.index)
+                gained = gained.sort_index()
+                low, high = gained.index[0], gained.index[-1]
                 parts = [
-                    f"{gained.loc[low, p]:.1f} dB at {low:g} dB and {gained.loc[high, p]:.1f} dB "
+                    f"{gained[p].iloc[0]:.1f} dB at {low:g} dB and {gained[p].iloc[-1]:.1f} dB "
                     f"at {high:g} dB at point {p}"
                     for p in points
                 ]
@@ -383,10 +384,10 @@ def outcome(study: Study, summary: pd.DataFrame, names: Mapping[str, str]) -> li
             parts = []
             for point in points:
                 best = gained[point].idxmax()
-                what = f"r = {best:g}" if varied == "fill_fraction" else str(best)
+                what = f"r = {best}" if varied == "fill_fraction" else str(best)
                 parts.append(
-                    f"{what} at point {point} ({gained.loc[best, point]:.1f} dB below bare, "
-                    f"{rms.loc[best, point]:.3g} g rms)"
+                    f"{what} at point {point} ({gained[point].max():.1f} dB below bare, "
+                    f"{rms[point].min():.3g} g rms)"
                 )
             noun = "fill" if varied == "fill_fraction" else "place"
             sentences.append(f"{name}: the best {noun} is " + ", ".join(parts) + ".")
@@ -411,12 +412,12 @@ def response_warnings(
     warnings = []
     beyond = good[good["beyond_linear_plate"].astype(bool)]
     if len(beyond):
-        worst = beyond.loc[beyond["displacement_rms_mm"].idxmax()]
+        worst = beyond.iloc[int(beyond["displacement_rms_mm"].argmax())]
         warnings.append(
             f"Linear plate theory is left in {len(beyond)} of {len(good)} responses: w rms exceeds "
             f"a tenth of the thickness ({thickness * 1e3:g} mm); the largest is "
             f"{worst['displacement_rms_mm']:.3g} mm ({worst['scenario']}, point {worst['point']}). "
-            "A real panel stiffens there, and moves less at higher frequencies than drawn."
+            "A real panel stiffens there by its membrane stress, which is left out here."
         )
     for reading in dict.fromkeys(good["reading"]):
         one = good[good["reading"] == reading].drop_duplicates("scenario")

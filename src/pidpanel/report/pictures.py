@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
+import matplotlib as mpl
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -92,10 +93,10 @@ def beads_picture(
     width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
     height = 0.96 * depth + 0.5 * across_flats
     plotter = pv.Plotter(off_screen=True, window_size=[pixels, round(pixels * height / width)])
-    plotter.set_background("white")
+    plotter.background_color = pv.Color("white")
     plotter.add_mesh(
         spheres.glyph(geom=ball, scale=False, orient=False),
-        scalars="value", cmap=colormap, clim=list(limits), show_scalar_bar=False,
+        scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits), show_scalar_bar=False,
         smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
     )  # fmt: skip
     for centre in centres:
@@ -160,7 +161,7 @@ def mode_pictures(
     flat = np.pad(vertices, ((0, 0), (0, 1)))
     images = []
     plotter = pv.Plotter(off_screen=True, window_size=list(size))
-    plotter.set_background("white")
+    plotter.background_color = pv.Color("white")
     plotter.enable_anti_aliasing("msaa", multi_samples=4)
     for shape in shapes.T:
         scaled = shape / shape[np.abs(shape).argmax()]
@@ -168,8 +169,8 @@ def mode_pictures(
         panel = pv.PolyData(flat + np.pad(rise * scaled[:, None], ((0, 0), (2, 0))), faces=faces)
         panel["deflection"] = scaled
         plotter.add_mesh(
-            panel, scalars="deflection", cmap=colormap, clim=[-1, 1], show_scalar_bar=False,
-            smooth_shading=True, ambient=0.35, diffuse=0.7,
+            panel, scalars="deflection", cmap=mpl.colormaps[colormap], clim=[-1, 1],
+            show_scalar_bar=False, smooth_shading=True, ambient=0.35, diffuse=0.7,
         )  # fmt: skip
         height = LinearNDInterpolator(vertices, rise * scaled)
         for line in (_outline((low[0], high[0], low[1], high[1])), *map(_outline, patches)):

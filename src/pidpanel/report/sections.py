@@ -202,8 +202,8 @@ def panel_section(inputs: Inputs) -> Section:
         list(points.values()),
     )
     titles = [
-        f"{row.mode}: ({row.m}, {row.n}), {row.frequency_hz:.2f} Hz"
-        for row in inputs.modes.head(count).itertuples()
+        f"{row['mode']}: ({row['m']}, {row['n']}), {row['frequency_hz']:.2f} Hz"
+        for row in tables.records(inputs.modes.head(count))
     ]
     figure = figures.pictures_figure(
         images,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib import colors
@@ -24,7 +25,7 @@ BARE = "#000000"
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
-_RC = {
+_RC: dict[Any, Any] = {
     "backend": "agg",
     "font.family": "DejaVu Sans",
     "font.size": 8,

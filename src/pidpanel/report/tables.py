@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -59,6 +60,11 @@ def with_error(value: float, error: float) -> str:
     return f"{value:.{decimals}f} ± {error:.{decimals}f}"
 
 
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a frame by the names of its columns."""
+    return [dict(zip(frame.columns, row, strict=True)) for row in frame.itertuples(index=False)]
+
+
 # --------------------------------------------------------------------------- panel
 
 
@@ -87,13 +93,13 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
     both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
     rows = [
         [
-            f"({row.m}, {row.n})",
-            f"{row.frequency_hz_printed:.2f}",
-            f"{row.frequency_hz:.2f}",
-            f"{row.navier_hz:.2f}",
-            f"{100 * (row.frequency_hz / row.frequency_hz_printed - 1):+.4f}",
+            f"({row['m']}, {row['n']})",
+            f"{row['frequency_hz_printed']:.2f}",
+            f"{row['frequency_hz']:.2f}",
+            f"{row['navier_hz']:.2f}",
+            f"{100 * (row['frequency_hz'] / row['frequency_hz_printed'] - 1):+.4f}",
         ]
-        for row in both.itertuples()
+        for row in records(both)
     ]
     columns = ["mode (m, n)", "printed, Hz", "computed, Hz", "closed form (Navier), Hz"]
     worst = (both["frequency_hz"] / both["frequency_hz_printed"] - 1).abs().max()
@@ -112,8 +118,8 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
         f"The {len(missing)} modes below {limit} Hz that the table leaves out",
         [columns[0], *columns[2:]],
         [
-            [f"({row.m}, {row.n})", f"{row.frequency_hz:.2f}", f"{row.navier_hz:.2f}"]
-            for row in missing.itertuples()
+            [f"({row['m']}, {row['n']})", f"{row['frequency_hz']:.2f}", f"{row['navier_hz']:.2f}"]
+            for row in records(missing)
         ],
     )
     return [first, second]
@@ -134,13 +140,13 @@ def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
         ["mode", "(m, n)", "computed, Hz", "closed form (Navier), Hz", "modal mass, kg"],
         [
             [
-                str(row.mode),
-                f"({row.m}, {row.n})",
-                f"{row.frequency_hz:.2f}",
-                f"{row.navier_hz:.2f}",
-                f"{row.modal_mass_kg:.4f}",
+                str(row["mode"]),
+                f"({row['m']}, {row['n']})",
+                f"{row['frequency_hz']:.2f}",
+                f"{row['navier_hz']:.2f}",
+                f"{row['modal_mass_kg']:.4f}",
             ]
-            for row in modes.itertuples()
+            for row in records(modes)
         ],
         folded=folded,
     )
@@ -164,21 +170,21 @@ def case_table(cases: pd.DataFrame) -> Table:
     ]  # fmt: skip
     rows = [
         [
-            f"{row.fill_fraction:g}",
-            f"{row.frequency_hz:g}",
-            f"{row.acceleration_g:g}",
-            with_error(row.dissipated_energy_j_m2, row.dissipated_energy_error_j_m2),
-            with_error(row.equivalent_damping_n_s_m3, row.equivalent_damping_error_n_s_m3),
-            with_error(row.apparent_mass_kg_m2, row.apparent_mass_error_kg_m2),
-            number(row.loss_factor),
-            number(row.share_of_bound, 2),
-            number(row.spheres_per_cell),
-            f"{row.youngs_modulus_mpa:g}",
-            f"{row.cycles_run} ({row.cycles_used})",
-            row.ended_by,
-            row.status,
+            f"{row['fill_fraction']:g}",
+            f"{row['frequency_hz']:g}",
+            f"{row['acceleration_g']:g}",
+            with_error(row["dissipated_energy_j_m2"], row["dissipated_energy_error_j_m2"]),
+            with_error(row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]),
+            with_error(row["apparent_mass_kg_m2"], row["apparent_mass_error_kg_m2"]),
+            number(row["loss_factor"]),
+            number(row["share_of_bound"], 2),
+            number(row["spheres_per_cell"]),
+            f"{row['youngs_modulus_mpa']:g}",
+            f"{row['cycles_run']} ({row['cycles_used']})",
+            row["ended_by"],
+            row["status"],
         ]
-        for row in cases.itertuples()
+        for row in records(cases)
     ]
     good = int((cases["status"] == "ok").sum())
     return Table(
@@ -207,13 +213,13 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
     for reading in readings:
         name = READINGS.get(reading, reading)
         columns += [f"{name}: a rms, g", "w rms, mm", "reduction, dB", "C_e read at Γ, g"]
-    by_key = summary.set_index(["scenario", "point", "reading"])
+    by_key = {(row["scenario"], row["point"], row["reading"]): row for row in records(summary)}
     rows = []
     for scenario in scenarios:
         for point in points:
             row = [scenario, point]
             for reading in readings:
-                one = by_key.loc[(scenario, point, reading)]
+                one = by_key[scenario, point, reading]
                 if one["status"] != "ok":
                     row += [str(one["status"]), "–", "–", "–"]
                     continue

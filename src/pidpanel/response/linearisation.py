@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-Floats = NDArray[np.float64]
+from pidpanel.constants import STANDARD_GRAVITY
 
-STANDARD_GRAVITY = 9.80665
-"""g [m/s²]."""
+Floats = NDArray[np.float64]
 
 DampingOfLevel = Callable[[Floats, float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], whether Γ and the

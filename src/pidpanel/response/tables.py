@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pidpanel.response.linearisation import STANDARD_GRAVITY
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.model import Floats
 from pidpanel.response.scenarios import ScenarioResponse
 

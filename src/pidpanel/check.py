@@ -1,0 +1,82 @@
+"""What can be known to be wrong before anything runs."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from pidpanel.coupon.log import SolverMissing
+from pidpanel.coupon.solver import check_installed
+from pidpanel.damping.laws import FREQUENCY_RANGE
+from pidpanel.damping.surface import DampingError, DampingTable
+from pidpanel.panel.mesh import Rectangle, check_grid
+from pidpanel.sound.spectrum import SpectrumError
+from pidpanel.sound.table import read_spl_table
+from pidpanel.study import Study, StudyError, load_study
+
+
+def checked_study(path: str | Path) -> Study:
+    """Read a study and everything it names; refuse what could not be carried through.
+
+    Raises
+    ------
+    StudyError
+        One line: file, key, value, what is allowed.
+    """
+    study = load_study(path)
+    try:
+        _check(study)
+    except (StudyError, SpectrumError, DampingError, ValueError) as error:
+        raise StudyError(f"{path}: {error}") from None
+    return study
+
+
+def _check(study: Study) -> None:
+    low, high = study.response.frequency_hz
+    asked = f"response.frequency_hz = [{low:g}, {high:g}]"
+    edges = read_spl_table(study.sound.spectrum).edge_frequency
+    if low < edges[0] or high > edges[-1]:
+        raise StudyError(
+            f"{asked}: within the bands of {study.sound.spectrum.name}, "
+            f"{edges[0]:.5g} to {edges[-1]:.5g} Hz"
+        )
+    for reading in study.damping.readings:
+        if reading.startswith("paper") and not (
+            FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1]
+        ):
+            raise StudyError(
+                f"{asked}: the paper's law holds from {FREQUENCY_RANGE[0]:g} to "
+                f"{FREQUENCY_RANGE[1]:g} Hz"
+            )
+    if study.damping.table is not None:
+        DampingTable.from_csv(study.damping.table)
+    panel = study.panel
+    if panel.mesh.kind == "quadrilaterals":
+        check_grid(
+            panel.outline_m,
+            panel.mesh.elements,
+            {name: Rectangle(p.centre_m, p.size_m) for name, p in panel.patches.items()},
+            dict(panel.points),
+        )
+
+
+def check_machine(study: Study, results: Path) -> None:
+    """Refuse a machine without LIGGGHTS, or a results folder that cannot be written.
+
+    Raises
+    ------
+    StudyError
+    """
+    if study.coupon is not None:
+        try:
+            check_installed()
+        except SolverMissing as error:
+            raise StudyError(str(error)) from None
+    try:
+        results.mkdir(exist_ok=True)
+        with tempfile.TemporaryFile(dir=results):
+            pass
+    except OSError as error:
+        raise StudyError(
+            f"{results}: cannot be written ({error.strerror}); a folder you may write to"
+        ) from None

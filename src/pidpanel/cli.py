@@ -1,0 +1,41 @@
+"""The command ``pidpanel``: a thin face on the workflow."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pidpanel.check import checked_study
+from pidpanel.coupon.cases import cases_of
+from pidpanel.study import StudyError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="pidpanel", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    check = commands.add_parser("check", help="read a study and say what it would run")
+    check.add_argument("study", type=Path)
+    run = commands.add_parser("run", help="run a study: snakemake with this study")
+    run.add_argument("study", type=Path)
+    run.add_argument("-j", "--jobs", type=int, default=2)
+    given = parser.parse_args(arguments)
+    try:
+        study = checked_study(given.study)
+    except StudyError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if given.command == "run":
+        snakemake = Path(sys.executable).with_name("snakemake")
+        return subprocess.call(
+            [snakemake, f"-j{given.jobs}", "--configfile", str(given.study)]
+        )
+    cases = cases_of(study.coupon) if study.coupon else ()
+    print(
+        f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs; "
+        f"{len(study.all_scenarios())} scenarios in {len(study.damping.readings)} readings"
+    )
+    return 0

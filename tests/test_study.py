@@ -1,0 +1,128 @@
+"""A mistake in a study is answered by one line with file, line, key, value and what is allowed."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pidpanel.study import StudyError, load_study
+
+STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+
+
+def written(tmp_path, change):
+    """smoke.yaml with one change, as a file."""
+    values = copy.deepcopy(SMOKE)
+    change(values)
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False))
+    return path
+
+
+def refused(tmp_path, change):
+    with pytest.raises(StudyError) as caught:
+        load_study(written(tmp_path, change))
+    text = str(caught.value)
+    assert "\n" not in text, text
+    assert "mine.yaml" in text
+    return text
+
+
+def setter(path, value):
+    def change(values):
+        *parents, last = path.split(".")
+        for key in parents:
+            values = values[key]
+        values[last] = value
+
+    return change
+
+
+@pytest.mark.parametrize("name", sorted(p.name for p in STUDIES.glob("*.yaml")))
+def test_every_shipped_study_is_accepted(name):
+    assert load_study(STUDIES / name).name == name.removesuffix(".yaml")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: less than or equal to 1"),
+        ("coupon.sweep.frequency_hz", [100, 100.0], "frequency_hz = 100 stands twice: two cases would carry one label"),
+        ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: 'hexagon'"),
+        ("coupon.particles.diameter_mm", 8, "particles.diameter_mm = 8: at most 0.9 of the cell's"),
+        ("panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}},
+         "patches.PID-1 covers x 1.3…1.6 m, y 0.4…0.6 m: it must lie on the panel, x 0…1.5 m"),
+        ("panel.points", {"7": [2.0, 0.5]}, "points.7 = (2, 0.5) m: it must lie on the panel"),
+        ("panel.damping_ratio", "much", "panel.damping_ratio = much: a valid number"),
+        ("sound.spectrum", "nowhere.csv", "sound.spectrum = nowhere.csv: no such file"),
+        ("sound.oaspl_db", float("nan"), "sound.oaspl_db = .nan: a finite number"),
+        ("response.frequency_hz", [400, 100], "the second above the first"),
+        ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: one of panel.patches, PID-1"),
+        ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction = 0.95: within the fills of coupon.sweep, 0.4 to 0.8"),
+        ("scenarios.fill.oaspl_db", [140, 150], "2 of patch, fill_fraction and oaspl_db are lists: exactly one may be"),
+        ("damping.readings", ["dem", "dem"], "each one once"),
+        ("damping.readings", ["paper"], "damping.readings[0] = paper: 'dem', 'paper_corrected', 'paper_printed' or 'table'"),
+        ("damping.level", {"kind": "stated"}, "acceleration_g goes with kind: stated"),
+        ("coupon.accuracy.max_cycles", 8, "max_cycles = 8: at least min_cycles = 10"),
+        ("name", "a/b", "name = a/b: "),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_is_named_with_what_is_allowed(tmp_path, key, value, says):
+    assert says in refused(tmp_path, setter(key, value))
+
+
+def test_an_unknown_key_is_refused_with_the_nearest_right_one_and_its_line(tmp_path):
+    def change(values):
+        values["coupon"]["cell"]["dept_mm"] = 3
+
+    text = refused(tmp_path, change)
+    line = written(tmp_path, change).read_text().splitlines().index("    dept_mm: 3") + 1
+    assert f"mine.yaml:{line}: coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?" in text
+
+
+def test_a_missing_key_is_named(tmp_path):
+    text = refused(tmp_path, lambda values: values["panel"].pop("section"))
+    assert "panel.section: missing" in text
+
+
+def test_a_key_that_stands_twice_is_refused(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("title: a\ntitle: b\n")
+    with pytest.raises(StudyError, match=r"mine\.yaml:2: title: stands twice"):
+        load_study(path)
+
+
+@pytest.mark.parametrize(("text", "says"), [("", "empty"), ("a: [1,", "not YAML"), ("- 1", "a mapping")])
+def test_what_is_no_mapping_is_refused(tmp_path, text, says):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(StudyError, match=says):
+        load_study(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(StudyError, match="cannot be read"):
+        load_study(tmp_path / "none.yaml")
+
+
+def test_the_dem_reading_needs_a_coupon(tmp_path):
+    text = refused(tmp_path, lambda values: values.pop("coupon"))
+    assert "the section 'coupon' must be there" in text
+
+
+def test_the_units_of_the_file_become_si():
+    study = load_study(STUDIES / "paper.yaml")
+    assert study.coupon.cell.depth == 0.025
+    assert study.coupon.particles.youngs_modulus == 3.2e9
+    assert study.panel.section.thickness == 0.025
+    assert study.panel.patches["PID-1"].bounds == (0.65, 0.85, 0.4, 0.6)
+
+
+def test_every_level_brings_its_bare_panel_first():
+    scenarios = load_study(STUDIES / "paper.yaml").all_scenarios()
+    bare = [s.label for s in scenarios if s.patch is None]
+    assert bare == ["bare_162dB", "bare_142dB", "bare_152dB"]
+    assert [s.patch for s in scenarios[:3]] == [None] * 3
+    assert len({s.label for s in scenarios}) == len(scenarios)

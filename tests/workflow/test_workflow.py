@@ -1,0 +1,161 @@
+"""The workflow through Snakemake, as a user runs it; real LIGGGHTS."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+
+ROOT = Path(__file__).parents[2]
+STUDIES = ROOT / "workflow" / "studies"
+SNAKEMAKE = Path(sys.executable).with_name("snakemake")
+
+
+def snakemake(folder, study, *options):
+    command = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, "--configfile", study]
+    return subprocess.run(
+        [*command, "-j2", *options], capture_output=True, text=True, timeout=900, check=False
+    )
+
+
+def said(result):
+    return result.stdout + result.stderr
+
+
+@pytest.fixture(scope="module")
+def smoke(tmp_path_factory):
+    """Folder in which the smoke study was run."""
+    folder = tmp_path_factory.mktemp("smoke")
+    result = snakemake(folder, STUDIES / "smoke.yaml")
+    assert result.returncode == 0, said(result)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["paper", "launch", "paper_full"])
+def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
+    result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")
+    assert result.returncode == 0, said(result)
+
+
+@pytest.mark.liggghts
+def test_the_smoke_study_goes_from_liggghts_to_the_report(smoke):
+    results = smoke / "results" / "smoke"
+    cases = pd.read_csv(results / "coupon" / "cases.csv")
+    assert len(cases) == 8
+    assert (cases["status"] == "ok").mean() >= 0.8
+    good = cases[cases["status"] == "ok"]
+    assert (good["equivalent_damping_n_s_m3"] > 0).all()
+    assert (good["equivalent_damping_error_n_s_m3"] > 0).all()
+    with xr.open_dataset(results / "response" / "psd.nc", engine="scipy") as psd:
+        assert psd["acceleration_psd"].attrs["units"] == "m2 s-4 Hz-1"
+        assert psd.attrs["study"] == "smoke"
+        assert psd.attrs["liggghts_version"] == "3.8.0"
+    summary = pd.read_csv(results / "response" / "summary.csv")
+    # a damper of two cells' worth of data still damps; the balance of power closes to the
+    # eigenvalues of D that were dropped
+    assert (summary["power_balance_error"] < 1e-6).all()
+    assert (results / "report.html").stat().st_size > 50_000
+
+
+@pytest.mark.liggghts
+def test_a_second_run_has_nothing_to_do(smoke):
+    result = snakemake(smoke, STUDIES / "smoke.yaml")
+    assert "Nothing to be done" in said(result)
+
+
+@pytest.mark.liggghts
+def test_another_study_with_the_same_coupon_shares_its_runs(smoke, tmp_path):
+    values = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+    values["sound"]["oaspl_db"] = 140
+    path = tmp_path / "quieter.yaml"
+    path.write_text(yaml.safe_dump(values))
+    result = snakemake(smoke, path, "-n")
+    assert "cases" in said(result)
+    assert "shake" not in said(result).split("Job stats")[-1]
+
+
+@pytest.mark.liggghts
+def test_a_log_cut_behind_the_workflows_back_is_found_and_named(smoke, tmp_path):
+    folder = tmp_path / "cut"
+    shutil.copytree(smoke, folder)
+    rows = next((folder / "results" / "coupon").glob("r*/s1/cycles.txt"))
+    rows.write_text(rows.read_text()[:-40])
+    (folder / "results" / "smoke" / "coupon" / "cases.csv").unlink()
+    study = tmp_path / "smoke.yaml"
+    text = (STUDIES / "smoke.yaml").read_text()
+    study.write_text(text.replace("coverage: 0.8", "coverage: 1.0"))
+    result = snakemake(folder, study)
+    assert result.returncode != 0
+    assert "LogTruncated" in said(result)
+    assert "coupon.accuracy.coverage wants 100.0%" in said(result)
+
+
+def only_line(result):
+    """The one line in which a mistake is told."""
+    assert result.returncode != 0
+    return [line for line in said(result).splitlines() if ".yaml" in line and ": " in line]
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (("fill_fraction: [0.4, 0.8]\n    frequency", "fill_fraction: [0.4, 1.4]\n    frequency"),
+         "coupon.sweep.fill_fraction[1] = 1.4: less than or equal to 1"),
+        (("speed_m_s: 343", "sped_m_s: 343"), "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?"),
+        (("[100, 400], damper_mass", "[10, 400], damper_mass"),
+         "response.frequency_hz = [10, 400]: within the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
+        (("centre_m: [0.75, 0.50]", "centre_m: [0.72, 0.50]"), "patch 'PID-1'"),
+        (("centre: [0.7, 0.5]", "centre: [0.71, 0.5]"), "point 'centre'"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_the_study_stops_before_anything_runs(tmp_path, change, line):
+    study = tmp_path / "mine.yaml"
+    text = (STUDIES / "smoke.yaml").read_text()
+    assert change[0] in text
+    study.write_text(text.replace(*change))
+    result = snakemake(tmp_path, study)
+    assert any(line in one for one in only_line(result)), said(result)
+    assert "Traceback" not in said(result)
+    assert not list(tmp_path.glob("results/*"))
+
+
+def spectrum_study(tmp_path, content):
+    (tmp_path / "mine.csv").write_text(content)
+    study = tmp_path / "mine.yaml"
+    text = (STUDIES / "smoke.yaml").read_text()
+    study.write_text(text.replace("smc_s_016_2014_min_third.csv", "mine.csv"))
+    return study
+
+
+def test_an_unsorted_spectrum_is_refused_with_its_line(tmp_path):
+    content = "center_hz,spl_db\n100,120\n160,121\n125,122\n200,120\n"
+    result = snakemake(tmp_path, spectrum_study(tmp_path, content))
+    assert any("mine.csv" in line for line in only_line(result)), said(result)
+    assert "Traceback" not in said(result)
+
+
+def test_without_liggghts_the_run_stops_with_what_to_install(tmp_path):
+    study = STUDIES / "smoke.yaml"
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    for name in ("bash", "sh", "env", "uname"):
+        (tools / name).symlink_to(shutil.which(name))
+    command = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", tmp_path, "--configfile", study, "-j1"]
+    result = subprocess.run(
+        command, capture_output=True, text=True, check=False, env={**os.environ, "PATH": str(tools)}
+    )
+    assert result.returncode != 0
+    assert "apt-get install liggghts" in said(result)
+
+
+def test_a_results_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "results").write_text("a file where the folder should be")
+    result = snakemake(tmp_path, STUDIES / "smoke.yaml")
+    assert result.returncode != 0
+    assert "results: cannot be written" in said(result)
+    assert (tmp_path / "results").read_text() == "a file where the folder should be"
