@@ -3,6 +3,10 @@
 #   snakemake -j2 --configfile workflow/studies/mine.yaml
 
 
+# `docker build -t pidpanel .` makes it; needed only with --software-deployment-method apptainer
+container: "docker-daemon://pidpanel:latest"
+
+
 include: "workflow/rules/common.smk"
 include: "workflow/rules/coupon.smk"
 include: "workflow/rules/damping.smk"

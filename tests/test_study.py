@@ -94,7 +94,9 @@ def test_a_key_that_stands_twice_is_refused(tmp_path):
         load_study(path)
 
 
-@pytest.mark.parametrize(("text", "says"), [("", "empty"), ("a: [1,", "not YAML"), ("- 1", "a mapping")])
+@pytest.mark.parametrize(
+    ("text", "says"), [("", "empty"), ("a: [1,", "not YAML"), ("- 1", "a mapping")]
+)
 def test_what_is_no_mapping_is_refused(tmp_path, text, says):
     path = tmp_path / "mine.yaml"
     path.write_text(text)

@@ -30,9 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     if given.command == "run":
         snakemake = Path(sys.executable).with_name("snakemake")
-        return subprocess.call(
-            [snakemake, f"-j{given.jobs}", "--configfile", str(given.study)]
-        )
+        return subprocess.call([snakemake, f"-j{given.jobs}", "--configfile", str(given.study)])
     cases = cases_of(study.coupon) if study.coupon else ()
     print(
         f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs; "

@@ -130,7 +130,9 @@ class Sweep(Model):
     """The points at which the coupon is shaken: every combination of the lists."""
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
-    frequency_hz: Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
+    frequency_hz: (
+        Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
+    )
     acceleration_g: Annotated[
         tuple[Annotated[float, Field(gt=0, le=2000)], ...], Field(min_length=1)
     ]
@@ -372,7 +374,11 @@ class Family(Model):
 
     @model_validator(mode="after")
     def _one_list(self) -> Family:
-        lists = [key for key in ("patch", "fill_fraction", "oaspl_db") if isinstance(getattr(self, key), tuple)]
+        lists = [
+            key
+            for key in ("patch", "fill_fraction", "oaspl_db")
+            if isinstance(getattr(self, key), tuple)
+        ]
         if len(lists) != 1:
             raise ValueError(
                 f"{len(lists)} of patch, fill_fraction and oaspl_db are lists: exactly one may be"
@@ -480,7 +486,8 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             if key in seen:
                 raise StudyError(
-                    f"{self.name}:{key_node.start_mark.line + 1}: {key}: stands twice; each key once"
+                    f"{self.name}:{key_node.start_mark.line + 1}: {key}: "
+                    "stands twice; each key once"
                 )
             seen.add(key)
         return super().construct_mapping(node, deep)
@@ -579,7 +586,8 @@ def _written_location(location: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(
         part
         for part in location
-        if isinstance(part, int) or not (part[:1].isupper() or "[" in part or part in ("float", "str", "none"))
+        if isinstance(part, int)
+        or not (part[:1].isupper() or "[" in part or part in ("float", "str", "none"))
         or part.startswith("PID")
     )
 
@@ -594,7 +602,9 @@ def _line_and_value(node: yaml.Node | None, location: Sequence[Any]) -> tuple[in
                     break
             else:
                 return line, None
-        elif isinstance(node, yaml.SequenceNode) and isinstance(part, int) and part < len(node.value):
+        elif (
+            isinstance(node, yaml.SequenceNode) and isinstance(part, int) and part < len(node.value)
+        ):
             node = node.value[part]
             line = node.start_mark.line + 1
         else:

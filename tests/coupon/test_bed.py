@@ -19,7 +19,9 @@ def test_a_wall_triangle_holds_its_side_and_nothing_of_the_cell():
     height = 0.025
     triangles = bed.side_walls(outline, np.zeros((1, 2)), height)
     assert len(triangles) == 6
-    for corner, nxt, (a, b, c) in zip(outline, np.roll(outline, -1, axis=0), triangles, strict=True):
+    for corner, nxt, (a, b, c) in zip(
+        outline, np.roll(outline, -1, axis=0), triangles, strict=True
+    ):
         # the four corners of the side have barycentric coordinates within the triangle
         for xy, z in ((corner, 0.0), (nxt, 0.0), (corner, height), (nxt, height)):
             point = np.array([*xy, z])

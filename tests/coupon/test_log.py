@@ -107,7 +107,11 @@ def test_lost_spheres_are_named():
 
 def test_a_mark_with_fewer_spheres_is_named():
     with pytest.raises(log.ParticlesLost, match="7 spheres of 8"):
-        check(LOG.replace(f"MARK step {STEPS * CYCLES} atoms 8", f"MARK step {STEPS * CYCLES} atoms 7"))
+        check(
+            LOG.replace(
+                f"MARK step {STEPS * CYCLES} atoms 8", f"MARK step {STEPS * CYCLES} atoms 7"
+            )
+        )
 
 
 def test_too_few_insertions_are_named():

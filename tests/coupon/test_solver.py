@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cycles, deck, log, runs, solver
 from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.solver import Liggghts
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.study import Coupon
 
 pytestmark = pytest.mark.liggghts
@@ -119,12 +119,11 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
         np.loadtxt(bed_file.with_name("bed.csv"), delimiter=",", skiprows=1),
     )  # fmt: skip
     count = 10
-    extra = (
-        "variable fz equal fcm(all,z)\n"
-        f"fix trace all ave/time 1 1 5 v_p v_pull file trace.txt\n"
-    )
+    extra = "variable fz equal fcm(all,z)\nfix trace all ave/time 1 1 5 v_p v_pull file trace.txt\n"
     with Liggghts(tmp_path / "run", "shake") as process:
-        process.execute(deck.render("shake.in.j2", runs.shake_values(run)) + extra.split("\n", 1)[1])
+        process.execute(
+            deck.render("shake.in.j2", runs.shake_values(run)) + extra.split("\n", 1)[1]
+        )
         process.execute(f"run {count * run.steps_per_cycle}")
         process.finish()
     rows = runs.read_run(run, tmp_path / "run", count)

@@ -39,7 +39,9 @@ def test_at_the_centre_frequencies_a_fifth_damps_more_than_a_tenth():
     assert (laws.paper_corrected(low, 0.2) > laws.paper_corrected(low, 0.1)).all()
 
 
-@pytest.mark.parametrize(("frequency", "fill"), [(4.0, 0.5), (2001.0, 0.5), (100.0, 0.0), (100.0, 1.1)])
+@pytest.mark.parametrize(
+    ("frequency", "fill"), [(4.0, 0.5), (2001.0, 0.5), (100.0, 0.0), (100.0, 1.1)]
+)
 def test_outside_its_range_the_law_refuses(frequency, fill):
     with pytest.raises(DampingError):
         laws.paper_corrected(frequency, fill)

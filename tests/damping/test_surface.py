@@ -24,7 +24,9 @@ def table(**changes):
     grid = np.meshgrid(FILLS, FREQUENCIES, LEVELS, indexing="ij")
     values = {"damping": law(*grid), "error": 0.05 * law(*grid), "mass": mass(*grid)}
     values.update(changes)
-    return DampingTable(FILLS, FREQUENCIES, LEVELS, values["damping"], values["error"], values["mass"])
+    return DampingTable(
+        FILLS, FREQUENCIES, LEVELS, values["damping"], values["error"], values["mass"]
+    )
 
 
 def test_a_power_law_is_recovered_everywhere_between_the_run_points():
@@ -73,12 +75,19 @@ def test_a_value_within_its_own_error_is_no_run_point():
 def test_a_frequency_without_any_case_is_refused_by_name():
     damping = table().equivalent_damping.copy()
     damping[1, 1, :] = np.nan
-    with pytest.raises(DampingError, match=r"no case stands at fill_fraction 0\.5, frequency_hz 200"):
+    with pytest.raises(
+        DampingError, match=r"no case stands at fill_fraction 0\.5, frequency_hz 200"
+    ):
         table(damping=damping)
 
 
 def test_a_table_of_one_level_does_not_depend_on_level():
-    one = DampingTable(FILLS, FREQUENCIES, LEVELS[:1], *(np.ones((3, 3, 3, 1)) * [[[[5.0]]]] * [[[[1.0]]], [[[0.1]]], [[[1.0]]]]))
+    one = DampingTable(
+        FILLS,
+        FREQUENCIES,
+        LEVELS[:1],
+        *(np.ones((3, 3, 3, 1)) * [[[[5.0]]]] * [[[[1.0]]], [[[0.1]]], [[[1.0]]]]),
+    )
     assert not one.depends_on_level
     assert one(np.array([100.0]), 0.3, 3.0).equivalent_damping[0] == pytest.approx(5.0)
 

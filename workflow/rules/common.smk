@@ -1,7 +1,6 @@
 import hashlib
 import json
 import os
-import shlex
 import sys
 from pathlib import Path
 
@@ -12,10 +11,16 @@ from pidpanel.coupon.cases import cases_of
 from pidpanel.study import StudyError
 
 PROJECT = Path(workflow.basedir)
-SCRIPTS = PROJECT / "workflow" / "scripts"
-PYTHON = shlex.quote(sys.executable)
-STUDY_FILE = (
-    workflow.configfiles[-1] if workflow.configfiles else PROJECT / "workflow/studies/paper.yaml"
+STUDY_FILE = str(
+    Path(workflow.configfiles[-1]).resolve()
+    if workflow.configfiles
+    else PROJECT / "workflow/studies/paper.yaml"
+)
+# the adapters run as `python -m scripts.<name>`, under the Python that runs Snakemake
+os.environ.update(
+    PATH=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
+    PYTHONPATH=str(PROJECT / "workflow"),
+    OMP_NUM_THREADS="1",
 )
 
 
@@ -35,18 +40,23 @@ BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
 PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
 
 
+def run_of(wildcards):
+    """The coupon run of a case and a seed."""
+    return CASES[wildcards.case].runs[int(wildcards.seed) - 1]
+
+
 def results(name):
     """A file of this study."""
     return f"results/{STUDY.name}/{name}"
 
 
 def section(*names):
-    """Text of the study's sections that a rule rests on: it runs again when they change."""
+    """Sections of the study as text: what rests on them runs again when they change."""
     return json.dumps({name: STUDY.model_dump(mode="json")[name] for name in names}, sort_keys=True)
 
 
 def code(*names):
-    """Hash of the modules that a rule rests on: it runs again when they change."""
+    """Hash of the modules of a stage: what rests on them runs again when they change."""
     digest = hashlib.sha256()
     for name in names:
         path = PROJECT / "src" / "pidpanel" / name

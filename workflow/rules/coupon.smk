@@ -1,10 +1,6 @@
 # Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
 
 
-def run_of(wildcards):
-    return CASES[wildcards.case].runs[int(wildcards.seed) - 1]
-
-
 rule pour:
     output:
         "results/coupon/packing/{packing}/packing.json",
@@ -13,7 +9,7 @@ rule pour:
     log:
         "results/coupon/packing/{packing}.log",
     shell:
-        "{PYTHON} {SCRIPTS}/pour.py {params.values:q} {output} 2> {log}"
+        "python -m scripts.pour {params.values:q} {output} 2> {log}"
 
 
 rule loosen:
@@ -26,7 +22,7 @@ rule loosen:
     log:
         "results/coupon/bed/{bed}.log",
     shell:
-        "{PYTHON} {SCRIPTS}/loosen.py {params.values:q} {input} {output} 2> {log}"
+        "python -m scripts.loosen {params.values:q} {input} {output} 2> {log}"
 
 
 rule shake:
@@ -39,7 +35,7 @@ rule shake:
     log:
         "results/coupon/{case}/s{seed}.log",
     shell:
-        "{PYTHON} {SCRIPTS}/shake.py {params.values:q} {input} {output} 2> {log}"
+        "python -m scripts.shake {params.values:q} {input} {output} 2> {log}"
 
 
 rule cases:
@@ -52,9 +48,10 @@ rule cases:
     output:
         results("coupon/cases.csv"),
     params:
+        file=STUDY_FILE,
         study=section("coupon"),
         code=code("coupon"),
     log:
         results("coupon/cases.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/cases.py {STUDY_FILE} results/coupon {output} 2> {log}"
+        "python -m scripts.cases {params.file} results/coupon {output} 2> {log}"

@@ -7,8 +7,9 @@ rule damping:
     output:
         results("damping/surface.nc"),
     params:
+        file=STUDY_FILE,
         code=code("damping"),
     log:
         results("damping/damping.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/damping.py {STUDY_FILE} {input} {output} 2> {log}"
+        "python -m scripts.damping {params.file} {input} {output} 2> {log}"

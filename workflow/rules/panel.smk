@@ -8,10 +8,10 @@ rule panel:
         results("panel/modes.vtu"),
         results("panel/mesh.msh"),
     params:
-        folder=results("panel"),
+        file=STUDY_FILE,
         study=section("panel", "response"),
         code=code("panel"),
     log:
         results("panel/panel.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/panel.py {STUDY_FILE} {params.folder} 2> {log}"
+        "python -m scripts.panel {params.file} {output} 2> {log}"

@@ -13,12 +13,12 @@ rule response:
         results("response/psd.nc"),
         results("response/summary.csv"),
     params:
-        folder=results("response"),
+        file=STUDY_FILE,
         surface=SURFACE or "none",
         study=section("damping", "panel", "sound", "response", "scenarios"),
         code=code("damping", "response"),
     log:
         results("response/response.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/response.py {STUDY_FILE} {input.modes} {input.modal_force}"
-        " {params.surface} {params.folder} 2> {log}"
+        "python -m scripts.response {params.file} {input.modes} {input.modal_force}"
+        " {params.surface} {output} 2> {log}"

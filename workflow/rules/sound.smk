@@ -9,10 +9,10 @@ rule sound:
         results("sound/spectrum.csv"),
         results("sound/modal_force.nc"),
     params:
-        folder=results("sound"),
+        file=STUDY_FILE,
         study=section("sound", "response"),
         code=code("sound"),
     log:
         results("sound/sound.log"),
     shell:
-        "{PYTHON} {SCRIPTS}/sound.py {STUDY_FILE} {input.modes} {params.folder} 2> {log}"
+        "python -m scripts.sound {params.file} {input.modes} {output} 2> {log}"

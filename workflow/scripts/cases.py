@@ -13,7 +13,9 @@ if __name__ == "__main__":
     study_path, coupon_folder, output = sys.argv[1:]
     study = load_study(study_path)
     rows = [
-        runs.summarise(case, [Path(coupon_folder, case.label, f"s{run.packing.seed}") for run in case.runs])
+        runs.summarise(
+            case, [Path(coupon_folder, case.label, f"s{run.packing.seed}") for run in case.runs]
+        )
         for case in cases_of(study.coupon)
     ]
     frame = pd.DataFrame(rows)

@@ -14,20 +14,20 @@ MODES_BEYOND = 1.4
 """Modes are kept up to this times the highest frequency; residual vectors do the rest."""
 
 if __name__ == "__main__":
-    study_path, folder = sys.argv[1:]
-    folder = Path(folder)
+    study_path, *outputs = sys.argv[1:]
+    modes_nc, modes_csv, modes_vtu, mesh_msh = map(Path, outputs)
     study = load_study(study_path)
     panel = study.panel
     patches = {n: mesh.Rectangle(p.centre_m, p.size_m) for n, p in panel.patches.items()}
     points = dict(panel.points)
     if panel.mesh.kind == "quadrilaterals":
         grid = mesh.mesh_quadrilaterals(
-            folder / "mesh.msh", panel.outline_m, panel.mesh.elements, patches, points
+            mesh_msh, panel.outline_m, panel.mesh.elements, patches, points
         )
     else:
         (a, b) = panel.outline_m
         outline = [(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)]
-        grid = mesh.mesh_triangles(folder / "mesh.msh", outline, panel.mesh.size_m, patches, points)
+        grid = mesh.mesh_triangles(mesh_msh, outline, panel.mesh.size_m, patches, points)
     section = plate.ThinSection(
         panel.section.bending_stiffness_n_m,
         panel.section.mass_per_area_kg_m2,
@@ -35,12 +35,15 @@ if __name__ == "__main__":
     )
     assembled = plate.assemble_thin_plate(grid, section)
     basis = modes.panel_basis(grid, assembled, MODES_BEYOND * study.response.frequency_hz[1])
-    write_basis(folder / "modes.nc", basis, stamp(study))
-    write_shapes(folder / "modes.vtu", basis)
+    write_basis(modes_nc, basis, stamp(study))
+    write_shapes(modes_vtu, basis)
     orders, share = navier.mode_orders(basis, panel.outline_m)
     closed_form = navier.thin_plate_frequency(
-        orders[:, 0], orders[:, 1], panel.outline_m,
-        section.bending_stiffness, section.mass_per_area,
+        orders[:, 0],
+        orders[:, 1],
+        panel.outline_m,
+        section.bending_stiffness,
+        section.mass_per_area,
     )
     count = len(orders)
     pd.DataFrame(
@@ -53,4 +56,4 @@ if __name__ == "__main__":
             "modal_mass_kg": basis.modal_mass[:count],
             "share_of_sine": share,
         }
-    ).to_csv(folder / "modes.csv", index=False, float_format="%.8g")
+    ).to_csv(modes_csv, index=False, float_format="%.8g")

@@ -95,7 +95,7 @@ def damping_of(reading, study, surface):
 
 
 if __name__ == "__main__":
-    study_path, modes, modal_force, surface, folder = sys.argv[1:]
+    study_path, modes, modal_force, surface, psd_nc, summary_csv = sys.argv[1:]
     study = load_study(study_path)
     inputs = Inputs(study, Path(modes), Path(modal_force))
     laws = {reading: damping_of(reading, study, surface) for reading in study.damping.readings}
@@ -123,6 +123,7 @@ if __name__ == "__main__":
                         bare[oaspl] = scenarios.solve_bare(solvers[patch], factor)
                     one = bare[oaspl]
                 else:
+
                     def damping(lines, gamma, law=law, fill=scenario.fill_fraction):
                         values = law(lines, fill, gamma)
                         return values.equivalent_damping, values.apparent_mass, values.inside
@@ -159,13 +160,11 @@ if __name__ == "__main__":
                     power_balance_error=float(inputs.balance(patch, factor, one)),
                 )
             ]
-    pd.DataFrame(rows).to_csv(Path(folder, "summary.csv"), index=False, float_format="%.6g")
+    pd.DataFrame(rows).to_csv(summary_csv, index=False, float_format="%.6g")
     psd_dataset(
         found,
         inputs.frequency,
         list(laws),
         [s.label for s in study.all_scenarios()],
         inputs.basis.point_names,
-    ).assign_attrs(stamp(study), level=level.kind).to_netcdf(
-        Path(folder, "psd.nc"), engine="scipy"
-    )
+    ).assign_attrs(stamp(study), level=level.kind).to_netcdf(psd_nc, engine="scipy")

@@ -14,8 +14,7 @@ from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
 if __name__ == "__main__":
-    study_path, modes, folder = sys.argv[1:]
-    folder = Path(folder)
+    study_path, modes, spectrum_csv, modal_force_nc = sys.argv[1:]
     study = load_study(study_path)
     sound = study.sound
     spectrum = read_spl_table(sound.spectrum)
@@ -31,7 +30,7 @@ if __name__ == "__main__":
             "band_spl_db": spectrum.band_spl,
             "surface_pressure_psd_pa2_hz": pressure_psd(spectrum, centre, sound.pressure_reference),
         }
-    ).to_csv(folder / "spectrum.csv", index=False, float_format="%.7g")
+    ).to_csv(spectrum_csv, index=False, float_format="%.7g")
 
     basis = read_basis(Path(modes))
     highest = field.wavenumber(study.response.frequency_hz[1], sound.speed_m_s)
@@ -45,4 +44,4 @@ if __name__ == "__main__":
         table = field.constant_table(
             float(highest), field.uncorrelated_modal_force(area, basis.shape_at_vertices)
         )
-    write_modal_force(folder / "modal_force.nc", table, {**stamp(study), "field": sound.field})
+    write_modal_force(Path(modal_force_nc), table, {**stamp(study), "field": sound.field})

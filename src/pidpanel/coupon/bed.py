@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 
@@ -143,6 +142,8 @@ def deepest_overlap(positions: Array, diameter: float) -> float:
     diameter
         m.
     """
+    from scipy.spatial import cKDTree  # half a second that every other run would pay for
+
     pairs = cKDTree(positions).query_pairs(diameter, output_type="ndarray")
     if not len(pairs):
         return 0.0

@@ -13,17 +13,21 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidpanel.coupon import bed, contact, deck
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.study import Coupon
+from pidpanel.coupon import bed, contact, deck
+
+if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
+    from pidpanel.study import Coupon
 
 POUR_MODULUS = 20e6
 """Pa; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d."""
 
-LOOSEN = {"frequency": 100.0, "acceleration": 10 * STANDARD_GRAVITY, "cycles": 20}
+LOOSEN_FREQUENCY = 100.0
+LOOSEN_ACCELERATION = 10 * STANDARD_GRAVITY
+LOOSEN_CYCLES = 20
 """How a poured bed is shaken loose (Hz, m/s²). A bed settled under drag is denser than any
 shaken one and takes 0.1 to 0.2 s to loosen, whatever the frequency; begun from a bed that was
 shaken loose at low frequency, where that is cheap, a run is steady after 0.03 s (measured at
@@ -80,7 +84,12 @@ class Bed:
 
     @property
     def label(self) -> str:
-        identity = asdict(self) | {"deck": _template_hash(SHAKE_TEMPLATES), "loosen": LOOSEN}
+        loosen = {
+            "frequency": LOOSEN_FREQUENCY,
+            "acceleration": LOOSEN_ACCELERATION,
+            "cycles": LOOSEN_CYCLES,
+        }
+        identity = asdict(self) | {"deck": _template_hash(SHAKE_TEMPLATES), "loosen": loosen}
         return f"r{self.fill_fraction:g}_{self.packing.label[:-9]}_{_digest(identity)}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -143,7 +152,10 @@ class Case:
     @property
     def label(self) -> str:
         first = self.runs[0]
-        identity = {"runs": [r.as_dict() for r in self.runs], "deck": _template_hash(SHAKE_TEMPLATES)}
+        identity = {
+            "runs": [r.as_dict() for r in self.runs],
+            "deck": _template_hash(SHAKE_TEMPLATES),
+        }
         return (
             f"r{first.fill_fraction:g}_f{first.frequency:g}Hz"
             f"_a{first.acceleration / STANDARD_GRAVITY:.4g}g"
@@ -194,7 +206,7 @@ def _run(
         gravity=coupon.gravity_g * STANDARD_GRAVITY,
         restitution=spheres.restitution,
         wall_restitution=wall_restitution,
-        youngs_modulus=_modulus(coupon, diameter, LOOSEN["frequency"], LOOSEN["acceleration"]),
+        youngs_modulus=_modulus(coupon, diameter, LOOSEN_FREQUENCY, LOOSEN_ACCELERATION),
     )
     modulus = _modulus(coupon, diameter, frequency, acceleration)
     return drive(
@@ -262,14 +274,14 @@ def loosening(start: Bed) -> Run:
     """The run that shakes a bed loose."""
     return drive(
         start,
-        LOOSEN["frequency"],
-        LOOSEN["acceleration"],
+        LOOSEN_FREQUENCY,
+        LOOSEN_ACCELERATION,
         start.youngs_modulus,
         time_step_rayleigh=0.15,
         samples_per_cycle=100,
         relative_error=1.0,
-        min_cycles=LOOSEN["cycles"],
-        max_cycles=LOOSEN["cycles"],
+        min_cycles=LOOSEN_CYCLES,
+        max_cycles=LOOSEN_CYCLES,
     )
 
 

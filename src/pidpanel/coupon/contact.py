@@ -8,14 +8,18 @@ HERTZ_DURATION = 2.9432750
 """2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v."""
 
 
-def rayleigh_time(radius: float, density: float, youngs_modulus: float, poissons_ratio: float) -> float:
+def rayleigh_time(
+    radius: float, density: float, youngs_modulus: float, poissons_ratio: float
+) -> float:
     """Time in which a Rayleigh wave crosses a sphere's surface, s.
 
     T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure which LIGGGHTS'
     ``fix check/timestep/gran`` compares the time step with.
     """
     shear_modulus = youngs_modulus / (2 * (1 + poissons_ratio))
-    return math.pi * radius * math.sqrt(density / shear_modulus) / (0.1631 * poissons_ratio + 0.8766)
+    return (
+        math.pi * radius * math.sqrt(density / shear_modulus) / (0.1631 * poissons_ratio + 0.8766)
+    )
 
 
 def wall_overlap(
@@ -35,7 +39,11 @@ def wall_contact_time(
     radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
 ) -> float:
     """Duration of that impact, s: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
-    return HERTZ_DURATION * wall_overlap(radius, density, youngs_modulus, poissons_ratio, speed) / speed
+    return (
+        HERTZ_DURATION
+        * wall_overlap(radius, density, youngs_modulus, poissons_ratio, speed)
+        / speed
+    )
 
 
 def softest_modulus(

@@ -58,12 +58,16 @@ def first_harmonic(
     return equivalent_damping, apparent_mass
 
 
-def dissipated_energy(equivalent_damping: Array | float, amplitude: float, frequency: float) -> Array | float:
+def dissipated_energy(
+    equivalent_damping: Array | float, amplitude: float, frequency: float
+) -> Array | float:
     """E_d = π C_e ω W², J/m² per cycle (the paper's Eq. 4 with ẇ² in place of ẇ)."""
     return math.pi * equivalent_damping * 2 * math.pi * frequency * amplitude**2
 
 
-def loss_factor(equivalent_damping: Array | float, mass_per_area: float, frequency: float) -> Array | float:
+def loss_factor(
+    equivalent_damping: Array | float, mass_per_area: float, frequency: float
+) -> Array | float:
     """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω): loss over the spheres' kinetic energy."""
     return equivalent_damping / (mass_per_area * 2 * math.pi * frequency)
 

@@ -50,7 +50,9 @@ def template_text(names: tuple[str, ...], folder: Path = TEMPLATES) -> str:
     return "".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
-def data_file(positions: NDArray[np.float64], diameter: float, density: float, box: NDArray[np.float64]) -> str:
+def data_file(
+    positions: NDArray[np.float64], diameter: float, density: float, box: NDArray[np.float64]
+) -> str:
     """LIGGGHTS data file of equal spheres.
 
     Parameters
@@ -63,7 +65,8 @@ def data_file(positions: NDArray[np.float64], diameter: float, density: float, b
         (3, 2) lower and upper bounds of the simulation box, m.
     """
     bounds = "".join(
-        f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n" for (low, high), axis in zip(box, "xyz", strict=True)
+        f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n"
+        for (low, high), axis in zip(box, "xyz", strict=True)
     )
     atoms = "".join(
         f"{i} 1 {diameter:.9g} {density:.9g} {x:.12g} {y:.12g} {z:.12g}\n"

@@ -48,8 +48,17 @@ class NotSteady(SolverFailure):
     """The transient did not end within max_cycles."""
 
 
-CYCLE_COLUMNS = ("step", "p_sin", "p_cos", "p_mean", "kinetic_energy", "rotational_energy", "height")
+CYCLE_COLUMNS = (
+    "step",
+    "p_sin",
+    "p_cos",
+    "p_mean",
+    "kinetic_energy",
+    "rotational_energy",
+    "height",
+)
 """Columns of the cycle file that the shake deck writes."""
+
 
 def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) -> Array:
     """Rows of the cycle file, (cycles, 7), columns `CYCLE_COLUMNS`.
@@ -69,7 +78,10 @@ def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) ->
     rows: list[list[float]] = []
     if text and not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line, {text.rsplit(chr(10), 1)[-1]!r}")
-    header = ["# Time-averaged data for fix cycle", "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc"]
+    header = [
+        "# Time-averaged data for fix cycle",
+        "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc",
+    ]
     lines = text.splitlines()
     if lines[:2] != header:
         raise LogTruncated(f"{source}:1: header {lines[:2]!r} instead of {header!r}")
@@ -99,7 +111,9 @@ def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) ->
 MARK = re.compile(r"^MARK step (\d+) atoms (\d+) value (\S+)$")
 """The line that `solver.Liggghts.execute` makes LIGGGHTS print when a command is done."""
 
-_TROUBLE = re.compile(r"^(ERROR\b.*|.*Forced restart written.*|.*[Ll]ost atoms.*|.*Less insertions.*)$")
+_TROUBLE = re.compile(
+    r"^(ERROR\b.*|.*Forced restart written.*|.*[Ll]ost atoms.*|.*Less insertions.*)$"
+)
 
 
 def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
@@ -113,7 +127,7 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
     for number, line in enumerate(text.splitlines(), 1):
         trouble = _TROUBLE.match(line)
         if trouble:
-            lost = "tom" in line and "ost" in line or "insertions" in line
+            lost = ("tom" in line and "ost" in line) or "insertions" in line
             raise (ParticlesLost if lost else RunStopped)(f"{source}:{number}: {line}")
         mark = MARK.match(line)
         if mark:

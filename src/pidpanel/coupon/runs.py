@@ -10,9 +10,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import bed, contact, cycles, deck, log
 from pidpanel.coupon.cases import (
     POUR_MODULUS,
@@ -24,7 +24,6 @@ from pidpanel.coupon.cases import (
     loosening,
 )
 from pidpanel.coupon.solver import VERSION, Liggghts
-from pidpanel.constants import STANDARD_GRAVITY
 
 SETTLED = 1e-7
 """Kinetic energy per sphere over m g d at which a poured bed is at rest."""
@@ -36,6 +35,8 @@ to nothing never reaches an error relative to itself."""
 
 def write_walls(path: Path, packing: Packing, height: float) -> None:
     """STL of the side walls of all cells."""
+    import meshio  # slow to import, and only here
+
     outline = cell_outline(packing)
     centres = bed.cell_centres(packing.across_flats, packing.count)
     triangles = bed.side_walls(outline, centres, height)
@@ -93,7 +94,7 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
     centres = bed.cell_centres(packing.across_flats, packing.count)
     start = np.concatenate(
         [
-            bed.scatter(outline, height, diameter, per_cell, rng) + [*centre, 0.0]
+            bed.scatter(outline, height, diameter, per_cell, rng) + np.array([*centre, 0.0])
             for centre in centres
         ]
     )
@@ -131,7 +132,7 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
     with Liggghts(folder, "fill") as solver:
         solver.execute(text)
         for _ in range(200):
-            step, atoms, energy = solver.execute(f"run {chunk}", "ke")
+            step, _, energy = solver.execute(f"run {chunk}", "ke")
             if step * time_step > fall_time and energy < rest:
                 break
         else:
@@ -142,7 +143,10 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
         solver.execute("dump settled all custom 1 settled.dump id x y z\nrun 0")
         solver.finish()
     log.check_log(
-        (folder / "fill.log").read_text(errors="replace"), str(folder / "fill.log"), last_step=step, atoms=len(start)
+        (folder / "fill.log").read_text(errors="replace"),
+        str(folder / "fill.log"),
+        last_step=step,
+        atoms=len(start),
     )
     settled = log.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))[-1]
     cell = np.repeat(np.arange(packing.count), per_cell)
@@ -224,15 +228,21 @@ def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[st
         )
         solver.finish()
     log.check_log(
-        (folder / "loosen.log").read_text(errors="replace"), str(folder / "loosen.log"),
-        last_step=run.max_cycles * run.steps_per_cycle, atoms=len(positions),
+        (folder / "loosen.log").read_text(errors="replace"),
+        str(folder / "loosen.log"),
+        last_step=run.max_cycles * run.steps_per_cycle,
+        atoms=len(positions),
     )
     frames = log.read_dump((folder / "frames.dump").read_text(), str(folder / "frames.dump"))
     overlaps = [bed.deepest_overlap(frame, packing.diameter) for frame in frames]
     best = int(np.argmin(overlaps))
     np.savetxt(
-        folder / "bed.csv", frames[best], fmt="%.12g", delimiter=",",
-        header="x_m,y_m,z_m", comments="",
+        folder / "bed.csv",
+        frames[best],
+        fmt="%.12g",
+        delimiter=",",
+        header="x_m,y_m,z_m",
+        comments="",
     )
     for name in ("frames.dump", "start.data", "walls.stl", "cycles.txt"):
         (folder / name).unlink()
@@ -268,7 +278,7 @@ def shake(run: Run, bed_folder: Path, folder: Path) -> dict[str, Any]:
     with Liggghts(folder, "shake") as solver:
         solver.execute(text)
         while True:
-            step, atoms, _ = solver.execute(f"run {(wanted - done) * run.steps_per_cycle}")
+            step, _, _ = solver.execute(f"run {(wanted - done) * run.steps_per_cycle}")
             done = wanted
             if step != done * run.steps_per_cycle:
                 raise log.RunStopped(
@@ -285,8 +295,10 @@ def shake(run: Run, bed_folder: Path, folder: Path) -> dict[str, Any]:
         solver.execute(f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0")
         solver.finish()
     log.check_log(
-        (folder / "shake.log").read_text(errors="replace"), str(folder / "shake.log"),
-        last_step=done * run.steps_per_cycle, atoms=len(positions),
+        (folder / "shake.log").read_text(errors="replace"),
+        str(folder / "shake.log"),
+        last_step=done * run.steps_per_cycle,
+        atoms=len(positions),
     )
     return {
         "cycles": done,
@@ -313,15 +325,17 @@ def _attempt(action: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     The first failure may be the machine's; the second is reported, so that a sweep goes on
     and its coverage decides.
     """
-    for attempts in (1, 2):
+    attempts = 0
+    while True:
+        attempts += 1
         try:
             outcome = {"status": "ok", "message": "", **action()}
-            break
         except log.SolverMissing:
             raise
         except log.SolverFailure as failure:
             outcome = {"status": type(failure).__name__, "message": str(failure)}
-    return {**outcome, "attempts": attempts, "liggghts": VERSION}
+        if outcome["status"] == "ok" or attempts == 2:
+            return {**outcome, "attempts": attempts, "liggghts": VERSION}
 
 
 def attempt_pour(packing: Packing, folder: Path) -> dict[str, Any]:
@@ -402,7 +416,12 @@ def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
         "seeds": len(kept),
         "cells": packing.count,
         "spheres_per_cell": spheres,
-        "bulk_fraction": spheres * math.pi / 6 * packing.diameter**3 * packing.count / (area * packing.depth),
+        "bulk_fraction": spheres
+        * math.pi
+        / 6
+        * packing.diameter**3
+        * packing.count
+        / (area * packing.depth),
         "particle_mass_per_area_kg_m2": per_area,
         "dissipated_energy_j_m2": cycles.dissipated_energy(c, w, f),
         "dissipated_energy_error_j_m2": cycles.dissipated_energy(c_error, w, f),
@@ -416,7 +435,9 @@ def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
         "share_of_bound": c / bound,
         "cycles_run": sum(o["cycles"] for _, _, o in kept),
         "cycles_used": sum(e.used for e, _, _ in kept),
-        "ended_by": "max_cycles" if any(o["ended_by"] == "max_cycles" for _, _, o in kept) else "accuracy",
+        "ended_by": "max_cycles"
+        if any(o["ended_by"] == "max_cycles" for _, _, o in kept)
+        else "accuracy",
         "status": problems[0][0] if problems else "ok",
         "message": problems[0][1] if problems else "",
     }

@@ -19,6 +19,7 @@ from pidpanel.coupon.log import MARK, ParticlesLost, RunStopped, SolverFailure, 
 COMMAND = "liggghts"
 VERSION = "3.8.0"
 
+
 def check_installed() -> str:
     """Path of LIGGGHTS.
 
@@ -67,23 +68,29 @@ class Liggghts:
             errors="replace",
             bufsize=1,
         )
+        if self._process.stdin is None or self._process.stdout is None:
+            raise RunStopped(f"{self.log}: no pipe to {path}")
+        self._input, self._output = self._process.stdin, self._process.stdout
         self._check_version()
 
     def __enter__(self) -> Liggghts:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         if self._process.poll() is None:
             self._process.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout, self._errors, self._deck):
+        for stream in (self._input, self._output, self._errors, self._deck):
             with contextlib.suppress(BrokenPipeError):
                 stream.close()
 
     def _check_version(self) -> None:
-        first = self._process.stdout.readline()
+        first = self._output.readline()
         if VERSION not in first:
             raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is wanted")
 
@@ -112,9 +119,9 @@ class Liggghts:
         self._deck.flush()
         said: list[str] = []
         try:
-            self._process.stdin.write(text)
-            self._process.stdin.flush()
-            for line in self._process.stdout:
+            self._input.write(text)
+            self._input.flush()
+            for line in self._output:
                 mark = MARK.match(line.rstrip("\n"))
                 if mark:
                     return int(mark[1]), int(mark[2]), float(mark[3])
@@ -125,8 +132,8 @@ class Liggghts:
 
     def finish(self) -> None:
         """End the input and wait for a clean exit."""
-        self._process.stdin.close()
-        said = self._process.stdout.readlines()
+        self._input.close()
+        said = self._output.readlines()
         if self._process.wait() != 0:
             raise self._failure(said)
 

@@ -1,1 +1,1 @@
-"""One question, several answers: C_e and m_a of a filled patch at these frequencies for this motion."""
+"""C_e and m_a of a filled patch at given frequencies and motion: one question, several answers."""

@@ -77,7 +77,8 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
     low, high = FREQUENCY_RANGE
     if f.size and (f.min() < low or f.max() > high):
         raise DampingError(
-            f"frequency = {f.min():g} to {f.max():g} Hz: the paper's law holds from {low:g} to {high:g} Hz"
+            f"frequency = {f.min():g} to {f.max():g} Hz: "
+            f"the paper's law holds from {low:g} to {high:g} Hz"
         )
     if not 0 < fill_fraction <= 1:
         raise DampingError(f"fill_fraction = {fill_fraction:g}: above 0, at most 1")
@@ -92,7 +93,9 @@ class PaperLaw:
     def __init__(self, printed: bool) -> None:
         self._law = paper_printed if printed else paper_corrected
 
-    def __call__(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> DampingValues:
+    def __call__(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> DampingValues:
         damping = self._law(frequency, fill_fraction)
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)

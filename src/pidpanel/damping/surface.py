@@ -90,7 +90,9 @@ class DampingTable:
         log_level = np.log(self.acceleration_g)
         with np.errstate(invalid="ignore", divide="ignore"):
             log_damping = np.where(self.run, np.log(self.equivalent_damping), np.nan)
-            relative = np.where(self.run, self.equivalent_damping_error / self.equivalent_damping, np.nan)
+            relative = np.where(
+                self.run, self.equivalent_damping_error / self.equivalent_damping, np.nan
+            )
         mass = np.where(self.run, self.apparent_mass, np.nan)
         for i, j in np.ndindex(log_damping.shape[:2]):
             have = self.run[i, j]
@@ -139,7 +141,10 @@ class DampingTable:
         within = np.ones(len(frequency), bool)
         point = []
         for values, axis, logarithmic in zip(
-            asked, (self.fill_fraction, self.frequency, self.acceleration_g), (False, True, True), strict=True
+            asked,
+            (self.fill_fraction, self.frequency, self.acceleration_g),
+            (False, True, True),
+            strict=True,
         ):
             low, high = axis[0], axis[-1]
             within &= (values >= low * (1 - 1e-9)) & (values <= high * (1 + 1e-9))
@@ -162,30 +167,46 @@ class DampingTable:
         """The table as it stands, with units, NaN where no case stands."""
         return xr.Dataset(
             {
-                "equivalent_damping": (AXES, self.equivalent_damping,
-                                       {"units": "N s m-3", "long_name": "equivalent viscous damping per area, C_e"}),
-                "equivalent_damping_error": (AXES, self.equivalent_damping_error,
-                                             {"units": "N s m-3", "long_name": "standard error of C_e"}),
-                "apparent_mass": (AXES, self.apparent_mass,
-                                  {"units": "kg m-2", "long_name": "apparent mass per area, m_a"}),
+                "equivalent_damping": (
+                    AXES,
+                    self.equivalent_damping,
+                    {"units": "N s m-3", "long_name": "equivalent viscous damping per area, C_e"},
+                ),
+                "equivalent_damping_error": (
+                    AXES,
+                    self.equivalent_damping_error,
+                    {"units": "N s m-3", "long_name": "standard error of C_e"},
+                ),
+                "apparent_mass": (
+                    AXES,
+                    self.apparent_mass,
+                    {"units": "kg m-2", "long_name": "apparent mass per area, m_a"},
+                ),
             },
             coords={
-                "fill_fraction": ("fill_fraction", self.fill_fraction, {"units": "1", "long_name": "fill fraction r"}),
-                "frequency_hz": ("frequency_hz", self.frequency, {"units": "Hz", "long_name": "frequency"}),
-                "acceleration_g": ("acceleration_g", self.acceleration_g,
-                                   {"units": "g", "long_name": "acceleration amplitude Γ"}),
+                "fill_fraction": (
+                    "fill_fraction",
+                    self.fill_fraction,
+                    {"units": "1", "long_name": "fill fraction r"},
+                ),
+                "frequency_hz": (
+                    "frequency_hz",
+                    self.frequency,
+                    {"units": "Hz", "long_name": "frequency"},
+                ),
+                "acceleration_g": (
+                    "acceleration_g",
+                    self.acceleration_g,
+                    {"units": "g", "long_name": "acceleration amplitude Γ"},
+                ),
             },
         )
 
     @staticmethod
     def from_dataset(dataset: xr.Dataset) -> DampingTable:
         """Inverse of `to_dataset`."""
-        return DampingTable(
-            *(dataset[axis].to_numpy() for axis in AXES),
-            dataset["equivalent_damping"].to_numpy(),
-            dataset["equivalent_damping_error"].to_numpy(),
-            dataset["apparent_mass"].to_numpy(),
-        )
+        names = (*AXES, "equivalent_damping", "equivalent_damping_error", "apparent_mass")
+        return DampingTable(*(dataset[name].to_numpy() for name in names))
 
     @staticmethod
     def from_frame(frame: pd.DataFrame) -> DampingTable:
@@ -204,22 +225,31 @@ class DampingTable:
             If a column is missing or a point stands twice.
         """
         value, error, mass = (
-            "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3", "apparent_mass_kg_m2",
+            "equivalent_damping_n_s_m3",
+            "equivalent_damping_error_n_s_m3",
+            "apparent_mass_kg_m2",
         )
         for column in (*AXES, value):
             if column not in frame:
-                raise DampingError(f"column {column} is missing; there are {', '.join(frame.columns)}")
+                raise DampingError(
+                    f"column {column} is missing; there are {', '.join(frame.columns)}"
+                )
         frame = frame.assign(**{c: 0.0 for c in (error, mass) if c not in frame})
         if frame.duplicated(list(AXES)).any():
             twice = frame[frame.duplicated(list(AXES))].iloc[0]
-            raise DampingError("two rows at " + ", ".join(f"{axis} = {twice[axis]:g}" for axis in AXES))
+            raise DampingError(
+                "two rows at " + ", ".join(f"{axis} = {twice[axis]:g}" for axis in AXES)
+            )
         axes = [np.unique(frame[axis].to_numpy(float)) for axis in AXES]
         grids = {c: np.full([len(a) for a in axes], np.nan) for c in (value, error, mass)}
         good = frame[frame["status"] == "ok"] if "status" in frame else frame
-        index = tuple(np.searchsorted(a, good[axis].to_numpy(float)) for a, axis in zip(axes, AXES, strict=True))
+        index = tuple(
+            np.searchsorted(a, good[axis].to_numpy(float))
+            for a, axis in zip(axes, AXES, strict=True)
+        )
         for column, grid in grids.items():
             grid[index] = good[column].to_numpy(float)
-        return DampingTable(*axes, grids[value], grids[error], grids[mass])
+        return DampingTable(*axes, *(grids[column] for column in (value, error, mass)))
 
     @staticmethod
     def from_csv(path: Path) -> DampingTable:

@@ -114,8 +114,6 @@ class DiagonalSolver:
         equivalent_damping: Floats,
         apparent_mass: Floats,
         pressure_factor: float,
-        *,
-        fine: bool,
     ) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
         return diagonal_response(

@@ -1,0 +1,105 @@
+"""How far a run is and how long it still takes, in one line; all else as Snakemake says it.
+
+Snakemake writes ten lines for each job, which buries what matters among hundreds of coupons. This
+logger (``snakemake --logger pidpanel``) keeps the errors, the logs of failed jobs, the table of
+jobs and the warnings word for word, and replaces the rest by a bar on a terminal, or by a line
+each minute where there is none. The full log stays in ``.snakemake/log``.
+"""
+
+import time
+from datetime import timedelta
+from logging import ERROR, WARNING, LogRecord
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
+from snakemake_interface_logger_plugins.base import LogHandlerBase
+from snakemake_interface_logger_plugins.common import LogEvent
+
+JOB_BY_JOB = {
+    LogEvent.JOB_INFO,
+    LogEvent.JOB_STARTED,
+    LogEvent.JOB_FINISHED,
+    LogEvent.SHELLCMD,
+    LogEvent.GROUP_INFO,
+    LogEvent.PROGRESS,
+}
+CHATTER = ("Select jobs to execute", "Execute ")
+SECONDS_BETWEEN_LINES = 60.0
+
+
+def time_left(elapsed: float, done: int, total: int) -> timedelta:
+    """Time that the jobs left take, at the mean pace so far (s -> whole seconds).
+
+    >>> str(time_left(60.0, 10, 40))
+    '0:03:00'
+    """
+    return timedelta(seconds=round(elapsed * (total - done) / done))
+
+
+class LogHandler(LogHandlerBase):
+    """Snakemake's own filter and formatter, with the job by job messages drawn as progress."""
+
+    writes_to_stream = True
+    writes_to_file = False
+    has_filter = False
+    has_formatter = False
+    needs_rulegraph = False
+
+    def __post_init__(self) -> None:
+        settings = self.common_settings
+        self.console = Console(
+            stderr=not settings.stdout, no_color=settings.nocolor, highlight=False, soft_wrap=True
+        )
+        self.bar = Progress(
+            TextColumn("{task.completed} of {task.total} jobs"),
+            BarColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}"),
+            console=self.console,
+            disable=not self.console.is_terminal,
+            transient=True,
+        )
+        self.started = self.last_line = time.monotonic()
+
+    def emit(self, record: LogRecord) -> None:
+        """Draw one message of Snakemake."""
+        try:
+            event = getattr(record, "event", None)
+            if event is LogEvent.RUN_INFO and not self.common_settings.dryrun:
+                self._start(record.stats.get("total", 0))  # type: ignore[attr-defined]
+            elif event is LogEvent.PROGRESS:
+                self._advance(record.done, record.total)  # type: ignore[attr-defined]
+            if self._says_more_than_progress(record, event):
+                style = {ERROR: "red", WARNING: "yellow"}.get(record.levelno, "")
+                self.console.print(Text(self.format(record), style=style))
+        except Exception:
+            self.handleError(record)
+
+    def close(self) -> None:
+        """Take the bar off the terminal."""
+        self.bar.stop()
+        super().close()
+
+    def _says_more_than_progress(self, record: LogRecord, event: LogEvent | None) -> bool:
+        settings = self.common_settings
+        if settings.verbose or settings.dryrun or record.levelno >= WARNING:
+            return True
+        if event is LogEvent.SHELLCMD:
+            return settings.printshellcmds
+        return event not in JOB_BY_JOB and not record.getMessage().startswith(CHATTER)
+
+    def _start(self, total: int) -> None:
+        self.started = self.last_line = time.monotonic()
+        self.bar.start()
+        if not self.bar.tasks:
+            self.bar.add_task("", total=total, left="")
+
+    def _advance(self, done: int, total: int) -> None:
+        now = time.monotonic()
+        left = f"{time_left(now - self.started, done, total)} left"
+        for task in self.bar.task_ids:  # a checkpoint may have added jobs to the total
+            self.bar.update(task, completed=done, total=total, left=left)
+        if self.bar.disable and (now - self.last_line > SECONDS_BETWEEN_LINES or done == total):
+            self.last_line = now
+            self.console.print(f"{done} of {total} jobs, {left}")
