@@ -157,8 +157,10 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
                 axes, frequency, Curve(curve.label, scaled, curve.colour, curve.inside, curve.width)
             )
         axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
         _frequency_axis(axes, frequency[0], frequency[-1])
         _heading(axes, panel)
+    grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
     grid[0].set_ylabel("acceleration PSD, g²/Hz")
     _legend_above_note(figure, panels)
@@ -381,7 +383,7 @@ def pictures_figure(
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, image, title in zip(grid.flat, images, titles, strict=False):
-        axes.imshow(image)
+        axes.imshow(image, interpolation="bilinear")
         axes.set_title(title, fontsize=8)
     scale = ScalarMappable(Normalize(*limits), mpl.colormaps[colormap])
     figure.colorbar(scale, ax=grid, label=label, shrink=0.75, pad=0.02, aspect=30)

@@ -370,7 +370,10 @@ def response_section(inputs: Inputs, name: str) -> Section:
             )
             for reading in readings
         ]
-        caption = f"Acceleration PSD at point {point} (one-sided). {title}. {text}"
+        caption = (
+            f"{title}: acceleration PSD at point {point}, one-sided. Steps lie at the edges of the "
+            f"sound's bands. {text}"
+        )
         figure = figures.psd_figure(frequency, panels)
         blocks.append(Picture(f"psd_{name}_{point}", _drawn(figure), caption))
     blocks.append(reduction_block(inputs, name, readings, text))

@@ -17,7 +17,7 @@ import matplotlib as mpl
 from matplotlib import colors
 from matplotlib.figure import Figure
 
-RESOLUTION = 220
+RESOLUTION = 200
 """Dots per inch of the PNG files."""
 
 BARE = "#000000"

@@ -14,9 +14,9 @@ from pidpanel.report.html import Table
 
 READINGS = {
     "dem": "DEM",
-    "paper_corrected": "paper's law, corrected",
-    "paper_printed": "paper's law, as printed",
-    "table": "table of the study",
+    "paper_corrected": "The paper's law, corrected",
+    "paper_printed": "The paper's law, as printed",
+    "table": "The study's table",
 }
 """What the readings of the damping are called on the page."""
 
