@@ -19,9 +19,10 @@ rule report:
     log:
         results("report.log"),
     params:
-        folder=f"results/{STUDY.name}",
+        file=STUDY_FILE,
+        folder=lambda wildcards, output: str(Path(output.page).parent),
         study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
         code=code("report"),
     shell:
-        "{PYTHON} {SCRIPTS}/report.py {STUDY_FILE} {params.folder} results/coupon"
+        "python -m scripts.report {params.file} {params.folder} results/coupon"
         " {input.printed} 2> {log}"

@@ -28,7 +28,7 @@ from pidpanel.coupon.solver import VERSION, Liggghts
 SETTLED = 1e-7
 """Kinetic energy per sphere over m g d at which a poured bed is at rest."""
 
-FLOOR = 2e-3
+FLOOR = 2e-4
 """An error below this share of the inelastic bound ends a run too: a bed that dissipates next
 to nothing never reaches an error relative to itself."""
 
@@ -403,6 +403,7 @@ def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
         spheres = float(np.mean([o["spheres"] for _, _, o in kept])) / packing.count
     per_area = spheres * packing.count * _sphere_mass(packing) / area
     bound = cycles.inelastic_bound(per_area, point.frequency)
+    target = point.relative_error / math.sqrt(len(case.runs))
     w, f = point.amplitude, point.frequency
     return {
         "case": case.label,

@@ -221,7 +221,7 @@ def reduction_figure(
         Name and unit of the rows.
     """
     figure = Figure(
-        figsize=(WIDTH, 0.75 + len(points) * (0.55 + 0.2 * len(rows))), layout="constrained"
+        figsize=(WIDTH, 1.0 + len(points) * (0.55 + 0.2 * len(rows))), layout="constrained"
     )
     grid = figure.subplots(len(points), len(readings), sharex=True, sharey=True, squeeze=False)
     limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
@@ -245,7 +245,7 @@ def reduction_figure(
             axes.set_ylabel(row_name)
         if i == len(points) - 1:
             axes.set_xlabel("third octave, Hz")
-    figure.colorbar(scale, ax=grid, label="reduction of the rms, dB", shrink=0.8, pad=0.01)
+    figure.colorbar(scale, ax=grid, label="reduction of the rms, dB", pad=0.01)
     return figure
 
 

@@ -441,12 +441,12 @@ def level_note(inputs: Inputs, name: str, reading: str) -> str:
     """One line under the title of the axes: at which Γ the damping was read."""
     levels = np.array(list(_levels(inputs, name, reading).values()))
     if np.isnan(levels).all():
-        return "knows no Γ: C_e is the same at every level"
+        return "knows no Γ: $C_e$ is the same at every level"
     kind = (
         "the patch's own motion" if inputs.study.damping.level.kind == "patch" else "a stated level"
     )
     low, high = tables.number(levels.min()), tables.number(levels.max())
-    return f"C_e read at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
+    return f"$C_e$ read at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
 def level_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str:
