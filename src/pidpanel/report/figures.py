@@ -91,8 +91,10 @@ def _draw(axes: Axes, x: Array, curve: Curve) -> None:
         axes.plot(x, curve.values, color=curve.colour, lw=curve.width, label=curve.label)
         return
     outside = ~curve.inside
-    # the last line inside belongs to the dashed part too, or a gap would be left
-    touching = outside | np.roll(outside, 1) | np.roll(outside, -1)
+    # the lines next to the dashed part belong to it too, or a gap would be left
+    touching = outside.copy()
+    touching[1:] |= outside[:-1]
+    touching[:-1] |= outside[1:]
     axes.plot(
         x,
         np.where(curve.inside, curve.values, np.nan),

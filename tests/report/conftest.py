@@ -1,0 +1,224 @@
+"""A small study with made-up responses: the report is told what came out and must say it."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.navier import thin_plate_frequency
+from pidpanel.report import style
+from pidpanel.report.sections import Inputs
+from pidpanel.stamp import stamp
+from pidpanel.study import load_study
+
+# no display in a test run; VTK asks when its first window is made
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+PRINTED = Path(__file__).parents[2] / "workflow" / "data" / "paper" / "table_1.csv"
+SIZE = (1.5, 1.0)
+
+STUDY = """
+title: A panel under test
+assumptions: ["The spectrum is assumed."]
+damping: {readings: [paper_corrected, paper_printed]}
+panel:
+  outline_m: [1.5, 1.0]
+  section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
+  patches:
+    A: {centre_m: [0.75, 0.50], size_m: [0.2, 0.2]}
+    B: {centre_m: [0.20, 0.30], size_m: [0.2, 0.2]}
+  points: {middle: [0.75, 0.50], corner: [0.20, 0.30]}
+sound: {spectrum: smc_s_016_2014_min_third.csv, oaspl_db: 150}
+response: {frequency_hz: [100, 400]}
+scenarios:
+  fill: {patch: A, fill_fraction: [0.1, 0.7, 0.9]}
+  place: {patch: [A, B], fill_fraction: 0.5, title: "Place of the damper (Figure 6)"}
+  level: {patch: A, fill_fraction: 0.5, oaspl_db: [140, 150]}
+"""
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "trial.yaml"
+    path.write_text(STUDY)
+    return load_study(path)
+
+
+@pytest.fixture(scope="session")
+def printed():
+    return pd.read_csv(PRINTED, comment="#")
+
+
+@pytest.fixture(scope="session")
+def modes():
+    """The paper's panel by its closed form, up to the frequencies that Table 1 reaches."""
+    m, n = (grid.ravel() for grid in np.meshgrid(range(1, 11), range(1, 9)))
+    frequency = thin_plate_frequency(m, n, SIZE, 3273.07, 4.0)
+    order = np.argsort(frequency)
+    return pd.DataFrame(
+        {
+            "mode": range(1, len(m) + 1),
+            "m": m[order],
+            "n": n[order],
+            "frequency_hz": frequency[order],
+            "navier_hz": frequency[order],
+            "modal_mass_kg": 1.5,
+        }
+    )
+
+
+@pytest.fixture(scope="session")
+def basis(study, modes):
+    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 1.5, 16), np.linspace(0, 1.0, 11)))
+    corner = (np.arange(10)[:, None] * 16 + np.arange(15)).ravel()
+    m, n = modes["m"].to_numpy(), modes["n"].to_numpy()
+    shapes = np.sin(m * np.pi * x[:, None] / 1.5) * np.sin(n * np.pi * y[:, None])
+    count = len(m)
+    return PanelBasis(
+        natural_frequency=modes["frequency_hz"].to_numpy(),
+        modal_mass=np.full(count, 1.5),
+        is_residual=np.zeros(count, bool),
+        shape_at_points=np.zeros((2, count)),
+        patch_overlap=np.zeros((2, count, count)),
+        quadrature_position=np.zeros((1, 2)),
+        quadrature_weight=np.ones(1),
+        shape_at_quadrature=np.zeros((1, count)),
+        vertex_position=np.stack([x, y], axis=1),
+        cells=np.stack([corner, corner + 1, corner + 17, corner + 16], axis=1),
+        shape_at_vertices=shapes,
+        point_names=("middle", "corner"),
+        patch_names=("A", "B"),
+    )
+
+
+def responses(study, scale, read_at=np.nan, inside=1.0):
+    """Summary and PSDs of `paper_corrected`: flat, ``scale`` (dB against bare) by label.
+
+    The reading `paper_printed` has no response but that of the bare panel.
+    """
+    frequency = np.geomspace(100, 400, 200)
+    labels = [s.label for s in study.all_scenarios()]
+    points, readings = list(study.panel.points), list(study.damping.readings)
+    shape = (len(readings), len(labels), len(frequency))
+    acceleration = np.full((*shape, len(points)), np.nan)
+    rows = []
+    for i, reading in enumerate(readings):
+        for j, scenario in enumerate(study.all_scenarios()):
+            level = 10 ** ((scenario.oaspl_db - 150) / 10)
+            stable = scenario.patch is None or reading == "paper_corrected"
+            for k, point in enumerate(points):
+                lowered = scale.get((scenario.label, point), 0.0)
+                row = {"reading": reading, "scenario": scenario.label, "point": point}
+                if not stable:
+                    rows.append({**row, "status": "unstable"})
+                    continue
+                acceleration[i, j, :, k] = 1e4 * level * 10 ** (-lowered / 10)
+                rms = np.sqrt(300 * acceleration[i, j, 0, k])
+                rows.append(
+                    {
+                        **row,
+                        "status": "ok",
+                        "acceleration_rms_g": rms / 9.80665,
+                        "displacement_rms_mm": 1.0,
+                        "reduction_db": lowered,
+                        "damping_read_at_g": np.nan if scenario.patch is None else read_at,
+                        "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
+                        "levels": 1,
+                        "beyond_linear_plate": False,
+                        "power_balance_error": 1e-9,
+                    }
+                )
+    dims = ("reading", "scenario", "frequency")
+    on_run_points = np.full(shape, 1.0)
+    on_run_points[:, :, : round((1 - inside) * len(frequency))] = 0.0
+    psd = xr.Dataset(
+        {
+            "acceleration_psd": ((*dims, "point"), acceleration),
+            "equivalent_damping": (dims, np.full(shape, 100.0)),
+            "apparent_mass": (dims, np.zeros(shape)),
+            "inside": (dims, on_run_points),
+        },
+        coords={"frequency": frequency, "reading": readings, "scenario": labels, "point": points},
+    )
+    return pd.DataFrame(rows), psd
+
+
+@pytest.fixture(scope="session")
+def bands():
+    edge = 10 ** ((np.arange(19, 28) - 0.5) / 10)
+    return pd.DataFrame(
+        {
+            "center_hz": 10 ** (np.arange(19, 27) / 10),
+            "lower_hz": edge[:-1],
+            "upper_hz": edge[1:],
+            "band_spl_db": 130.0,
+            "surface_pressure_psd_pa2_hz": 4000 / np.diff(edge),
+        }
+    )
+
+
+@pytest.fixture
+def inputs(study, modes, basis, bands, printed):
+    summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
+    return Inputs(
+        study=study,
+        stamp=stamp(study),
+        summary=summary,
+        psd=psd,
+        modes=modes,
+        basis=basis,
+        bands=bands,
+        printed=printed,
+        coupon=None,
+    )
+
+
+@pytest.fixture
+def respond(study):
+    """Summary and PSDs as `responses` makes them."""
+    return lambda scale, **options: responses(study, scale, **options)
+
+
+@pytest.fixture(autouse=True)
+def look():
+    with style.context():
+        yield
+
+
+@pytest.fixture
+def cases():
+    """Rows of ``coupon/cases.csv``: 2 fills × 2 frequencies × 3 levels, all ok."""
+    rows = [
+        {
+            "case": f"r{fill:g}_f{frequency:g}Hz_a{level:g}g",
+            "fill_fraction": fill,
+            "frequency_hz": frequency,
+            "acceleration_g": level,
+            "particle_mass_per_area_kg_m2": 10 * fill,
+            "dissipated_energy_j_m2": 0.2,
+            "dissipated_energy_error_j_m2": 0.01,
+            "equivalent_damping_n_s_m3": 500 * fill * frequency / 100,
+            "equivalent_damping_error_n_s_m3": 20.0,
+            "apparent_mass_kg_m2": fill,
+            "apparent_mass_error_kg_m2": 0.1,
+            "loss_factor": 0.3,
+            "loss_factor_error": 0.02,
+            "bound_n_s_m3": 40 * fill * frequency,
+            "share_of_bound": 0.3,
+            "spheres_per_cell": 48.0,
+            "youngs_modulus_mpa": 50.0,
+            "cycles_run": 60,
+            "cycles_used": 50,
+            "ended_by": "accuracy",
+            "status": "ok",
+            "message": "",
+        }
+        for fill in (0.3, 0.7)
+        for frequency in (100.0, 400.0)
+        for level in (3.0, 12.0, 50.0)
+    ]
+    return pd.DataFrame(rows)

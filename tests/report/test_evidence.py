@@ -1,0 +1,88 @@
+"""The runs shown are those that stand, and the picture says what it shows."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon.cases import cases_of
+from pidpanel.report import evidence
+from pidpanel.report.sections import beads_block
+from pidpanel.study import Cell, Coupon, Particles, Sweep
+
+
+@pytest.fixture
+def case():
+    coupon = Coupon(
+        cell=Cell(depth_mm=10, count=1),
+        particles=Particles(diameter_mm=2.5),
+        sweep=Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,)),
+    )
+    return cases_of(coupon)[0]
+
+
+def write_run(case, folder, *, last):
+    own = folder / "s1"
+    own.mkdir()
+    (own / "run.json").write_text(json.dumps({"status": "ok", "cycles": 12, "spheres": 2}))
+    (own / "start.data").write_text(
+        "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.0025 1190 0 0 0.006\n"
+    )
+    if last:
+        (own / "last.dump").write_text(
+            "ITEM: TIMESTEP\n5\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+            "ITEM: ATOMS id x y z vx vy vz \n2 0 0 0.007 0 0 0.1 \n1 0 0 0.003 0.3 0 0.4 \n"
+        )
+
+
+def test_the_last_state_is_shown_by_speed_where_it_is_kept(case, tmp_path):
+    # red: positions for velocities
+    write_run(case, tmp_path, last=True)
+    beads = evidence.read_beads(case, tmp_path)
+    assert beads.speed == pytest.approx([0.5, 0.1])
+    assert beads.positions[:, 2] == pytest.approx([0.003, 0.007])
+    caption = beads_block(beads).caption
+    assert "State after 12 cycles; colour: speed relative to the cell" in caption
+
+
+def test_a_run_without_its_last_state_is_shown_from_the_start_and_says_so(case, tmp_path):
+    # red: the caption of the last state for both
+    write_run(case, tmp_path, last=False)
+    beads = evidence.read_beads(case, tmp_path)
+    assert beads.speed is None
+    assert beads.positions[:, 2] == pytest.approx([0.002, 0.006])
+    assert "before the first cycle, since this run kept no last state" in beads_block(beads).caption
+
+
+def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):
+    # red: the status not looked at
+    cases["fill_fraction"] += 0.1
+    nearest = evidence.nearest_case(cases)
+    assert nearest == "r0.3_f100Hz_a12g"  # now of r = 0.4
+    cases.loc[cases["case"] == nearest, "status"] = "NotSteady"
+    assert evidence.nearest_case(cases) != nearest
+
+
+def test_the_runs_shown_are_spread_over_the_cases_that_stand(cases):
+    # red: the first so many
+    cases.loc[0, "status"] = "NotSteady"
+    shown = evidence.spread_cases(cases, 3)
+    assert shown == [cases["case"][i] for i in (1, 6, 11)]
+    assert len(evidence.spread_cases(cases, 99)) == len(cases) - 1
+
+
+def test_the_energy_of_a_cycle_follows_from_its_momentum(case, tmp_path, monkeypatch):
+    # red: the spheres' number of another run; a factor of 2
+    write_run(case, tmp_path, last=True)
+    run = case.runs[0]
+    p_sin = 1e-6 * (1 + 0.1 * np.sin(np.arange(12)))
+    rows = np.zeros((12, 7))
+    rows[:, 1] = p_sin
+    monkeypatch.setattr(evidence.runs, "read_run", lambda *_: rows)
+    single = type(case)(case.runs[:1])
+    (record,) = evidence.read_records(single, tmp_path)
+    area = np.sqrt(3) / 2 * 6.35e-3**2
+    # work of the shaker per cycle and area, π ω W p_s / A with p_s = 2⟨p sin ωt⟩
+    expected = np.pi * 2 * np.pi * 100 * run.amplitude * 2 * p_sin / area
+    assert record.energy == pytest.approx(expected, rel=1e-9)
+    assert record.seed == 1

@@ -1,0 +1,174 @@
+"""Figures carry their units, one line a scenario, and say where damping is a continuation."""
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from pidpanel.report import figures, style
+from pidpanel.report.figures import Curve, Panel, Record
+
+UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
+FREQUENCY = np.geomspace(30, 2000, 300)
+
+
+def panel(inside=None, title="DEM"):
+    curves = [Curve("bare panel", 50 * FREQUENCY, style.BARE)]
+    curves += [
+        Curve(f"r = {fill}", FREQUENCY / fill, style.fill_colour(fill), inside)
+        for fill in (0.1, 0.5, 0.9)
+    ]
+    return Panel(title, "read at Γ = 312", curves)
+
+
+def drawn_axes(figure):
+    return [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+
+
+def assert_units(figure):
+    for axes in drawn_axes(figure):
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert not label or UNIT.search(label), label
+    left = [axes for axes in drawn_axes(figure) if axes.get_ylabel()]
+    assert left
+
+
+def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
+    # red: `panel.curves[1:]`; a label without its unit
+    figure = figures.psd_figure(FREQUENCY, [panel(), panel(title="law")])
+    assert [len(axes.lines) for axes in figure.axes] == [4, 4]
+    assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
+    assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
+    assert_units(figure)
+
+
+def test_a_psd_is_drawn_in_g_squared():
+    # red: the division by g² left out
+    figure = figures.psd_figure(FREQUENCY, [panel()])
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * FREQUENCY / 9.80665**2)
+
+
+def test_what_lies_past_the_run_points_is_dashed_and_the_legend_says_so():
+    # red: `curve.inside` for `outside` in _draw
+    inside = FREQUENCY > 200
+    figure = figures.psd_figure(FREQUENCY, [panel(inside)])
+    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
+    assert len(dashed) == 3
+    shown = np.isfinite(dashed[0].get_ydata())
+    assert shown[FREQUENCY <= 200].all()
+    assert not shown[FREQUENCY > 210].any()
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert any("outside the run points" in text for text in said)
+    whole = figures.psd_figure(FREQUENCY, [panel()])
+    assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
+
+
+def test_every_line_stands_in_the_legend_once():
+    # red: a legend of the first panel only, where the second shows more
+    more = Panel("DEM", "", [*panel().curves, Curve("PID-2", FREQUENCY, style.PLACES[1])])
+    figure = figures.psd_figure(FREQUENCY, [panel(), more])
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
+
+
+def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
+    # red: a constant colour in fill_colour
+    figure = figures.psd_figure(FREQUENCY, [panel()])
+    colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
+    assert colours[0] == "#000000"
+    assert len(set(colours)) == 4
+
+
+def test_damping_and_mass_have_their_units():
+    figure = figures.damping_figure(FREQUENCY, [panel(), panel()], [panel(), panel()])
+    # red: a label without its unit
+    assert figure.axes[0].get_ylabel() == "$C_e$, N s/m³"
+    assert any("kg/m²" in axes.get_ylabel() for axes in figure.axes)
+    assert_units(figure)
+
+
+def test_a_map_of_reductions_writes_each_number_into_its_cell():
+    # red: rows and bands exchanged
+    values = np.array([[0.0, 1.26, 12.4], [-2.0, 0.04, 3.0]])
+    figure = figures.reduction_figure(
+        np.array([100.0, 125.9, 158.5]), ["0.1", "0.9"], {("326", "DEM"): values}, ["326"], ["DEM"],
+        "fill fraction r",
+    )  # fmt: skip
+    axes = figure.axes[0]
+    cells = {text.get_position(): text.get_text() for text in axes.texts}
+    assert cells == {
+        (0, 0): "0", (1, 0): "1.3", (2, 0): "12", (0, 1): "-2.0", (1, 1): "0", (2, 1): "3.0",
+    }  # fmt: skip
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["100", "125", "160"]
+    assert_units(figure)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "panel_of", "axes", "lines"),
+    [
+        (figures.FREQUENCY, figures.EQUIVALENT_DAMPING, figures.LEVEL, 3, 2),
+        (figures.LEVEL, figures.EQUIVALENT_DAMPING, figures.FREQUENCY, 2, 2),
+        (figures.LEVEL, figures.LOSS_FACTOR, figures.FREQUENCY, 2, 2),
+    ],
+)
+def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, axes, lines):
+    # red: `fills[1:]`; a label without its unit
+    figure = figures.sweep_figure(cases, x, y, panel_of)
+    shown = drawn_axes(figure)
+    assert len(shown) == axes
+    assert all(len(one.containers) == lines for one in shown)
+    assert_units(figure)
+
+
+def test_law_and_bound_stand_beside_the_cases(cases):
+    # red: the law drawn at the fill of another line
+    figure = figures.sweep_figure(
+        cases, figures.FREQUENCY, figures.EQUIVALENT_DAMPING, figures.LEVEL,
+        law=lambda frequency, fill: 1000 * fill + 0 * frequency, bound="bound_n_s_m3",
+    )  # fmt: skip
+    lines = figure.axes[0].lines
+    law = sorted(line.get_ydata()[0] for line in lines if line.get_linestyle() == "--")
+    bound = sorted(line.get_ydata()[0] for line in lines if line.get_linestyle() == ":")
+    assert law == pytest.approx([300, 700])
+    assert bound == pytest.approx([1200, 2800])
+
+
+def test_steadiness_marks_where_the_transient_ends():
+    # red: the mark at cycle 0
+    energy = np.concatenate([[5.0, 4.0, 2.0], np.full(20, 1.0)])
+    figure = figures.steadiness_figure([[Record("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
+    dotted = [line for line in figure.axes[0].lines if line.get_linestyle() == ":"]
+    assert [line.get_xdata()[0] for line in dotted] == [3.5]
+    assert figure.axes[0].get_ylabel() == "$E_d$ per cycle, J/m²"
+
+
+def test_the_spectrum_and_the_mesh_have_units(bands, basis):
+    # red: a label without its unit
+    spectrum = figures.spectrum_figure(bands, 100, 400)
+    mesh = figures.mesh_figure(
+        basis.vertex_position, basis.cells, {"A": (0.6, 0.9, 0.4, 0.6)}, {"326": (0.75, 0.5)}
+    )
+    for figure in (spectrum, mesh):
+        assert_units(figure)
+    assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
+    assert {text.get_text() for text in mesh.axes[0].texts} == {"A", "326"}
+
+
+def test_the_same_numbers_give_the_same_bytes_and_no_date():
+    # red: metadata left to matplotlib
+    first, second = (style.png(figures.psd_figure(FREQUENCY, [panel()])) for _ in range(2))
+    assert first == second
+    assert b"tEXt" not in first
+
+
+def test_figures_leave_the_settings_of_matplotlib_alone():
+    # red: rcParams.update at import of style
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        before = dict(mpl.rcParams)
+        with style.context():
+            assert mpl.rcParams["font.size"] != before["font.size"]
+        assert dict(mpl.rcParams) == before

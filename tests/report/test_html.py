@@ -1,0 +1,106 @@
+"""The page stands alone, and holds what it was given."""
+
+import base64
+import re
+from html.parser import HTMLParser
+
+import jinja2
+import pytest
+
+from pidpanel.report import html
+
+PNG = b"\x89PNG\r\n\x1a\n made up"
+
+
+def page(*blocks, **changes):
+    values = {
+        "title": "Panel <1>",
+        "facts": [("Sound", "150 dB")],
+        "assumptions": ["assumed"],
+        "summary": ["came out"],
+        "warnings": ["beware"],
+        "claims": html.Table("Claims", ["claim", "verdict"], [["all is well", "does not hold"]]),
+        "sections": [html.Section("first", "First", blocks)],
+        "steps": [("Run", "make run")],
+    }
+    return html.Page(**{**values, **changes})
+
+
+class Addresses(HTMLParser):
+    """Everything that a browser would go and fetch."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found = []
+        self.images = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        if tag in ("script", "link", "iframe", "object", "embed"):
+            self.found.append(tag)
+        for key in ("src", "href", "srcset", "data", "poster"):
+            address = attributes.get(key)
+            if address is None:
+                continue
+            if tag == "img":
+                self.images.append(address)
+            if not address.startswith(("data:", "#")):
+                self.found.append(address)
+
+
+def addresses(text):
+    parser = Addresses(text)
+    return parser.found + re.findall(r"url\([^)]*\)|@import[^;]*", text), parser.images
+
+
+def test_the_page_fetches_nothing_and_holds_every_image():
+    # red: <img src="{{ block.name }}.png">
+    pictures = [html.Picture(name, PNG + name.encode(), f"About {name}") for name in ("one", "two")]
+    fetched, images = addresses(html.render(page(*pictures)))
+    assert fetched == []
+    held = [base64.b64decode(image.removeprefix("data:image/png;base64,")) for image in images]
+    assert held == [picture.png for picture in pictures]
+
+
+def test_text_is_shown_as_it_is_written():
+    # red: autoescape off
+    text = html.render(page(html.Paragraph("w < h/10 & <b>more</b>")))
+    assert "Panel &lt;1&gt;" in text
+    assert "w &lt; h/10 &amp; &lt;b&gt;more&lt;/b&gt;" in text
+
+
+def test_all_that_the_page_is_given_stands_on_it():
+    # red: each loop of the template left out
+    table = html.Table("Cases", ["case", "status"], [["r0.1", "ParticlesLost"]], folded=True)
+    text = html.render(page(table))
+    for words in ("150 dB", "assumed", "came out", "beware", "does not hold", "make run",
+                  "ParticlesLost", "<details>"):  # fmt: skip
+        assert words in text, words
+
+
+def test_a_page_without_claims_or_warnings_has_no_empty_boxes():
+    # red: `if page.warnings` left out
+    text = html.render(page(claims=None, warnings=[], assumptions=[]))
+    assert 'class="warnings"' not in text
+    assert 'class="wide claims"' not in text
+
+
+def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
+    # red: jinja2's default undefined
+    (tmp_path / "report.html.j2").write_text("{{ page.nothing }}")
+    with pytest.raises(jinja2.UndefinedError, match="nothing"):
+        html.render(page(), tmp_path)
+
+
+def test_two_pictures_of_one_name_are_refused():
+    # red: the check left out, and one file over the other
+    one = html.Picture("one", PNG, "")
+    with pytest.raises(ValueError, match="pictures of one name: one"):
+        html.render(page(one, one))
+
+
+def test_a_row_that_does_not_fit_its_columns_is_refused():
+    # red: __post_init__ left out
+    with pytest.raises(ValueError, match="a row of 1 cells, 2 columns"):
+        html.Table("Cases", ["case", "status"], [["r0.1"]])

@@ -1,0 +1,111 @@
+"""The whole page of a small study: what stands on it, and what its captions say."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from pidpanel.report import html, sections
+
+
+@pytest.fixture
+def whole(inputs):
+    return sections.page(inputs, [("Run", "make run")])
+
+
+def test_every_family_and_point_has_its_figure(whole):
+    # red: the first point only
+    names = {picture.name for picture in whole.pictures}
+    for family in ("fill", "place", "level"):
+        assert {f"psd_{family}_middle", f"psd_{family}_corner", f"reduction_{family}"} <= names
+    assert {"mesh", "mode_shapes", "spectrum"} <= names
+    assert all(picture.png.startswith(b"\x89PNG") for picture in whole.pictures)
+
+
+def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
+    # red: sections left out of the page
+    text = html.render(whole)
+    assert text.count("data:image/png;base64,") == len(whole.pictures)
+    for words in ("A panel under test", "The spectrum is assumed.", "Place of the damper (Figure 6)",
+                  "Table 1 of the paper", "cannot be said", "make run"):  # fmt: skip
+        assert words in text, words
+    assert re.search(r"study trial, hash [0-9a-f]{16}", text)
+
+
+def test_a_reading_without_response_is_named_where_it_is_not_drawn(whole):
+    # red: the remark left out of level_text
+    captions = [picture.caption for picture in whole.pictures if picture.name.startswith("psd_")]
+    assert all("as printed: not drawn, C_e feeds the panel" in caption for caption in captions)
+
+
+def test_each_caption_says_at_which_level_the_damping_was_read(inputs, respond):
+    # red: EQUIVALENT_SINE left out
+    summary, psd = respond({}, read_at=312.0, inside=0.75)
+    read = dataclasses.replace(inputs, summary=summary, psd=psd)
+    caption = sections.level_text(read, "fill", ["paper_corrected"])
+    assert "C_e read at the patch's own motion (level.kind: patch), Γ = 312 (r = 0.1)" in caption
+    assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
+    assert "overstates the damping" in caption
+    assert "Dashed where" in caption
+    note = sections.level_note(read, "fill", "paper_corrected")
+    assert note == "$C_e$ read at the patch's own motion, Γ = 312"
+    assert any("6 times lower at 2 kHz" in warning for warning in sections.page(read, []).warnings)
+
+
+def test_a_stated_level_is_not_called_the_patchs_own(inputs, respond):
+    # red: "the patch's own motion" for both kinds
+    summary, psd = respond({}, read_at=30.0)
+    damping = inputs.study.damping.model_copy(
+        update={"level": type(inputs.study.damping.level)(kind="stated", acceleration_g=30.0)}
+    )
+    stated = dataclasses.replace(
+        inputs,
+        study=inputs.study.model_copy(update={"damping": damping}),
+        summary=summary,
+        psd=psd,
+    )
+    assert "a stated level (level.kind: stated), Γ = 30" in sections.level_text(
+        stated, "fill", ["paper_corrected"]
+    )
+    assert ("C_e(r, f, Γ) read at", "a stated Γ = 30 (level.kind: stated)") in sections.facts(
+        stated
+    )
+
+
+def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
+    # red: the scenarios sorted by name
+    curves = sections.psd_curves(inputs, "fill", "paper_corrected", "middle")
+    assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
+    assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
+    levels = sections.psd_curves(inputs, "level", "paper_corrected", "middle")
+    assert [c.label for c in levels] == [*["bare panel at these levels"] * 2, "140 dB", "150 dB"]
+    assert levels[1].values == pytest.approx(10 * levels[0].values)
+
+
+def test_a_family_without_any_response_says_so_in_words(inputs):
+    # red: an empty figure
+    inputs.psd["acceleration_psd"][:, 1:] = np.nan
+    section = sections.response_section(inputs, "fill")
+    (block,) = section.blocks
+    assert "No reading of the damping gives a steady response" in block.text
+
+
+def test_a_coupon_brings_its_figures_and_its_table(study, cases):
+    # red: the table of cases left out
+    from pidpanel.coupon.cases import cases_of
+    from pidpanel.report.evidence import Beads
+    from pidpanel.report.figures import Record
+    from pidpanel.study import Cell, Coupon, Sweep
+
+    sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
+    case = cases_of(Coupon(cell=Cell(count=1), sweep=sweep))[0]
+    beads = Beads(case.point, case.label, np.array([[0.0, 0.0, 0.003]]), np.array([0.2]), 12)
+    cases.loc[2, "status"] = "NotSteady"
+    record = Record("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
+    section = sections.coupon_section(study, sections.Coupon(cases, [[record]], beads))
+    names = [block.name for block in section.blocks if isinstance(block, html.Picture)]
+    assert names == ["beads", "steadiness", "damping_over_frequency", "damping_over_level",
+                     "loss_factor", "apparent_mass"]  # fmt: skip
+    assert section.blocks[-1].rows[2][-1] == "NotSteady"
+    assert section.blocks[-1].folded
