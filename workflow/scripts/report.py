@@ -13,6 +13,8 @@ from pidpanel.report import evidence, html, sections, style
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
+PROJECT = Path(__file__).resolve().parents[2]
+
 STEADINESS_SHOWN = 6
 
 
@@ -52,8 +54,11 @@ if __name__ == "__main__":
         if study.coupon
         else None,
     )
+    file = Path(study_path).resolve()
+    if file.is_relative_to(PROJECT):
+        file = file.relative_to(PROJECT)
     steps = [
-        ("From the root of the project:", f"make run STUDY={study_path}"),
+        ("From the root of the project:", f"make run STUDY={file}"),
         (
             f"Tables and fields behind this page lie in results/{study.name}: coupon/cases.csv, "
             "damping/surface.nc, panel/modes.csv, panel/modes.vtu, panel/mesh.msh, "

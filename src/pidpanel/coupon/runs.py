@@ -35,7 +35,7 @@ to nothing never reaches an error relative to itself."""
 
 def write_walls(path: Path, packing: Packing, height: float) -> None:
     """STL of the side walls of all cells."""
-    import meshio  # slow to import, and only here
+    import meshio  # slow to import, and not needed by a run that copies its walls
 
     outline = cell_outline(packing)
     centres = bed.cell_centres(packing.across_flats, packing.count)
@@ -176,11 +176,19 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
     return result
 
 
-def _write_start(folder: Path, packing: Packing, positions: bed.Array) -> None:
-    """An emptied folder with the walls and the spheres that a shake deck reads."""
+def _write_start(
+    folder: Path, packing: Packing, positions: bed.Array, walls: Path | None = None
+) -> None:
+    """An emptied folder with what a shake deck reads: the spheres and the walls.
+
+    ``walls`` is an STL of the same cells to copy; left out, it is written anew.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    write_walls(folder / "walls.stl", packing, packing.depth)
+    if walls is None:
+        write_walls(folder / "walls.stl", packing, packing.depth)
+    else:
+        shutil.copy(walls, folder / "walls.stl")
     (folder / "start.data").write_text(
         deck.data_file(positions, packing.diameter, packing.density, _box(packing, packing.depth))
     )
@@ -191,7 +199,7 @@ FRAMES = 20
 
 
 def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[str, Any]:
-    """Take a packing down to a fill fraction and shake it loose: ``bed.csv`` in ``folder``.
+    """Take a packing down to a fill fraction and shake it loose: ``bed.csv``, ``walls.stl``.
 
     Of the last cycle the moment is kept at which the spheres overlap least, so that a stiffer
     run does not begin with the energy of soft contacts. ``full`` is N_full.
@@ -244,7 +252,7 @@ def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[st
         header="x_m,y_m,z_m",
         comments="",
     )
-    for name in ("frames.dump", "start.data", "walls.stl", "cycles.txt"):
+    for name in ("frames.dump", "start.data", "cycles.txt"):
         (folder / name).unlink()
     return {"spheres": len(positions), "deepest_overlap_m": overlaps[best]}
 
@@ -268,7 +276,7 @@ def shake(run: Run, bed_folder: Path, folder: Path) -> dict[str, Any]:
     """
     packing = run.packing
     positions = np.loadtxt(bed_folder / "bed.csv", delimiter=",", skiprows=1, ndmin=2)
-    _write_start(folder, packing, positions)
+    _write_start(folder, packing, positions, bed_folder / "walls.stl")
     text = deck.render("shake.in.j2", shake_values(run))
     area = packing.count * bed.polygon_area(cell_outline(packing))
     mass = len(positions) * _sphere_mass(packing)
@@ -436,6 +444,7 @@ def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
         "share_of_bound": c / bound,
         "cycles_run": sum(o["cycles"] for _, _, o in kept),
         "cycles_used": sum(e.used for e, _, _ in kept),
+        "target_met": bool(c_error <= max(target * abs(c), FLOOR * bound)),
         "ended_by": "max_cycles"
         if any(o["ended_by"] == "max_cycles" for _, _, o in kept)
         else "accuracy",
