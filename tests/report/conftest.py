@@ -213,6 +213,7 @@ def cases():
             "youngs_modulus_mpa": 50.0,
             "cycles_run": 60,
             "cycles_used": 50,
+            "target_met": True,
             "ended_by": "accuracy",
             "status": "ok",
             "message": "",

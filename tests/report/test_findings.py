@@ -192,7 +192,7 @@ def test_power_that_is_lost_from_the_balance_is_told(respond):
     [
         ("status", "NotSteady", "do not count (NotSteady)"),
         ("status", "ParticlesLost", "do not count (ParticlesLost)"),
-        ("ended_by", "max_cycles", "without the accuracy asked for"),
+        ("target_met", False, "without the accuracy asked for"),
         ("share_of_bound", 1.2, "exceed the bound"),
         ("equivalent_damping_n_s_m3", 5.0, "no more than their own error"),
     ],
