@@ -1,0 +1,54 @@
+"""Decks and data files as text."""
+
+from pathlib import Path
+
+import jinja2
+import numpy as np
+import pytest
+
+from pidpanel.coupon import deck, runs
+from pidpanel.coupon.cases import cases_of
+from pidpanel.study import Coupon
+
+GOLDEN = Path(__file__).parent / "golden" / "shake"
+
+
+def golden_run():
+    coupon = Coupon.model_validate(
+        {
+            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
+            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+            "sweep": {"fill_fraction": [0.5], "frequency_hz": [200], "acceleration_g": [10]},
+        }
+    )
+    return cases_of(coupon)[0].runs[0]
+
+
+def test_the_rendered_deck_is_the_recorded_one_to_the_letter():
+    text = deck.render("shake.in.j2", runs.shake_values(golden_run()))
+    recorded = (GOLDEN / "shake.in").read_text()
+    # after it the solver was given its runs
+    assert recorded.startswith(text.rstrip() + "\nprint ")
+
+
+def test_a_variable_that_nobody_set_is_refused_by_name():
+    values = runs.shake_values(golden_run())
+    del values["depth"]
+    with pytest.raises(jinja2.UndefinedError, match="'depth' is undefined"):
+        deck.render("shake.in.j2", values)
+
+
+def test_numbers_are_written_so_that_they_read_back_the_same(tmp_path):
+    (tmp_path / "one.j2").write_text("{{ x }}")
+    for x in (0.1, 1 / 3, 4e-6, 98.0665, 1e9):
+        # 15 digits, one less than would always do: LIGGGHTS itself prints 15
+        assert float(deck.render("one.j2", {"x": x}, tmp_path)) == pytest.approx(x, rel=1e-15)
+
+
+def test_a_data_file_holds_every_sphere_once():
+    positions = np.array([[0.0, 1e-3, 2e-3], [3e-3, 4e-3, 5.123456789e-3]])
+    text = deck.data_file(positions, 2e-3, 1190.0, np.array([[0, 1], [0, 1], [0, 1]]))
+    assert "2 atoms\n2 atom types" in text
+    rows = [line.split() for line in text.split("Atoms\n\n")[1].splitlines()]
+    assert [row[:4] for row in rows] == [["1", "1", "0.002", "1190"], ["2", "1", "0.002", "1190"]]
+    np.testing.assert_allclose([[float(v) for v in row[4:]] for row in rows], positions)

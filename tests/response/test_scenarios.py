@@ -1,0 +1,125 @@
+"""A scenario: its damping read at the level of its own motion, or at a stated one."""
+
+import numpy as np
+import pytest
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response import scenarios
+from pidpanel.response.lines import frequency_grid
+from pidpanel.response.modal import bare_panel
+from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.response.tables import psd_dataset, summary_rows
+
+MASS, FREQUENCY, RATIO, AREA = 1.5, 65.0, 0.02, 0.04
+
+
+def one_mode(kind=scenarios.Solver):
+    """A panel of one mode under white sound, its patch moving with the mode's crest."""
+    lines = frequency_grid(20.0, 300.0, RATIO, [FREQUENCY])
+    basis = ModalBasis([FREQUENCY], [MASS], RATIO)
+    patches = Patches(np.array([[[AREA]]]), np.array([AREA]))
+    arguments = (lines, basis, patches, np.array([[1.0]]), np.ones(lines.size))
+    force = np.array([[0.3]])
+    if kind is scenarios.Solver:
+        bare = bare_panel(*arguments, force)
+        return scenarios.Solver(bare, bare)
+    return scenarios.DiagonalSolver(*arguments, lambda f: np.full((f.size, 1, 1), 0.3))
+
+
+def dashpot(value):
+    def damping(frequency, level):
+        shape = frequency.shape
+        return np.full(shape, value), np.zeros(shape), np.ones(shape, bool)
+
+    return damping
+
+
+def falling(frequency, level):
+    """C_e = 2000/Γ, on run points up to Γ = 5."""
+    shape = frequency.shape
+    return np.full(shape, 2000 / level), np.zeros(shape), np.full(shape, level <= 5)
+
+
+@pytest.mark.parametrize("kind", [scenarios.Solver, scenarios.DiagonalSolver])
+@pytest.mark.parametrize("sound", [1.0, 100.0])
+def test_the_level_read_is_the_level_that_results(kind, sound):
+    found = scenarios.solve_scenario(one_mode(kind), falling, sound)
+    # the search closes to 1e-6; fine and coarse lines are the same here
+    assert found.patch_acceleration_g == pytest.approx(found.acceleration_g, rel=1e-5)
+    assert found.equivalent_damping[0] == pytest.approx(2000 / found.acceleration_g)
+    rms = found.response.patch_acceleration_rms[0]
+    assert found.acceleration_g == pytest.approx(np.sqrt(2) * rms / STANDARD_GRAVITY, rel=1e-5)
+
+
+def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
+    found = scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=4.0)
+    assert found.acceleration_g == 4.0
+    assert found.equivalent_damping[0] == 500.0
+    assert found.patch_acceleration_g != pytest.approx(4.0, rel=0.1)
+
+
+def test_a_level_beyond_the_run_points_is_marked():
+    assert scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=4.0).inside.all()
+    assert not scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=6.0).inside.any()
+
+
+def test_a_law_without_level_scales_with_the_sound():
+    quiet = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
+    loud = scenarios.solve_scenario(one_mode(), dashpot(300.0), 100.0, depends_on_level=False)
+    ratio = loud.response.acceleration_psd / quiet.response.acceleration_psd
+    np.testing.assert_allclose(ratio, 100.0, rtol=1e-12)
+    assert np.isnan(quiet.acceleration_g)
+
+
+def test_more_sound_moves_the_damping_that_knows_its_level():
+    quiet = scenarios.solve_scenario(one_mode(), falling, 1.0)
+    loud = scenarios.solve_scenario(one_mode(), falling, 100.0)
+    # ten times the sound pressure, less damping: more than ten times the motion
+    assert loud.patch_acceleration_g > 10 * quiet.patch_acceleration_g
+
+
+def test_without_damper_mass_the_damper_is_a_dashpot():
+    def heavy(frequency, level):
+        return (
+            np.full(frequency.shape, 300.0),
+            np.full(frequency.shape, 5.0),
+            np.ones(frequency.shape, bool),
+        )
+
+    free = scenarios.solve_scenario(
+        one_mode(), heavy, 1.0, depends_on_level=False, damper_mass=False
+    )
+    plain = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
+    np.testing.assert_array_equal(free.response.acceleration_psd, plain.response.acceleration_psd)
+    with_mass = scenarios.solve_scenario(one_mode(), heavy, 1.0, depends_on_level=False)
+    peak = with_mass.response.frequency[np.argmax(with_mass.response.displacement_psd[:, 0])]
+    # ω² = K/(m + m_a D): 65 Hz √(1.5/1.7) = 61.06 Hz; lines stand 0.25 % apart there
+    assert peak == pytest.approx(FREQUENCY * np.sqrt(MASS / (MASS + 5.0 * AREA)), rel=5e-3)
+
+
+def test_damping_that_feeds_the_panel_is_refused():
+    with pytest.raises(UnstableDamping):
+        scenarios.solve_scenario(one_mode(), dashpot(-300.0), 1.0, depends_on_level=False)
+
+
+def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
+    bare = scenarios.solve_bare(one_mode(), 1.0)
+    damped = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
+    (row,) = summary_rows(damped, bare, ["p"], thickness=0.025, power_balance_error=0.0)
+    ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
+    assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
+    assert row["reduction_db"] > 0
+    assert not row["beyond_linear_plate"]
+    displacement = damped.response.displacement_rms[0]
+    (thin,) = summary_rows(damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0)
+    assert thin["beyond_linear_plate"]
+
+
+def test_a_scenario_without_response_is_nan_in_the_file():
+    one = scenarios.solve_bare(one_mode(), 1.0)
+    data = psd_dataset(
+        {("dem", "bare"): one}, one.response.frequency, ["dem"], ["bare", "x"], ["p"]
+    )
+    assert np.isfinite(data["acceleration_psd"].sel(scenario="bare")).all()
+    assert np.isnan(data["acceleration_psd"].sel(scenario="x")).all()
+    assert all("units" in data[name].attrs for name in data.data_vars)
