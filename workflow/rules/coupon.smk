@@ -4,10 +4,10 @@
 rule pour:
     output:
         "results/coupon/packing/{packing}/packing.json",
-    params:
-        values=lambda wildcards: json.dumps(vars(PACKINGS[wildcards.packing])),
     log:
         "results/coupon/packing/{packing}.log",
+    params:
+        values=lambda wildcards: json.dumps(vars(PACKINGS[wildcards.packing])),
     shell:
         "python -m scripts.pour {params.values:q} {output} 2> {log}"
 
@@ -17,10 +17,10 @@ rule loosen:
         lambda wildcards: f"results/coupon/packing/{BEDS[wildcards.bed].packing.label}/packing.json",
     output:
         "results/coupon/bed/{bed}/bed.json",
-    params:
-        values=lambda wildcards: json.dumps(BEDS[wildcards.bed].as_dict()),
     log:
         "results/coupon/bed/{bed}.log",
+    params:
+        values=lambda wildcards: json.dumps(BEDS[wildcards.bed].as_dict()),
     shell:
         "python -m scripts.loosen {params.values:q} {input} {output} 2> {log}"
 
@@ -30,10 +30,10 @@ rule shake:
         lambda wildcards: f"results/coupon/bed/{run_of(wildcards).bed.label}/bed.json",
     output:
         "results/coupon/{case}/s{seed}/run.json",
-    params:
-        values=lambda wildcards: json.dumps(run_of(wildcards).as_dict()),
     log:
         "results/coupon/{case}/s{seed}.log",
+    params:
+        values=lambda wildcards: json.dumps(run_of(wildcards).as_dict()),
     shell:
         "python -m scripts.shake {params.values:q} {input} {output} 2> {log}"
 
@@ -47,11 +47,11 @@ rule cases:
         ],
     output:
         results("coupon/cases.csv"),
+    log:
+        results("coupon/cases.log"),
     params:
         file=STUDY_FILE,
         study=section("coupon"),
         code=code("coupon"),
-    log:
-        results("coupon/cases.log"),
     shell:
         "python -m scripts.cases {params.file} results/coupon {output} 2> {log}"

@@ -6,10 +6,10 @@ rule damping:
         results("coupon/cases.csv"),
     output:
         results("damping/surface.nc"),
+    log:
+        results("damping/damping.log"),
     params:
         file=STUDY_FILE,
         code=code("damping"),
-    log:
-        results("damping/damping.log"),
     shell:
         "python -m scripts.damping {params.file} {input} {output} 2> {log}"

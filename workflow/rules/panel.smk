@@ -7,11 +7,11 @@ rule panel:
         results("panel/modes.csv"),
         results("panel/modes.vtu"),
         results("panel/mesh.msh"),
+    log:
+        results("panel/panel.log"),
     params:
         file=STUDY_FILE,
         study=section("panel", "response"),
         code=code("panel"),
-    log:
-        results("panel/panel.log"),
     shell:
         "python -m scripts.panel {params.file} {output} 2> {log}"

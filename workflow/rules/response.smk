@@ -12,13 +12,13 @@ rule response:
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
+    log:
+        results("response/response.log"),
     params:
         file=STUDY_FILE,
         surface=SURFACE or "none",
         study=section("damping", "panel", "sound", "response", "scenarios"),
         code=code("damping", "response"),
-    log:
-        results("response/response.log"),
     shell:
         "python -m scripts.response {params.file} {input.modes} {input.modal_force}"
         " {params.surface} {output} 2> {log}"

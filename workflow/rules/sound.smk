@@ -8,11 +8,11 @@ rule sound:
     output:
         results("sound/spectrum.csv"),
         results("sound/modal_force.nc"),
+    log:
+        results("sound/sound.log"),
     params:
         file=STUDY_FILE,
         study=section("sound", "response"),
         code=code("sound"),
-    log:
-        results("sound/sound.log"),
     shell:
         "python -m scripts.sound {params.file} {input.modes} {output} 2> {log}"
