@@ -148,43 +148,46 @@ def test_the_outcome_names_the_best_fill_of_each_point(study, respond):
 # --------------------------------------------------------------------------- warnings
 
 
-def test_damping_read_past_the_run_points_is_told_with_level_and_frequencies(respond):
+def test_damping_read_past_the_run_points_is_told_with_level_and_frequencies(study, respond):
     # red: `inside` taken for `outside` in _where
-    summary, psd = respond({}, read_at=312.0, inside=0.75)
-    said = findings.response_warnings(summary, psd, 0.025, READINGS)
+    lowered = {(s.label, p): 1.0 for s in study.all_scenarios() if s.patch for p in POINTS}
+    summary, psd = respond(lowered, read_at=312.0, inside=0.75)
+    said = findings.response_warnings(study, summary, psd, READINGS)
     (outside,) = (text for text in said if "outside the run points" in text)
     assert "A_r0.1_150dB 25% of the lines at Γ = 312 (100–141 Hz)" in outside
+    # flat spectra from 100 to 400 Hz: (141 − 100)/300
+    assert "These lines make 14% to 14% of the change" in outside
 
 
-def test_motion_beyond_a_tenth_of_the_thickness_is_told(respond):
+def test_motion_beyond_a_tenth_of_the_thickness_is_told(study, respond):
     # red: the scenario with the smallest displacement named
     summary, psd = respond({})
     assert not any(
-        "Linear plate" in t for t in findings.response_warnings(summary, psd, 0.025, READINGS)
+        "Linear plate" in t for t in findings.response_warnings(study, summary, psd, READINGS)
     )
     first = summary.index[0]
     summary.loc[first, "beyond_linear_plate"] = True
     summary.loc[first, "displacement_rms_mm"] = 25.5
     (said,) = (
-        t for t in findings.response_warnings(summary, psd, 0.025, READINGS) if "Linear" in t
+        t for t in findings.response_warnings(study, summary, psd, READINGS) if "Linear" in t
     )
     assert "25.5 mm (bare_150dB, point middle)" in said
 
 
-def test_scenarios_without_a_steady_response_are_told(respond):
+def test_scenarios_without_a_steady_response_are_told(study, respond):
     # red: the loop over unstable readings left out
     summary, psd = respond({})
-    said = findings.response_warnings(summary, psd, 0.025, READINGS)
+    said = findings.response_warnings(study, summary, psd, READINGS)
     (unstable,) = (text for text in said if "no steady response" in text)
     assert unstable.startswith(READINGS["paper_printed"])
     assert "B_r0.5_150dB" in unstable
 
 
-def test_power_that_is_lost_from_the_balance_is_told(respond):
+def test_power_that_is_lost_from_the_balance_is_told(study, respond):
     # red: POWER_BALANCE of 1
     summary, psd = respond({})
     summary.loc[0, "power_balance_error"] = 0.02
-    assert any("2.0e-02" in t for t in findings.response_warnings(summary, psd, 0.025, READINGS))
+    assert any("2.0e-02" in t for t in findings.response_warnings(study, summary, psd, READINGS))
 
 
 @pytest.mark.parametrize(

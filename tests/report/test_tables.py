@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.report import tables
+from pidpanel.report.findings import Finding, Verdict
 
 
 def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(modes, printed):
@@ -57,6 +58,26 @@ def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
     summary.loc[0, "beyond_linear_plate"] = True
     table = tables.response_table(summary, ["bare_150dB"], ["middle"])
     assert table.rows[0][3] == "1.00 †"
+
+
+def test_a_claim_stands_once_with_all_its_readings():
+    # red: rows in the order of the readings
+    yes, no = Finding(True, "by 3 dB"), Finding(False, "by 1 dB")
+    verdicts = [
+        Verdict("one", "dem", yes),
+        Verdict("two", "dem", no),
+        Verdict("one", "paper_corrected", no),
+        Verdict("two", "paper_corrected", None, "no steady response"),
+    ]
+    table = tables.verdict_table(verdicts)
+    law = tables.READINGS["paper_corrected"]
+    assert table.rows == [
+        ["one", "DEM", "holds", "by 3 dB"],
+        ["", law, "does not hold", "by 1 dB"],
+        ["two", "DEM", "does not hold", "by 1 dB"],
+        ["", law, "cannot be said", "no steady response"],
+    ]
+    assert tables.verdict_table([]) is None
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,21 @@ def test_another_study_with_the_same_coupon_shares_its_runs(smoke, tmp_path):
 
 
 @pytest.mark.liggghts
+def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
+    folder = tmp_path / "stopped"
+    shutil.copytree(smoke, folder)
+    missing = sorted((folder / "results" / "coupon").glob("r*/s*/run.json"))[:3]
+    for path in missing:
+        path.unlink()  # cycles and logs are there, but the run did not come to its end
+    (folder / "results" / "smoke" / "report.html").unlink()
+    result = snakemake(folder, STUDIES / "smoke.yaml", "-n")
+    table = said(result).split("Job stats")[1]
+    shakes = next(line for line in table.splitlines() if line.startswith("shake"))
+    assert shakes.split() == ["shake", "3"]
+    assert "pour" not in table
+
+
+@pytest.mark.liggghts
 def test_a_log_cut_behind_the_workflows_back_is_found_and_named(smoke, tmp_path):
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)

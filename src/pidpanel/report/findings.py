@@ -402,16 +402,16 @@ def outcome(study: Study, summary: pd.DataFrame, names: Mapping[str, str]) -> li
 
 
 def response_warnings(
-    summary: pd.DataFrame, psd: xr.Dataset, thickness: float, names: Mapping[str, str]
+    study: Study, summary: pd.DataFrame, psd: xr.Dataset, names: Mapping[str, str]
 ) -> list[str]:
     """Where the response is not to be trusted.
 
     Parameters
     ----------
+    study
+        The study.
     summary, psd
-        ``response/summary.csv`` and ``response/psd.nc``.
-    thickness
-        Of the panel, m.
+        ``response/summary.csv`` (points as text) and ``response/psd.nc``.
     names
         What each reading is called.
     """
@@ -424,7 +424,7 @@ def response_warnings(
         left, all_ = len(beyond.drop_duplicates(place)), len(good.drop_duplicates(place))
         warnings.append(
             f"Linear plate theory is left in {left} of {all_} scenarios and points: w rms exceeds "
-            f"a tenth of the thickness ({thickness * 1e3:g} mm); the largest is "
+            f"a tenth of the thickness ({study.panel.section.thickness_mm:g} mm); the largest is "
             f"{worst['displacement_rms_mm']:.3g} mm ({worst['scenario']}, point {worst['point']}). "
             "A real panel stiffens there by its membrane stress, which is left out here."
         )
@@ -437,9 +437,13 @@ def response_warnings(
                 f"Γ = {row['damping_read_at_g']:.3g} ({_where(psd, reading, row['scenario'])})"
                 for _, row in outside.iterrows()
             ]
+            shares = np.concatenate(
+                [_continued_share(study, psd, reading, label) for label in outside["scenario"]]
+            )
             warnings.append(
                 f"{names[reading]}: C_e is read outside the run points, so it continues what was "
-                "run: " + "; ".join(parts) + "."
+                f"run: {'; '.join(parts)}. These lines make {shares.min():.0%} to "
+                f"{shares.max():.0%} of the change in mean square against the bare panel."
             )
         several = one[one["levels"] > 1]
         if len(several):
@@ -474,6 +478,24 @@ def _where(psd: xr.Dataset, reading: str, scenario: str) -> str:
     return ", ".join(parts)
 
 
+def _continued_share(study: Study, psd: xr.Dataset, reading: str, label: str) -> Array:
+    """Share of the change of the mean square that comes from a continuation, by point.
+
+    ∫|S_bare − S| df over the lines outside the run points, over that of all lines.
+    """
+    (bare,) = (s.bare.label for s in study.all_scenarios() if s.label == label)
+    of = psd.sel(reading=reading)
+    change = np.abs(
+        of["acceleration_psd"].sel(scenario=bare) - of["acceleration_psd"].sel(scenario=label)
+    ).transpose("frequency", "point")
+    outside = of["inside"].sel(scenario=label).to_numpy() < 0.5
+    frequency = psd["frequency"].to_numpy()
+    values = change.to_numpy()
+    part = np.trapezoid(np.where(outside[:, None], values, 0.0), frequency, axis=0)
+    whole: Array = np.trapezoid(values, frequency, axis=0)
+    return part / whole
+
+
 def coupon_warnings(cases: pd.DataFrame) -> list[str]:
     """Cases of the coupon that do not count or count less than asked.
 
@@ -496,19 +518,19 @@ def coupon_warnings(cases: pd.DataFrame) -> list[str]:
             missed["equivalent_damping_error_n_s_m3"] / missed["equivalent_damping_n_s_m3"]
         ).abs()
         warnings.append(
-            f"{len(missed)} coupon cases ran to max_cycles without the accuracy asked for; their "
+            f"{len(missed)} of {len(cases)} coupon cases ran to max_cycles without the accuracy asked for; their "
             f"relative standard errors reach {relative.max():.0%}."
         )
     above = good[good["share_of_bound"] > 1]
     if len(above):
         warnings.append(
-            f"{len(above)} coupon cases exceed the bound of an inelastic bed (up to "
+            f"{len(above)} of {len(cases)} coupon cases exceed the bound of an inelastic bed (up to "
             f"{above['share_of_bound'].max():.2f} times it): {', '.join(above['case'])}."
         )
     negative = good[good["equivalent_damping_n_s_m3"] <= good["equivalent_damping_error_n_s_m3"]]
     if len(negative):
         warnings.append(
-            f"{len(negative)} coupon cases dissipate no more than their own error: "
+            f"{len(negative)} of {len(cases)} coupon cases dissipate no more than their own error: "
             f"{', '.join(negative['case'])}."
         )
     return warnings

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -241,7 +242,7 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
-    """The claims, the readings and what the numbers say; None without any claim."""
+    """The claims, each once with all its readings, and what the numbers say; None for none."""
     if not verdicts:
         return None
     rows = []
@@ -253,8 +254,11 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
             evidence = verdict.finding.evidence
         rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
     claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
+    rows.sort(key=lambda row: claims.index(row[0]))
+    for before, row in reversed(list(pairwise(rows))):
+        row[0] = "" if row[0] == before[0] else row[0]
     return Table(
         "The paper's claims against these numbers",
         ["claim", "reading", "verdict", "evidence (rms acceleration)"],
-        sorted(rows, key=lambda row: claims.index(row[0])),
+        rows,
     )
