@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import difflib
 import itertools
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -53,11 +52,6 @@ class Cell(Model):
     def depth(self) -> float:
         return self.depth_mm * 1e-3
 
-    @property
-    def area(self) -> float:
-        """Cross-section of one hexagonal cell, m²: (√3/2) w² over the flats."""
-        return math.sqrt(3) / 2 * self.across_flats**2
-
 
 class Particles(Model):
     """The spheres. ``youngs_modulus_mpa`` is the material's own; see `Stiffness`."""
@@ -70,21 +64,12 @@ class Particles(Model):
     friction: Annotated[float, Field(ge=0, le=5)] = 0.3
 
     @property
-    def diameter(self) -> float:
-        return self.diameter_mm * 1e-3
-
-    @property
     def density(self) -> float:
         return self.density_kg_m3
 
     @property
     def youngs_modulus(self) -> float:
         return self.youngs_modulus_mpa * 1e6
-
-    @property
-    def mass(self) -> float:
-        """Mass of one sphere, kg."""
-        return self.density * math.pi / 6 * self.diameter**3
 
 
 class Walls(Model):

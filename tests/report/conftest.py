@@ -161,7 +161,7 @@ def bands():
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def inputs(study, modes, basis, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
     return Inputs(

@@ -6,12 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from pidpanel.report import html, sections
+from pidpanel.report import html, sections, style
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def whole(inputs):
-    return sections.page(inputs, [("Run", "make run")])
+    with style.context():
+        return sections.page(inputs, [("Run", "make run")])
 
 
 def test_every_family_and_point_has_its_figure(whole):
@@ -50,7 +51,13 @@ def test_each_caption_says_at_which_level_the_damping_was_read(inputs, respond):
     assert "Dashed where" in caption
     note = sections.level_note(read, "fill", "paper_corrected")
     assert note == "$C_e$ read at the patch's own motion, Γ = 312"
-    assert any("6 times lower at 2 kHz" in warning for warning in sections.page(read, []).warnings)
+
+
+def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(inputs, respond):
+    # red: the warning only where the level is stated
+    assert sections.depends_on_level(respond({}, read_at=312.0)[0])
+    assert not sections.depends_on_level(inputs.summary)
+    assert "6 times lower at 2 kHz" in sections.OVERSTATED
 
 
 def test_a_stated_level_is_not_called_the_patchs_own(inputs, respond):
@@ -85,8 +92,9 @@ def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
 
 def test_a_family_without_any_response_says_so_in_words(inputs):
     # red: an empty figure
-    inputs.psd["acceleration_psd"][:, 1:] = np.nan
-    section = sections.response_section(inputs, "fill")
+    psd = inputs.psd.copy(deep=True)
+    psd["acceleration_psd"][:, 1:] = np.nan
+    section = sections.response_section(dataclasses.replace(inputs, psd=psd), "fill")
     (block,) = section.blocks
     assert "No reading of the damping gives a steady response" in block.text
 

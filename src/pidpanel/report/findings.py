@@ -484,16 +484,15 @@ def _continued_share(study: Study, psd: xr.Dataset, reading: str, label: str) ->
     ∫|S_bare − S| df over the lines outside the run points, over that of all lines.
     """
     (bare,) = (s.bare.label for s in study.all_scenarios() if s.label == label)
-    of = psd.sel(reading=reading)
-    change = np.abs(
-        of["acceleration_psd"].sel(scenario=bare) - of["acceleration_psd"].sel(scenario=label)
-    ).transpose("frequency", "point")
+    of = psd.sel(reading=reading).transpose(..., "frequency", "point")
+    before, after = (of["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
+    change = np.abs(before - after)
     outside = of["inside"].sel(scenario=label).to_numpy() < 0.5
     frequency = psd["frequency"].to_numpy()
-    values = change.to_numpy()
-    part = np.trapezoid(np.where(outside[:, None], values, 0.0), frequency, axis=0)
-    whole: Array = np.trapezoid(values, frequency, axis=0)
-    return part / whole
+    part = np.trapezoid(np.where(outside[:, None], change, 0.0), frequency, axis=0)
+    whole = np.trapezoid(change, frequency, axis=0)
+    share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+    return share
 
 
 def coupon_warnings(cases: pd.DataFrame) -> list[str]:
@@ -518,14 +517,14 @@ def coupon_warnings(cases: pd.DataFrame) -> list[str]:
             missed["equivalent_damping_error_n_s_m3"] / missed["equivalent_damping_n_s_m3"]
         ).abs()
         warnings.append(
-            f"{len(missed)} of {len(cases)} coupon cases ran to max_cycles without the accuracy asked for; their "
-            f"relative standard errors reach {relative.max():.0%}."
+            f"{len(missed)} of {len(cases)} coupon cases ran to max_cycles without the accuracy "
+            f"asked for; their relative standard errors reach {relative.max():.0%}."
         )
     above = good[good["share_of_bound"] > 1]
     if len(above):
         warnings.append(
-            f"{len(above)} of {len(cases)} coupon cases exceed the bound of an inelastic bed (up to "
-            f"{above['share_of_bound'].max():.2f} times it): {', '.join(above['case'])}."
+            f"{len(above)} of {len(cases)} coupon cases exceed the bound of an inelastic bed (up "
+            f"to {above['share_of_bound'].max():.2f} times it): {', '.join(above['case'])}."
         )
     negative = good[good["equivalent_damping_n_s_m3"] <= good["equivalent_damping_error_n_s_m3"]]
     if len(negative):
