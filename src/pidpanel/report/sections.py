@@ -87,13 +87,9 @@ class Inputs:
 def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     """The whole report."""
     study = inputs.study
-    warnings = findings.response_warnings(study, inputs.summary, inputs.psd, tables.READINGS)
     sections = [panel_section(inputs), sound_section(inputs)]
     if inputs.coupon is not None:
-        warnings += findings.coupon_warnings(inputs.coupon.cases)
         sections.append(coupon_section(study, inputs.coupon))
-    if depends_on_level(inputs.summary):
-        warnings.append(OVERSTATED)
     sections += [response_section(inputs, name) for name in study.scenarios]
     sections.append(summary_section(inputs))
     return Page(
@@ -101,16 +97,21 @@ def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         facts=facts(inputs),
         assumptions=study.assumptions,
         summary=findings.outcome(study, inputs.summary, tables.READINGS),
-        warnings=warnings,
+        warnings=warnings(inputs),
         claims=tables.verdict_table(findings.verdicts(study, inputs.summary, inputs.psd)),
         sections=sections,
         steps=steps,
     )
 
 
-def depends_on_level(summary: pd.DataFrame) -> bool:
-    """Whether any damping was read at a level at all."""
-    return bool(summary["damping_read_at_g"].notna().any())
+def warnings(inputs: Inputs) -> list[str]:
+    """Where the numbers must not be trusted, most important first."""
+    said = findings.response_warnings(inputs.study, inputs.summary, inputs.psd, tables.READINGS)
+    if inputs.summary["damping_read_at_g"].notna().any():
+        said.append(OVERSTATED)
+    if inputs.coupon is not None:
+        said += findings.coupon_warnings(inputs.coupon.cases)
+    return said
 
 
 def facts(inputs: Inputs) -> list[tuple[str, str]]:
