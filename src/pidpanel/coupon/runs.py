@@ -478,6 +478,7 @@ def shake_values(run: Run) -> dict[str, Any]:
         "depth": packing.depth,
         "gravity": run.bed.gravity,
         "acceleration": run.acceleration,
+        "speed": run.acceleration / (2 * math.pi * run.frequency),
         "time_step": run.time_step,
         "steps_per_cycle": run.steps_per_cycle,
         "samples_per_cycle": run.samples_per_cycle,
