@@ -17,7 +17,7 @@ def page(*blocks, **changes):
         "title": "Panel <1>",
         "facts": [("Sound", "150 dB")],
         "assumptions": ["assumed"],
-        "summary": ["came out"],
+        "summary": ["r = 0.1 is best"],
         "warnings": ["beware"],
         "claims": html.Table("Claims", ["claim", "verdict"], [["all is well", "does not hold"]]),
         "sections": [html.Section("first", "First", blocks)],
@@ -74,7 +74,7 @@ def test_all_that_the_page_is_given_stands_on_it():
     # red: each loop of the template left out
     table = html.Table("Cases", ["case", "status"], [["r0.1", "ParticlesLost"]], folded=True)
     text = html.render(page(table))
-    for words in ("150 dB", "assumed", "came out", "beware", "does not hold", "make run",
+    for words in ("150 dB", "assumed", "r = 0.1 is best", "beware", "does not hold", "make run",
                   "ParticlesLost", "<details>"):  # fmt: skip
         assert words in text, words
 

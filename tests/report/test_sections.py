@@ -48,7 +48,7 @@ def test_each_caption_says_at_which_level_the_damping_was_read(inputs, respond):
     assert "C_e read at the patch's own motion (level.kind: patch), Γ = 312 (r = 0.1)" in caption
     assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
     assert "overstates the damping" in caption
-    assert "Dashed where" in caption
+    assert "Dashed lines: that Γ or frequency lies outside the run points" in caption
     note = sections.level_note(read, "fill", "paper_corrected")
     assert note == "$C_e$ read at the patch's own motion, Γ = 312"
 

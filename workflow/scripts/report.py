@@ -22,6 +22,8 @@ def read_coupon(study, table, folder):
     """Cases, the cycles of a few, the spheres of one."""
     cases = pd.read_csv(table, keep_default_na=True)
     known = {case.label: case for case in cases_of(study.coupon)}
+    if unknown := sorted(set(cases["case"]) - set(known)):
+        sys.exit(f"{table}: {unknown[0]}: not a case of this study as it stands; run it again")
     pictured = evidence.nearest_case(cases)
     return sections.Coupon(
         cases,

@@ -69,6 +69,37 @@ class Panel:
     curves: Sequence[Curve]
 
 
+def _place(
+    figure: Figure, rows: int, columns: int, *, top: float, across: float, down: float = 0.0
+) -> None:
+    """Room for labels, notes and the legend in inches; a layout engine takes as long as drawing.
+
+    ``top`` is the room above the axes, ``across`` and ``down`` that between them.
+    """
+    width, height = figure.get_size_inches()
+    left, right, bottom = 0.72, 0.22, 0.8
+    each_width = (width - left - right - (columns - 1) * across) / columns
+    each_height = (height - top - bottom - (rows - 1) * down) / rows
+    figure.subplots_adjust(
+        left=left / width,
+        right=1 - right / width,
+        bottom=bottom / height,
+        top=1 - top / height,
+        wspace=across / each_width,
+        hspace=down / each_height,
+    )
+
+
+def _legend_below(figure: Figure, handles: Mapping[str, Line2D]) -> None:
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.05 / figure.get_size_inches()[1]),
+        ncols=min(7, len(handles)),
+    )
+
+
 def _frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.set_xscale("log")
     axes.set_xlim(low, high)
@@ -118,7 +149,7 @@ def _heading(axes: Axes, panel: Panel) -> None:
     )
 
 
-def _legend_above_note(figure: Figure, panels: Sequence[Panel]) -> None:
+def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
     """One legend under all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
     dashed = False
@@ -130,12 +161,7 @@ def _legend_above_note(figure: Figure, panels: Sequence[Panel]) -> None:
         handles["dashed: $C_e$ read outside the run points"] = Line2D(
             [], [], color="#777777", lw=1.2, ls=(0, (3.5, 1.2))
         )
-    figure.legend(
-        list(handles.values()),
-        list(handles),
-        loc="outside lower center",
-        ncols=min(7, len(handles)),
-    )
+    _legend_below(figure, handles)
 
 
 def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
@@ -148,8 +174,9 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
     panels
         One a reading; ``values`` are one-sided PSDs in (m/s²)²/Hz and are drawn in g²/Hz.
     """
-    figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.4))
     grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    _place(figure, 1, len(panels), top=0.42, across=0.25)
     top = max(np.nanmax(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     for axes, panel in zip(grid, panels, strict=True):
@@ -165,7 +192,7 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
     grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
     grid[0].set_ylabel("acceleration PSD, g²/Hz")
-    _legend_above_note(figure, panels)
+    _panel_legend(figure, panels)
     return figure
 
 
@@ -179,10 +206,11 @@ def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Pa
     damping, mass
         One a reading; values in N s/m³ and kg/m².
     """
-    figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.9))
     grid = figure.subplots(
         2, len(damping), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2)
     )
+    _place(figure, 2, len(damping), top=0.42, across=0.25, down=0.15)
     for column, (above, below) in enumerate(zip(damping, mass, strict=True)):
         for curve in above.curves:
             _draw(grid[0, column], frequency, curve)
@@ -195,7 +223,7 @@ def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Pa
         grid[0, column].set_xlabel("")
     grid[0, 0].set_ylabel("$C_e$, N s/m³")
     grid[1, 0].set_ylabel("apparent mass $m_a$, kg/m²")
-    _legend_above_note(figure, damping)
+    _panel_legend(figure, damping)
     return figure
 
 
@@ -516,8 +544,9 @@ def sweep_figure(
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
     rows = -(-len(values) // columns)
-    figure = Figure(figsize=(WIDTH, 2.5 * rows + 0.5), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2.55 * rows + 0.5))
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    _place(figure, rows, columns, top=0.25, across=0.72, down=0.68)
     for axes in grid.flat[len(values) :]:
         axes.set_visible(False)
     for axes, value in zip(grid.flat, values, strict=False):
@@ -572,7 +601,7 @@ def sweep_figure(
         handles["dotted: bound of an inelastic bed"] = Line2D(
             [], [], color="#555555", ls=":", lw=0.8
         )
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
+    _legend_below(figure, handles)
     return figure
 
 

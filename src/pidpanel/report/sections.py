@@ -377,7 +377,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
         )
         figure = figures.psd_figure(frequency, panels)
         blocks.append(Picture(f"psd_{name}_{point}", _drawn(figure), caption))
-    blocks.append(reduction_block(inputs, name, readings, text))
+    blocks.append(reduction_block(inputs, name, readings))
     blocks.append(damping_block(inputs, name, readings, text))
     return Section(f"response-{name}", title, blocks)
 
@@ -467,14 +467,14 @@ def level_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str:
         )
         labels = [s.label for s in inputs.study.family_scenarios(name)]
         if not all(_inside(inputs, reading, label).all() for label in labels):
-            parts.append("Dashed where that Γ or frequency lies outside the run points.")
+            parts.append("Dashed lines: that Γ or frequency lies outside the run points.")
     for reading in inputs.study.damping.readings:
         if reading not in readings:
             parts.append(f"{tables.READINGS[reading]}: not drawn, C_e feeds the panel.")
     return " ".join(parts)
 
 
-def reduction_block(inputs: Inputs, name: str, readings: Sequence[str], text: str) -> Picture:
+def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture:
     """Third-octave reductions of a family as maps."""
     study = inputs.study
     scenarios = study.family_scenarios(name)
@@ -500,7 +500,8 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str], text: st
     )
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the same "
-        f"sound, dB; positive (blue) is less. {text}"
+        "sound, dB; positive (blue) is less. Read at the levels of the PSDs above; where those are "
+        "dashed, these numbers rest on damping outside the run points."
     )
     return Picture(f"reduction_{name}", _drawn(figure), caption)
 
