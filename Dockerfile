@@ -7,7 +7,7 @@ ENV HOME=/tmp USER=pidpanel PIP_NO_CACHE_DIR=1 UV_NO_CACHE=1 UV_COMPILE_BYTECODE
 WORKDIR /pidpanel
 
 # What the environment rests on, before the sources, so that their changes do not make it anew.
-COPY bootstrap.sh pyproject.toml requirements.lock LICENSE ./
+COPY bootstrap.sh pyproject.toml requirements.lock LICENSE README.md ./
 RUN mkdir -p src/pidpanel \
     && bash bootstrap.sh \
     && rm -rf /var/lib/apt/lists/*
@@ -19,5 +19,5 @@ USER pidpanel
 ENV PATH=/pidpanel/.venv/bin:$PATH \
     OMP_NUM_THREADS=1 \
     VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
-ENTRYPOINT ["snakemake", "--workflow-profile", "workflow/profiles/default"]
+ENTRYPOINT ["snakemake"]
 CMD ["-j2", "--configfile", "workflow/studies/paper.yaml"]

@@ -12,6 +12,8 @@ from pidpanel.check import checked_study
 from pidpanel.coupon.cases import cases_of
 from pidpanel.study import StudyError
 
+SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status."""
@@ -30,7 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     if given.command == "run":
         snakemake = Path(sys.executable).with_name("snakemake")
-        return subprocess.call([snakemake, f"-j{given.jobs}", "--configfile", str(given.study)])
+        return subprocess.call(
+            [snakemake, "-s", SNAKEFILE, f"-j{given.jobs}", "--configfile", given.study]
+        )
     cases = cases_of(study.coupon) if study.coupon else ()
     print(
         f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs; "
