@@ -70,7 +70,7 @@ def _harmonic(run: Run, rows: bed.Array, spheres: int) -> tuple[bed.Array, bed.A
 
 
 def pour(packing: Packing, folder: Path) -> dict[str, Any]:
-    """Pour a bed and let it settle: ``packing.csv``, ``packing.json`` in ``folder``.
+    """Pour a bed and let it settle: ``packing.csv`` in ``folder``.
 
     Returns
     -------
