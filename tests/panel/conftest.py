@@ -6,7 +6,8 @@ import pytest
 
 from pidpanel.panel.mesh import PanelMesh, Rectangle, mesh_quadrilaterals
 from pidpanel.panel.modes import PanelBasis, panel_basis
-from pidpanel.panel.plate import AssembledPlate, ThinSection, assemble_thin_plate
+from pidpanel.panel.plate import AssembledPlate, assemble_thin_plate
+from pidpanel.panel.section import ThinSection
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)

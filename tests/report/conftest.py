@@ -90,6 +90,20 @@ def basis(study, modes):
         vertex_position=np.stack([x, y], axis=1),
         cells=np.stack([corner, corner + 1, corner + 17, corner + 16], axis=1),
         shape_at_vertices=shapes,
+        curvature_at_vertices=np.zeros((len(x), 3, count)),
+        shear_at_vertices=np.zeros((len(x), 2, count)),
+        curvature_at_points=np.zeros((2, 3, count)),
+        shear_at_points=np.zeros((2, 2, count)),
+        layer_names=("top",),
+        layer_strain=np.zeros((1, 3, 3)),
+        layer_stress=np.zeros((1, 3, 3)),
+        core_stress=np.zeros((2, 2)),
+        cell_in_patch=np.array(
+            [
+                np.hypot(x[corner] + 0.05 - x0, y[corner] + 0.05 - y0) < 0.1
+                for x0, y0 in ((0.75, 0.5), (0.2, 0.3))
+            ]
+        ),
         point_names=("middle", "corner"),
         patch_names=("A", "B"),
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.panel import mesh, modes, navier, plate
+from pidpanel.panel import mesh, modes, navier, plate, section
 from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
@@ -28,7 +28,7 @@ if __name__ == "__main__":
         (a, b) = panel.outline_m
         outline = [(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)]
         grid = mesh.mesh_triangles(mesh_msh, outline, panel.mesh.size_m, patches, points)
-    section = plate.ThinSection(
+    section = section.ThinSection(
         panel.section.bending_stiffness_n_m,
         panel.section.mass_per_area_kg_m2,
         panel.section.poissons_ratio,

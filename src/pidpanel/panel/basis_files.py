@@ -27,6 +27,31 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "vertex_position": (("vertex", "axis"), "m", "vertices of the mesh"),
     "cells": (("cell", "corner"), "1", "vertex numbers of each cell, from 0"),
     "shape_at_vertices": (("vertex", "shape"), "1", "deflection at the vertices"),
+    "curvature_at_vertices": (
+        ("vertex", "curvature", "shape"),
+        "m-1",
+        "curvature (xx, yy, xy) of the shapes at the vertices",
+    ),
+    "shear_at_vertices": (
+        ("vertex", "shear", "shape"),
+        "m-1",
+        "shear angle (xz, yz) of the shapes at the vertices",
+    ),
+    "curvature_at_points": (
+        ("point", "curvature", "shape"),
+        "m-1",
+        "curvature of the shapes at the response points",
+    ),
+    "shear_at_points": (
+        ("point", "shear", "shape"),
+        "m-1",
+        "shear angle of the shapes at the response points",
+    ),
+    "layer_names": (("layer",), "1", "names of the layers of the section"),
+    "layer_strain": (("layer", "strain", "curvature"), "m", "strain of a layer per curvature"),
+    "layer_stress": (("layer", "strain", "curvature"), "Pa m", "stress of a layer per curvature"),
+    "core_stress": (("core", "shear"), "Pa", "shear stress of the core per shear angle"),
+    "cell_in_patch": (("patch", "cell"), "1", "whether a cell belongs to a patch"),
     "point_names": (("point",), "1", "names of the response points"),
     "patch_names": (("patch",), "1", "names of the damper patches"),
 }
@@ -69,7 +94,7 @@ def read_basis(path: Path) -> PanelBasis:
         values: dict[str, Any] = {}
         for name in VARIABLES:
             value = dataset[name].to_numpy()
-            if name in ("point_names", "patch_names"):
+            if name.endswith("_names"):
                 values[name] = tuple(str(entry) for entry in value)
             else:
                 values[name] = value.astype(NATIVE[value.dtype.kind])

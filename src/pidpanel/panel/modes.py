@@ -52,6 +52,22 @@ class PanelBasis:
         Vertex numbers of the cells.
     shape_at_vertices : ndarray, shape (n_vertices, n)
         w of each shape at the vertices [-].
+    curvature_at_vertices : ndarray, shape (n_vertices, 3, n)
+        kappa of each shape at the vertices [1/m]; see `pidpanel.panel.section`.
+    shear_at_vertices : ndarray, shape (n_vertices, 2, n)
+        gamma of each shape at the vertices [1/m]: shapes have no unit, w has m.
+    curvature_at_points : ndarray, shape (n_points, 3, n)
+        kappa at the response points.
+    shear_at_points : ndarray, shape (n_points, 2, n)
+        gamma at the response points.
+    layer_names : tuple of str
+        Layers of the section, see `pidpanel.panel.section.Layer`.
+    layer_strain, layer_stress : ndarray, shape (n_layers, 3, 3)
+        Strain [m] and stress [Pa m] of the layers per curvature.
+    core_stress : ndarray, shape (2, 2)
+        Shear stress of the core per shear angle [Pa].
+    cell_in_patch : ndarray of bool, shape (n_patches, n_cells)
+        The cells of each patch.
     point_names : tuple of str
         Names of the response points, in the order of `shape_at_points`.
     patch_names : tuple of str
@@ -69,6 +85,15 @@ class PanelBasis:
     vertex_position: NDArray[np.float64]
     cells: NDArray[np.int64]
     shape_at_vertices: NDArray[np.float64]
+    curvature_at_vertices: NDArray[np.float64]
+    shear_at_vertices: NDArray[np.float64]
+    curvature_at_points: NDArray[np.float64]
+    shear_at_points: NDArray[np.float64]
+    layer_names: tuple[str, ...]
+    layer_strain: NDArray[np.float64]
+    layer_stress: NDArray[np.float64]
+    core_stress: NDArray[np.float64]
+    cell_in_patch: NDArray[np.bool_]
     point_names: tuple[str, ...]
     patch_names: tuple[str, ...]
 
@@ -110,6 +135,12 @@ def panel_basis(
     vectors = _normalise(plate, np.hstack([modes, residuals]))
     points = list(mesh.point_vertices.values())
     at_vertices = plate.at_vertices @ vectors
+    curvature, shear = (
+        np.stack([component @ vectors for component in components], axis=1)
+        for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
+    )
+    layers = plate.section.layers
+    cells = np.arange(len(mesh.cells))
     return PanelBasis(
         natural_frequency=np.concatenate([frequency, residual_frequency]),
         modal_mass=np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
@@ -124,6 +155,17 @@ def panel_basis(
         vertex_position=mesh.vertices,
         cells=mesh.cells,
         shape_at_vertices=at_vertices,
+        curvature_at_vertices=curvature,
+        shear_at_vertices=shear,
+        curvature_at_points=curvature[points],
+        shear_at_points=shear[points],
+        layer_names=tuple(layer.name for layer in layers),
+        layer_strain=np.array([layer.strain for layer in layers]),
+        layer_stress=np.array([layer.stress for layer in layers]),
+        core_stress=plate.section.core_stress,
+        cell_in_patch=np.array(
+            [np.isin(cells, mesh.patch_cells[name]) for name in plate.patch_overlap]
+        ).reshape(-1, len(cells)),
         point_names=tuple(mesh.point_vertices),
         patch_names=tuple(plate.patch_overlap),
     )

@@ -6,7 +6,7 @@ coordinates u of the supported plate, w(x, y) = sum_i N_i(x, y) u_i, where every
 satisfies the supports; whoever uses them needs to know neither the element nor its supports.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,49 +22,15 @@ from skfem import (
     MeshQuad,
     MeshTri,
 )
-from skfem.helpers import dd, ddot, trace
+from skfem.helpers import dd
 
 from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.section import Section, ThinSection
 
 # Exact integration: of products of two bicubics (degree 6 in each of x and y), of two quintics.
 EXACT_ORDER = {"quadrilaterals": 6, "triangles": 10}
 # Of the pressure on the deflection: 3 x 3 Gauss points on a quadrilateral, 7 points on a triangle.
 LOAD_ORDER = 5
-
-
-@dataclass(frozen=True)
-class ThinSection:
-    """Isotropic thin plate.
-
-    Attributes
-    ----------
-    bending_stiffness : float
-        D [N m], per unit width.
-    mass_per_area : float
-        m'' [kg/m^2].
-    poissons_ratio : float
-        nu [-]. Of no influence on simply supported polygons, where the Gaussian curvature
-        integrates to zero.
-
-    Raises
-    ------
-    ValueError
-        If D or m'' is not positive, or nu is not in (-1, 0.5].
-    """
-
-    bending_stiffness: float
-    mass_per_area: float
-    poissons_ratio: float = 0.3
-
-    def __post_init__(self) -> None:
-        """Refuse what is no plate."""
-        for name in ("bending_stiffness", "mass_per_area"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
-        if not -1 < self.poissons_ratio <= 0.5:
-            raise ValueError(
-                f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < nu <= 0.5"
-            )
 
 
 @dataclass(frozen=True)
@@ -93,6 +59,11 @@ class AssembledPlate:
     at_quadrature : sparse array, shape (n_quadrature, n)
         w at the quadrature points. The consistent load of a pressure p is
         ``at_quadrature.T @ (quadrature_weight * p)``.
+    curvature_at_vertices : tuple of 3 sparse arrays, shape (n_vertices, n)
+        kappa (see `section`) at the vertices, the mean over the cells that meet there [1/m].
+    shear_at_vertices : tuple of 2 sparse arrays, shape (n_vertices, n)
+        gamma (see `section`) likewise [-]; zero in a thin plate.
+    section : Section
     """
 
     stiffness: sp.csr_array
@@ -103,13 +74,21 @@ class AssembledPlate:
     quadrature_position: NDArray[np.float64]
     quadrature_weight: NDArray[np.float64]
     at_quadrature: sp.csr_array
+    curvature_at_vertices: tuple[sp.csr_array, ...]
+    shear_at_vertices: tuple[sp.csr_array, ...]
+    section: Section
 
 
 @BilinearForm
 def bending_form(w, v, section):  # type: ignore[no-untyped-def]
-    """D int (1 - nu) w_,ab v_,ab + nu (Laplace w) (Laplace v) dA: virtual work of bending."""
-    D, nu = section.bending_stiffness, section.poissons_ratio
-    return D * ((1 - nu) * ddot(dd(w), dd(v)) + nu * trace(dd(w)) * trace(dd(v)))
+    """int kappa(v) . D kappa(w) dA: virtual work of bending."""
+    return np.einsum("i...,ij,j...->...", _bent(v), section.bending, _bent(w))
+
+
+def _bent(w):  # type: ignore[no-untyped-def]
+    """-kappa = (w_,xx, w_,yy, 2 w_,xy)."""
+    H = dd(w)
+    return np.array([H[0, 0], H[1, 1], 2 * H[0, 1]])
 
 
 @BilinearForm
@@ -165,14 +144,37 @@ def assemble_thin_plate(mesh: PanelMesh, section: ThinSection) -> AssembledPlate
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
     return AssembledPlate(
-        stiffness=reduced(bending_form.assemble(basis, **vars(section))),
+        stiffness=reduced(bending_form.assemble(basis, bending=section.bending)),
         mass=reduced(section.mass_per_area * overlap_form.assemble(basis)),
         patch_overlap=patch_overlap,
         interpolate=interpolate,
         at_vertices=sp.csr_array(free[basis.nodal_dofs[0]]),
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
-        at_quadrature=sp.csr_array(_values_at_quadrature(load) @ free),
+        at_quadrature=sp.csr_array(
+            at_quadrature(load, [function[0] for function in load.basis]) @ free
+        ),
+        curvature_at_vertices=_curvature_at_vertices(skmesh, element, free),
+        shear_at_vertices=(sp.csr_array((len(mesh.vertices), free.shape[1])),) * 2,
+        section=section,
+    )
+
+
+def _curvature_at_vertices(
+    mesh: Mesh, element: Element, free: sp.csr_array
+) -> tuple[sp.csr_array, ...]:
+    """kappa = -(w_,xx, w_,yy, 2 w_,xy) at the vertices."""
+    corners = corner_basis(mesh, element)
+    mean = corner_mean(mesh)
+    return tuple(
+        sp.csr_array(
+            mean
+            @ at_quadrature(
+                corners, [-factor * function[0].hess[i, j] for function in corners.basis]
+            )
+            @ free
+        )
+        for factor, i, j in ((1, 0, 0), (1, 1, 1), (2, 0, 1))
     )
 
 
@@ -268,16 +270,31 @@ def _null_space(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return right[rank:].T
 
 
-def _values_at_quadrature(basis: CellBasis) -> sp.csr_array:
-    """Matrix (n_quadrature, n_dofs) of the basis functions at the quadrature points."""
+def at_quadrature(basis: CellBasis, values: Sequence[NDArray[np.float64]]) -> sp.csr_array:
+    """Matrix (n_quadrature, n_dofs) from the values (n_cells, n_points) of each basis function."""
     n_cells, n_points = basis.dx.shape
     point = np.arange(n_cells * n_points)
-    values = [np.asarray(function[0]).ravel() for function in basis.basis]
     columns = [np.repeat(dofs, n_points) for dofs in basis.element_dofs]
-    rows = np.tile(point, len(values))
     return sp.csr_array(
-        (np.concatenate(values), (rows, np.concatenate(columns))), shape=(len(point), basis.N)
+        (
+            np.concatenate([np.asarray(value).ravel() for value in values]),
+            (np.tile(point, len(values)), np.concatenate(columns)),
+        ),
+        shape=(len(point), basis.N),
     )
+
+
+def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
+    """A basis whose quadrature points are the corners of the cells."""
+    corners = mesh.elem.doflocs[: mesh.t.shape[0]].T
+    return CellBasis(mesh, element, quadrature=(corners, np.ones(corners.shape[1])))
+
+
+def corner_mean(mesh: Mesh) -> sp.csr_array:
+    """Matrix (n_vertices, n_cells * n_corners): mean over the cells that meet at a vertex."""
+    vertex = mesh.t.T.ravel()
+    share = 1 / np.bincount(vertex)[vertex]
+    return sp.csr_array((share, (vertex, np.arange(len(vertex)))))
 
 
 def _check_rectangles(mesh: PanelMesh) -> None:

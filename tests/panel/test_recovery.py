@@ -1,0 +1,88 @@
+"""Truths of strain and stress: polynomials, Navier's static solution, and where z points."""
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+
+from pidpanel.panel.mesh import mesh_quadrilaterals, mesh_triangles
+from pidpanel.panel.modes import panel_basis
+from pidpanel.panel.plate import assemble_thin_plate
+from pidpanel.panel.recovery import core_stress_shapes, strain_shapes, stress_shapes
+from pidpanel.panel.section import ThinSection
+
+A, B = 1.5, 1.0
+OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]
+CENTRE = {"centre": (0.75, 0.5)}
+E, NU, T = 200e9, 0.3, 0.005  # Pa, 1, m
+STEEL = ThinSection(E * T**3 / 12 / (1 - NU**2), 8000 * T, NU, T)
+
+
+@pytest.fixture(scope="module", params=["quadrilaterals", "triangles"])
+def plate(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("recovery") / "m.msh"
+    if request.param == "quadrilaterals":
+        mesh = mesh_quadrilaterals(path, (A, B), (12, 8), {}, CENTRE)
+    else:
+        mesh = mesh_triangles(path, OUTLINE, 0.15, {}, CENTRE)
+    return mesh, assemble_thin_plate(mesh, STEEL)
+
+
+def test_curvatures_of_modes_are_those_of_their_sines(plate):
+    basis = panel_basis(*plate, frequency_limit=100.0)
+    x, y = basis.vertex_position.T
+    # (1, 1) and (2, 1), scaled to the computed shapes where they do not vanish
+    vertex = np.argmin(np.hypot(x - 0.4, y - 0.4))
+    for mode, m in enumerate((1, 2)):
+        kx, ky = m * np.pi / A, np.pi / B
+        sine = np.sin(kx * x) * np.sin(ky * y)
+        twist = -2 * kx * ky * np.cos(kx * x) * np.cos(ky * y)
+        scale = basis.shape_at_vertices[vertex, mode] / sine[vertex]
+        expected = scale * np.array([kx**2 * sine, ky**2 * sine, twist]).T
+        found = basis.curvature_at_vertices[:, :, mode]
+        # second derivatives of a cubic err by (kh)^2 / 12 < 2.3 % of their largest
+        np.testing.assert_allclose(found, expected, atol=0.023 * np.abs(expected).max())
+
+
+def test_static_stress_under_uniform_pressure_is_naviers(plate):
+    mesh, plate = plate
+    pressure = 1000.0
+    u = spla.spsolve(
+        plate.stiffness.tocsc(), plate.at_quadrature.T @ (pressure * plate.quadrature_weight)
+    )
+    curvature = np.array([k @ u for k in plate.curvature_at_vertices])[
+        :, mesh.point_vertices["centre"]
+    ]
+    top, bottom = plate.section.layers
+    # Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, Table 8, b/a = 1.5, nu = 0.3:
+    # M = 0.0812 and 0.0498 q a^2 with a the shorter side; three printed digits
+    expected = 6 / T**2 * pressure * B**2 * np.array([0.0498, 0.0812])
+    # 1.5 %: the mean of second derivatives at a vertex of this coarse mesh
+    np.testing.assert_allclose((top.stress @ curvature)[:2], expected, rtol=0.015)
+    np.testing.assert_allclose(bottom.stress @ curvature, -(top.stress @ curvature))
+
+
+def test_stress_of_a_shape_is_hookes_law_of_its_strain_and_the_core_of_a_thin_plate_is_quiet(plate):
+    basis = panel_basis(*plate, frequency_limit=60.0)
+    strain = strain_shapes(basis, "top", "vertices")
+    stress = stress_shapes(basis, "top", "vertices")
+    np.testing.assert_allclose(strain, T / 2 * basis.curvature_at_vertices)
+    hooke = E / (1 - NU**2) * np.array([[1, NU, 0], [NU, 1, 0], [0, 0, (1 - NU) / 2]])
+    np.testing.assert_allclose(stress, np.einsum("ij,pjn->pin", hooke, strain), rtol=1e-12)
+    at_centre = stress_shapes(basis, "top")
+    vertex = plate[0].point_vertices["centre"]
+    np.testing.assert_array_equal(at_centre[0], stress[vertex])
+    assert not core_stress_shapes(basis).any()
+
+
+def test_the_top_of_a_plate_bent_upwards_is_pulled():
+    # w > 0 in the middle, w_xx < 0: z points as w does, so the top is on the outside and pulled
+    kappa = np.array([1.0, 0.0, 0.0])
+    top, bottom = STEEL.layers
+    assert (top.strain @ kappa)[0] == T / 2
+    assert (bottom.strain @ kappa)[0] == -T / 2
+
+
+def test_a_layer_that_is_not_there_is_named(plate):
+    basis = panel_basis(*plate, frequency_limit=60.0)
+    with pytest.raises(ValueError, match="no layer 'core'; the section has top, bottom"):
+        strain_shapes(basis, "core")
