@@ -8,7 +8,8 @@ from pathlib import Path
 from pidpanel.coupon.log import SolverMissing
 from pidpanel.coupon.solver import check_installed
 from pidpanel.damping.laws import FREQUENCY_RANGE
-from pidpanel.damping.surface import DampingError, DampingTable
+from pidpanel.damping.surface import DampingError
+from pidpanel.damping.tables import read_surface
 from pidpanel.panel.mesh import Rectangle, check_grid
 from pidpanel.sound.spectrum import SpectrumError
 from pidpanel.sound.table import read_spl_table
@@ -49,7 +50,7 @@ def _check(study: Study) -> None:
                 f"{FREQUENCY_RANGE[1]:g} Hz"
             )
     if study.damping.table is not None:
-        DampingTable.from_csv(study.damping.table)
+        read_surface(study.damping.table)
     panel = study.panel
     if panel.mesh.kind == "quadrilaterals":
         check_grid(

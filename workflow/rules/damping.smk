@@ -6,6 +6,7 @@ rule damping:
         results("coupon/cases.csv"),
     output:
         results("damping/surface.nc"),
+        results("damping/surface.csv"),
     log:
         results("damping/damping.log"),
     params:

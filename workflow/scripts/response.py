@@ -8,7 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.damping.laws import PaperLaw
-from pidpanel.damping.surface import DampingTable
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.tables import read_surface
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.response import scenarios
 from pidpanel.response.lines import frequency_grid
@@ -88,9 +89,9 @@ def damping_of(reading, study, surface):
     """The answer of a reading to: C_e and m_a at these frequencies, this fill, this Γ."""
     if reading == "dem":
         with xr.open_dataset(surface, engine="scipy") as dataset:
-            return DampingTable.from_dataset(dataset.load())
+            return DampingSurface.from_dataset(dataset.load())
     if reading == "table":
-        return DampingTable.from_csv(study.damping.table)
+        return read_surface(study.damping.table)
     return PaperLaw(printed=reading == "paper_printed")
 
 

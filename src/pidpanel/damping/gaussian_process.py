@@ -1,0 +1,169 @@
+"""Gaussian process regression of a few hundred noisy points, with numpy and scipy alone.
+
+Kernel (Rasmussen and Williams 2006, Eq. 4.17), squared distance d² = Σ_j ((x_j − x'_j)/l_j)²:
+
+    k(x, x') = m² + s² (1 + √5 d + 5 d²/3) e^(−√5 d)
+
+with m² a wide prior on the constant mean. Observations carry their own errors e_i and a common
+scatter t: y_i = f(x_i) + N(0, e_i² + t²). Lengths l_j, size s and scatter t are those of largest
+posterior probability under log-normal priors that are wide (a factor e, one standard deviation)
+against what data say, and that keep a fit of few points sane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.optimize import minimize
+
+Array = NDArray[np.float64]
+
+MEAN_SD = 3.0
+"""m, in standard deviations of the values."""
+
+PRIOR_MEDIAN_SIZE, PRIOR_SD_SIZE = 1.5, 0.7
+PRIOR_MEDIAN_LENGTH, PRIOR_SD_LENGTH = 1.5, 1.0
+PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
+"""Of s and t in standard deviations of the values, of l in those of the points; sd of the log."""
+
+
+@dataclass(frozen=True)
+class GaussianProcess:
+    """A posterior, ready to be asked.
+
+    Attributes
+    ----------
+    points
+        (n, d).
+    values, error
+        (n,) observations and their standard errors.
+    lengths
+        (d,) l, in the units of the points.
+    size, scatter
+        s and t, in the unit of the values.
+    """
+
+    points: Array
+    values: Array
+    error: Array
+    lengths: Array
+    size: float
+    scatter: float
+
+    def __post_init__(self) -> None:
+        noise = self.error**2 + self.scatter**2
+        covariance = self._kernel(self.points, self.points) + np.diag(noise)
+        factor = cholesky(covariance, lower=True)
+        centre = float(np.mean(self.values))
+        object.__setattr__(self, "_factor", factor)
+        object.__setattr__(self, "_centre", centre)
+        object.__setattr__(self, "_weights", cho_solve((factor, True), self.values - centre))
+
+    def _kernel(self, x: Array, y: Array) -> Array:
+        mean = MEAN_SD * _spread(self.values)
+        # |x − y|² by the binomial formula: one product in place of a cube of differences
+        a, b = x / self.lengths, y / self.lengths
+        square = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
+        return mean**2 + self.size**2 * _matern(np.maximum(square, 0.0))
+
+    def mean(self, points: Array) -> Array:
+        """(k,) expected value at ``points`` (k, d)."""
+        result: Array = self._centre + self._kernel(points, self.points) @ self._weights  # type: ignore[attr-defined]
+        return result
+
+    def standard_error(self, points: Array) -> Array:
+        """(k,) standard deviation of the function, without scatter, at ``points`` (k, d)."""
+        explained = self._whitened(points)
+        prior = self.size**2 + (MEAN_SD * _spread(self.values)) ** 2
+        return np.sqrt(np.maximum(prior - (explained**2).sum(0), 0.0))
+
+    def covariance(self, points: Array, others: Array | None = None) -> Array:
+        """(k, m) posterior covariance of the function between ``points`` and ``others``."""
+        others = points if others is None else others
+        result: Array = self._kernel(points, others)
+        return result - self._whitened(points).T @ self._whitened(others)
+
+    def _whitened(self, points: Array) -> Array:
+        cross = self._kernel(self.points, points)
+        result: Array = solve_triangular(self._factor, cross, lower=True)  # type: ignore[attr-defined]
+        return result
+
+    def leave_one_out(self) -> tuple[Array, Array]:
+        """(n,) error of each value as the others foretell it, and the standard error foretold.
+
+        In closed form at the same l, s and t (Rasmussen and Williams 2006, Eq. 5.12).
+        """
+        inverse = cho_solve((self._factor, True), np.eye(len(self.values)))  # type: ignore[attr-defined]
+        diagonal = np.diag(inverse)
+        return -self._weights / diagonal, 1 / np.sqrt(diagonal)  # type: ignore[attr-defined]
+
+
+def _matern(square: Array) -> Array:
+    a = np.sqrt(5 * square)
+    result: Array = (1 + a + a**2 / 3) * np.exp(-a)
+    return result
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation, or 1 where there is none."""
+    spread = float(np.std(values))
+    return spread if spread > 1e-12 * (1 + float(np.abs(values).max())) else 1.0
+
+
+def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
+    """The process of largest posterior probability.
+
+    Parameters
+    ----------
+    points
+        (n, d); an axis without spread plays no part.
+    values, error
+        (n,) observations and their standard errors (0 where unknown).
+
+    Examples
+    --------
+    >>> x = np.linspace(0, 6, 12)[:, None]
+    >>> process = fit(x, np.sin(x[:, 0]), np.full(12, 0.01))
+    >>> bool(abs(process.mean(np.array([[2.2]]))[0] - np.sin(2.2)) < 0.02)
+    True
+    """
+    unit = _spread(values)
+    y = (values - values.mean()) / unit
+    variance = (error / unit) ** 2
+    axis = np.array([_spread(column) for column in points.T])
+    difference = ((points[:, None] - points[None]) / axis) ** 2
+    median = np.log([*[PRIOR_MEDIAN_LENGTH] * len(axis), PRIOR_MEDIAN_SIZE, PRIOR_MEDIAN_SCATTER])
+    sd = np.array([*[PRIOR_SD_LENGTH] * len(axis), PRIOR_SD_SIZE, PRIOR_SD_SCATTER])
+
+    def cost(logs: Array) -> tuple[float, Array]:
+        """−ln posterior and its gradient in ln l, ln s, ln t."""
+        weight = np.exp(-2 * logs[:-2])
+        size, scatter = np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
+        square = difference @ weight
+        matern = size * _matern(square)
+        covariance = MEAN_SD**2 + matern + np.diag(variance + scatter)
+        factor = cholesky(covariance, lower=True)
+        inverse = cho_solve((factor, True), np.eye(len(y)))
+        alpha = inverse @ y
+        a = np.sqrt(5 * square)
+        slope = size * 5 / 3 * (1 + a) * np.exp(-a)
+        pull = np.outer(alpha, alpha) - inverse
+        gradient = np.array(
+            [np.sum(pull * slope * difference[..., j]) * weight[j] for j in range(len(axis))]
+            + [2 * np.sum(pull * matern), 2 * scatter * np.trace(pull)]
+        )
+        away = (logs - median) / sd
+        value = 0.5 * y @ alpha + np.log(np.diag(factor)).sum() + 0.5 * away @ away
+        return float(value), -0.5 * gradient + away / sd
+
+    bounds = list(zip(median - 3 * sd, median + 3 * sd, strict=True))
+    starts = [median, median + sd * np.array([-0.7] * len(axis) + [0, 1])]
+    best = min(
+        (minimize(cost, s, jac=True, method="L-BFGS-B", bounds=bounds) for s in starts),
+        key=lambda found: found.fun,
+    )
+    lengths, (size, scatter) = np.exp(best.x[:-2]) * axis, np.exp(best.x[-2:]) * unit
+    return GaussianProcess(points, values, error, lengths, float(size), float(scatter))

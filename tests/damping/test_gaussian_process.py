@@ -1,0 +1,82 @@
+"""Gaussian process regression against the formulas it rests on."""
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from pidpanel.damping.gaussian_process import MEAN_SD, GaussianProcess, fit
+
+RNG = np.random.default_rng(4)
+POINTS = RNG.uniform(0, 1, (12, 2))
+VALUES = np.sin(5 * POINTS[:, 0]) + POINTS[:, 1]
+ERROR = RNG.uniform(0.02, 0.2, 12)
+LENGTHS = np.array([0.6, 1.3])
+PROCESS = GaussianProcess(POINTS, VALUES, ERROR, LENGTHS, size=0.9, scatter=0.05)
+
+
+def kernel(x, y):
+    """Matérn 5/2 with the constant of the mean, by scipy's distances."""
+    a = np.sqrt(5) * cdist(x / LENGTHS, y / LENGTHS)
+    return (MEAN_SD * VALUES.std()) ** 2 + 0.81 * (1 + a + a**2 / 3) * np.exp(-a)
+
+
+def conditional(points, values, error, at):
+    """Mean and covariance of a Gaussian vector, given others, by the textbook formula."""
+    inverse = np.linalg.inv(kernel(points, points) + np.diag(error**2 + 0.05**2))
+    cross = kernel(at, points)
+    centre = VALUES.mean()
+    mean = centre + cross @ inverse @ (values - centre)
+    return mean, kernel(at, at) - cross @ inverse @ cross.T
+
+
+def test_the_posterior_is_the_conditional_of_a_gaussian_vector():
+    at = RNG.uniform(-0.5, 1.5, (7, 2))
+    mean, covariance = conditional(POINTS, VALUES, ERROR, at)
+    np.testing.assert_allclose(PROCESS.mean(at), mean, atol=1e-9)
+    np.testing.assert_allclose(PROCESS.covariance(at), covariance, atol=1e-9)
+    np.testing.assert_allclose(PROCESS.standard_error(at), np.sqrt(np.diag(covariance)), atol=1e-7)
+
+
+def test_leaving_one_out_is_asking_without_it():
+    error, expected = PROCESS.leave_one_out()
+    for i in range(len(VALUES)):
+        rest = np.arange(len(VALUES)) != i
+        mean, covariance = conditional(POINTS[rest], VALUES[rest], ERROR[rest], POINTS[i : i + 1])
+        assert error[i] == pytest.approx(mean[0] - VALUES[i], abs=1e-9)
+        scatter = covariance[0, 0] + ERROR[i] ** 2 + 0.05**2
+        assert expected[i] == pytest.approx(np.sqrt(scatter), rel=1e-8)
+
+
+def test_functions_drawn_from_a_process_lie_within_the_errors_foretold():
+    # 40 functions of known smoothness, constants fitted anew to 40 noisy values of each: of the
+    # 2000 values between them 95 % lie within 1.96 standard errors; 93 to 97 % leaves room for
+    # their being correlated within a function
+    rng = np.random.default_rng(1)
+    hits = []
+    for _ in range(40):
+        x = rng.uniform(0, 10, 90)[:, None]
+        a = np.sqrt(5) * cdist(x, x) / 2.0
+        true = np.linalg.cholesky((1 + a + a**2 / 3) * np.exp(-a) + 1e-10 * np.eye(90)) @ (
+            rng.normal(size=90)
+        )
+        seen, error = true[:40] + 0.1 * rng.normal(size=40), np.full(40, 0.1)
+        found = fit(x[:40], seen, error)
+        z = (found.mean(x[40:]) - true[40:]) / found.standard_error(x[40:])
+        hits += list(np.abs(z) < 1.96)
+    assert 0.93 < np.mean(hits) < 0.97
+
+
+def test_scatter_beyond_the_stated_errors_is_found():
+    rng = np.random.default_rng(2)
+    x = np.linspace(0, 10, 200)[:, None]
+    seen = np.sin(x[:, 0]) + 0.3 * rng.normal(size=200)
+    # the standard error of a standard deviation of 200 values is 5 %
+    assert fit(x, seen, np.full(200, 0.01)).scatter == pytest.approx(0.3, rel=0.15)
+
+
+def test_one_value_is_enough_and_says_how_little_it_knows():
+    process = fit(np.array([[0.5, 1.0]]), np.array([2.0]), np.array([0.1]))
+    near, far = process.standard_error(np.array([[0.5, 1.0], [9.0, 9.0]]))
+    assert process.mean(np.array([[0.5, 1.0]]))[0] == pytest.approx(2.0)
+    assert near == pytest.approx(0.1, rel=0.1)
+    assert far > 1.0
