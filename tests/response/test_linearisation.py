@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.linearisation import (
     LinearisationError,
     NoFixedPoint,
@@ -13,7 +14,7 @@ from pidpanel.response.linearisation import (
     sine_level,
 )
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import attach_dampers, bare_panel
+from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
 
 G = 9.80665
@@ -67,18 +68,16 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
     mass, area, slope, force_psd, omega = 2.0, 0.1, 40.0, 300.0, 2 * np.pi * 100.0
     basis = ModalBasis([100.0], [mass], 0.01)
     frequency = frequency_grid(90.0, 110.0, 0.01, lines_per_bandwidth=40)
-    bare = bare_panel(
+    (bare,) = bare_panels(
         frequency,
         basis,
-        Patches(np.array([[[area]]]), np.array([area])),
+        [Patches(np.array([[[area]]]), np.array([area]))],
         [[1.0]],
         np.full(frequency.size, force_psd),
         [[1.0]],
     )
 
-    def rms(damping, added_mass):
-        return attach_dampers(bare, damping[None], added_mass[None]).patch_acceleration_rms[0]
-
+    rms = PatchMotion.of(bare).acceleration_rms
     (point,) = find_levels(frequency, uniform(lambda gamma: slope * gamma), rms).fixed_points
 
     def closed_form(gamma):

@@ -5,18 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.lines import GridError, frequency_grid, root_mean_square
-from pidpanel.response.modal import attach_dampers, bare_panel
+from pidpanel.response.modal import bare_panels
 
 
 def rms_with(panel, lines_per_bandwidth, mass=0.0):
     frequency = frequency_grid(
         28.0, 500.0, 0.01, panel.basis.natural_frequency, lines_per_bandwidth=lines_per_bandwidth
     )
-    bare = bare_panel(
+    (bare,) = bare_panels(
         frequency,
         panel.basis,
-        panel.patches,
+        [panel.patches],
         panel.points,
         1e4 / frequency,
         panel.modal_force(100.0)[0],

@@ -5,8 +5,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from pidpanel.response.modal import air_resistance
 from pidpanel.response.power import power_balance
+from pidpanel.response.radiation import air_resistance
 
 
 def balance_of(panel, lines, radiation=True, **changes):
@@ -21,9 +21,10 @@ def balance_of(panel, lines, radiation=True, **changes):
         "overlap_cutoff": 1e-14,
     }
     if radiation:
-        arguments["radiation_resistance"] = air_resistance(
-            lines.frequency, lines.modal_force, 1.2, 343.0
-        )
+        omega = 2 * np.pi * lines.frequency[:, None, None]
+        resistance = air_resistance(lines.frequency, lines.modal_force, 1.2, 343.0)
+        added_mass = 0.1 * lines.modal_force  # any symmetric matrix: mass takes no power
+        arguments["air_stiffness"] = 1j * omega * resistance - omega**2 * added_mass
     return power_balance(**(arguments | changes))
 
 
@@ -31,7 +32,7 @@ def balance_of(panel, lines, radiation=True, **changes):
 def test_power_put_in_is_power_lost_at_every_line(panel, lines, radiation):
     # exact for the exact solution: 1e-10 is rounding, since Re(iωH) is a small part of |ωH|
     # off resonance
-    # red: omega**2 * np.sum → omega * np.sum in `power_balance`; any sign in `attached_motion`
+    # red: omega * np.sum → np.sum in `power_balance`; any sign in `attach_dampers`
     balance = balance_of(panel, lines, radiation)
     assert np.max(balance.error) < 1e-10
     assert np.all(balance.structure > 0)

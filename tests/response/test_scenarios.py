@@ -5,8 +5,9 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import scenarios
+from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import bare_panel
+from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.tables import psd_dataset, summary_rows
 
@@ -18,12 +19,12 @@ def one_mode(kind=scenarios.Solver):
     lines = frequency_grid(20.0, 300.0, RATIO, [FREQUENCY])
     basis = ModalBasis([FREQUENCY], [MASS], RATIO)
     patches = Patches(np.array([[[AREA]]]), np.array([AREA]))
-    arguments = (lines, basis, patches, np.array([[1.0]]), np.ones(lines.size))
-    force = np.array([[0.3]])
+    points, sound, force = np.array([[1.0]]), np.ones(lines.size), np.array([[0.3]])
     if kind is scenarios.Solver:
-        bare = bare_panel(*arguments, force)
-        return scenarios.Solver(bare, bare)
-    return scenarios.DiagonalSolver(*arguments, lambda f: np.full((f.size, 1, 1), 0.3))
+        (bare,) = bare_panels(lines, basis, [patches], points, sound, force)
+        return scenarios.Solver(bare, PatchMotion.of(bare))
+    motion = PatchMotion.diagonal(lines, basis, patches, sound, force)
+    return scenarios.DiagonalSolver(lines, basis, patches, points, sound, force, motion)
 
 
 def dashpot(value):
@@ -47,7 +48,7 @@ def test_the_level_read_is_the_level_that_results(kind, sound):
     # the search closes to 1e-6; fine and coarse lines are the same here
     assert found.patch_acceleration_g == pytest.approx(found.acceleration_g, rel=1e-5)
     assert found.equivalent_damping[0] == pytest.approx(2000 / found.acceleration_g)
-    rms = found.response.patch_acceleration_rms[0]
+    rms = found.response.acceleration_rms[0]  # the patch moves as its point does
     assert found.acceleration_g == pytest.approx(np.sqrt(2) * rms / STANDARD_GRAVITY, rel=1e-5)
 
 

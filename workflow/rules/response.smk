@@ -12,6 +12,8 @@ rule response:
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
+        results("response/stress.nc"),
+        results("response/stress.csv"),
     log:
         results("response/response.log"),
     params:

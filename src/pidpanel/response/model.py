@@ -1,6 +1,6 @@
 """What the response is computed from and what comes out: arrays with their checks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -143,27 +143,40 @@ class Patches:
 
 @dataclass(frozen=True)
 class Response:
-    """PSDs of the panel's motion.
+    """PSDs of the panel's motion at its points.
 
     Parameters
     ----------
     frequency
         (nf,) [Hz].
-    acceleration_psd
-        (nf, n_points) one-sided PSD of acceleration at the points [(m/s²)²/Hz].
-    patch_acceleration_psd
-        (nf, n_patches) mean over each patch of the PSD of acceleration,
-        (1/A_p) ω⁴ tr(D_p S_q) [(m/s²)²/Hz].
+    cross_psd
+        (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point:
+        the deflection w [m] first, then those that were asked for beside it (see `bare_panels`).
     """
 
     frequency: Floats
-    acceleration_psd: Floats
-    patch_acceleration_psd: Floats
+    cross_psd: Complexes
+
+    def under(self, pressure_factor: float) -> "Response":
+        """Return the response to S_p times ``pressure_factor`` at every frequency."""
+        return replace(self, cross_psd=pressure_factor * self.cross_psd)
 
     @property
     def displacement_psd(self) -> Floats:
-        """(nf, n_points) S_w = S_a/ω⁴ [m²/Hz]."""
-        psd: Floats = self.acceleration_psd / (2 * np.pi * self.frequency[:, None]) ** 4
+        """(nf, n_points) S_w [m²/Hz]."""
+        psd: Floats = np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
+        return psd
+
+    @property
+    def velocity_psd(self) -> Floats:
+        """(nf, n_points) S_v = ω² S_w [(m/s)²/Hz]."""
+        psd: Floats = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
+        return psd
+
+    @property
+    def acceleration_psd(self) -> Floats:
+        """(nf, n_points) S_a = ω⁴ S_w [(m/s²)²/Hz]."""
+        psd: Floats = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
         return psd
 
     @property
@@ -172,14 +185,14 @@ class Response:
         return root_mean_square(self.frequency, self.acceleration_psd)
 
     @property
+    def velocity_rms(self) -> Floats:
+        """(n_points,) rms velocity over the range of frequency [m/s]."""
+        return root_mean_square(self.frequency, self.velocity_psd)
+
+    @property
     def displacement_rms(self) -> Floats:
         """(n_points,) rms displacement over the range of frequency [m]."""
         return root_mean_square(self.frequency, self.displacement_psd)
-
-    @property
-    def patch_acceleration_rms(self) -> Floats:
-        """(n_patches,) rms over time and patch of the acceleration [m/s²]."""
-        return root_mean_square(self.frequency, self.patch_acceleration_psd)
 
 
 def checked_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:

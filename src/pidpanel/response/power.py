@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.modal import (
     OVERLAP_CUTOFF,
     MatrixInput,
-    attach_dampers,
-    attached_motion,
-    bare_panel,
+    bare_panels,
     checked_frequency,
     chunks_of_lines,
     dense_stiffness,
@@ -59,19 +58,19 @@ def power_balance(
     modal_force: MatrixInput,
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
-    radiation_resistance: MatrixInput | None = None,
+    air_stiffness: MatrixInput | None = None,
     allow_negative_damping: bool = False,
     overlap_cutoff: float = OVERLAP_CUTOFF,
 ) -> PowerBalance:
     """Return the power that the field puts in and the power that is lost, line by line.
 
-    The two are equal for the exact solution. What is lost comes from `bare_panel` and
-    `attach_dampers` with every modal coordinate as a point; what is put in comes from a dense
+    The two are equal for the exact solution. What is lost comes from `bare_panels` and
+    `attach_dampers` with every modal coordinate looked at; what is put in comes from a dense
     solve of the whole Z, so that the balance judges the solver that made the results. A dense
-    solve per line is slow: give it a few hundred lines. What is left of the balance is the
+    solve per line is slow: give it a few lines. What is left of the balance is the
     eigenvalues of D that were dropped: about 1e-7 with the default cutoff, 1e-11 with 1e-14.
 
-    Parameters and errors are those of `bare_panel` and `attach_dampers`.
+    Parameters and errors are those of `bare_panels` and `attach_dampers`.
 
     Returns
     -------
@@ -89,33 +88,31 @@ def power_balance(
     for lines in chunks_of_lines(frequency.size):
         omega = 2 * np.pi * frequency[lines]
         force = matrices_at(modal_force, frequency, lines, n)
-        resistance = None
-        if radiation_resistance is not None:
-            resistance = matrices_at(radiation_resistance, frequency, lines, n)
-        bare = bare_panel(
+        air = None
+        if air_stiffness is not None:
+            air = matrices_at(air_stiffness, frequency, lines, n)
+        (bare,) = bare_panels(
             frequency[lines],
             basis,
-            patches,
-            np.eye(n),
+            [patches],
+            np.eye(n)[None],
             pressure_psd[lines],
             force,
-            resistance,
+            air,
             overlap_cutoff,
         )
         response = attach_dampers(bare, damping[:, lines], mass[:, lines], allow_negative_damping)
-        structure[lines] = (response.acceleration_psd @ basis.damping) / omega**2
-        lost_in_patches[lines] = (
-            damping[:, lines].T * patches.area * response.patch_acceleration_psd
-        ) / omega[:, None] ** 2
-        stiffness = dense_stiffness(frequency[lines], basis, resistance)
+        modal_psd = response.cross_psd[:, 0]  # S_q
+        on_diagonal = np.diagonal(modal_psd, axis1=1, axis2=2).real
+        structure[lines] = omega**2 * (on_diagonal @ basis.damping)
+        motion = np.einsum("pij,fji->fp", patches.overlap, modal_psd).real  # tr(D S_q)
+        lost_in_patches[lines] = omega[:, None] ** 2 * damping[:, lines].T * motion
+        stiffness = dense_stiffness(frequency[lines], basis, air)
         patch_stiffness = 1j * omega * damping[:, lines] - omega**2 * mass[:, lines]
         stiffness += np.tensordot(patch_stiffness.T, patches.overlap, axes=1)
         transfer_times_force = np.linalg.solve(stiffness, np.broadcast_to(force, stiffness.shape))
         trace = np.trace(transfer_times_force, axis1=1, axis2=2)
         field[lines] = pressure_psd[lines] * (1j * omega * trace).real
-        if resistance is not None:
-            motion = attached_motion(bare, damping[:, lines], mass[:, lines], slice(None))
-            motion = motion[:, bare.point_columns]
-            modal_psd = motion @ bare.displacement_psd @ motion.conj().swapaxes(1, 2)
-            radiated[lines] = omega**2 * np.sum(resistance * modal_psd.swapaxes(1, 2), (1, 2)).real
+        if air is not None:  # ω² tr(R S_q), R = Im(Z_air)/ω
+            radiated[lines] = omega * np.sum(air.imag * modal_psd.swapaxes(1, 2), (1, 2)).real
     return PowerBalance(frequency, field, structure, lost_in_patches, radiated)

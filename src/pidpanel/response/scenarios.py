@@ -5,17 +5,14 @@ reproduces itself (`linearisation`). Whether the answer rests on run points is c
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pidpanel.response.dampers import PatchMotion, attach_dampers, diagonal_response
 from pidpanel.response.linearisation import find_levels, sine_level
-from pidpanel.response.modal import (
-    BarePanel,
-    attach_dampers,
-    diagonal_response,
-)
+from pidpanel.response.modal import BarePanel
 from pidpanel.response.model import Floats, ModalBasis, Patches, Response
 
 DampingOfLevel = Callable[[Floats, float], tuple[Floats, Floats, NDArray[np.bool_]]]
@@ -51,48 +48,35 @@ class ScenarioResponse:
     levels: int
 
 
-def at_level(bare: BarePanel, pressure_factor: float) -> BarePanel:
-    """Return the same panel under S_p times ``pressure_factor`` at every frequency."""
-    return replace(bare, displacement_psd=pressure_factor * bare.displacement_psd)
-
-
 class Solver:
     """Panel with one patch and its full modal damping matrix.
 
     Parameters
     ----------
-    fine
+    bare
         The bare panel on the lines of the result.
-    coarse
-        The same on fewer lines and with fewer eigenvalues of D, for the search of a level.
+    motion
+        Motion of its patch on fewer lines, for the search of a level.
     """
 
-    def __init__(self, fine: BarePanel, coarse: BarePanel) -> None:
-        self.frequency = fine.frequency
-        self.coarse_frequency = coarse.frequency
-        self._fine = fine
-        self._coarse = coarse
+    def __init__(self, bare: BarePanel, motion: PatchMotion) -> None:
+        self.frequency = bare.frequency
+        self.motion = motion
+        self._bare = bare
 
-    def response(
-        self, equivalent_damping: Floats, apparent_mass: Floats, pressure_factor: float
-    ) -> Response:
+    def bare(self) -> Response:
+        """Return the response without a damper."""
+        return Response(self.frequency, self._bare.point_psd)
+
+    def response(self, equivalent_damping: Floats, apparent_mass: Floats) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
-        bare = at_level(self._fine, pressure_factor)
-        return attach_dampers(bare, equivalent_damping[None], apparent_mass[None])
-
-    def patch_rms(
-        self, equivalent_damping: Floats, apparent_mass: Floats, pressure_factor: float
-    ) -> float:
-        """Return the rms acceleration of the patch [m/s²], on the coarse lines."""
-        bare = at_level(self._coarse, pressure_factor)
-        response = attach_dampers(bare, equivalent_damping[None], apparent_mass[None])
-        return float(response.patch_acceleration_rms[0])
+        return attach_dampers(self._bare, equivalent_damping[None], apparent_mass[None])
 
 
 class DiagonalSolver:
     """The paper's form (Eq. 9-15): modes uncoupled by the damper.
 
-    Parameters are those of `modal.diagonal_response`; one patch.
+    Parameters are those of `dampers.diagonal_response`, of one patch, and `motion` as of `Solver`.
     """
 
     def __init__(
@@ -100,45 +84,38 @@ class DiagonalSolver:
         frequency: Floats,
         basis: ModalBasis,
         patch: Patches,
-        shape_at_points: Floats,
+        motion_at_points: Floats,
         pressure_psd: Floats,
         modal_force: Callable[[Floats], Floats],
+        motion: PatchMotion,
     ) -> None:
-        self.frequency = self.coarse_frequency = frequency
-        self._arguments = (frequency, basis, patch, shape_at_points)
-        self._pressure_psd = pressure_psd
-        self._modal_force = modal_force
+        self.frequency = frequency
+        self.motion = motion
+        self._panel = (frequency, basis, patch, motion_at_points, pressure_psd, modal_force)
 
-    def response(
-        self,
-        equivalent_damping: Floats,
-        apparent_mass: Floats,
-        pressure_factor: float,
-    ) -> Response:
+    def bare(self) -> Response:
+        """Return the response without a damper."""
+        zero = np.zeros(self.frequency.shape)
+        return self.response(zero, zero)
+
+    def response(self, equivalent_damping: Floats, apparent_mass: Floats) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
-        return diagonal_response(
-            *self._arguments,
-            pressure_factor * self._pressure_psd,
-            self._modal_force,
-            equivalent_damping[None],
-            apparent_mass[None],
-        )
-
-    def patch_rms(
-        self, equivalent_damping: Floats, apparent_mass: Floats, pressure_factor: float
-    ) -> float:
-        """Return the rms acceleration of the patch [m/s²]."""
-        response = self.response(equivalent_damping, apparent_mass, pressure_factor)
-        return float(response.patch_acceleration_rms[0])
+        return diagonal_response(*self._panel, equivalent_damping[None], apparent_mass[None])
 
 
 def solve_bare(solver: Solver | DiagonalSolver, pressure_factor: float) -> ScenarioResponse:
     """Return the response without any damper."""
-    zero = np.zeros(solver.frequency.shape)
-    response = solver.response(zero, zero, pressure_factor)
-    inside = np.ones(zero.shape, dtype=np.bool_)
-    own = sine_level(float(response.patch_acceleration_rms[0]))
-    return ScenarioResponse(response, np.nan, own, zero, zero, inside, 0)
+    zero, none = np.zeros(solver.frequency.shape), np.zeros(solver.motion.frequency.shape)
+    own = sine_level(np.sqrt(pressure_factor) * solver.motion.acceleration_rms(none, none))
+    return ScenarioResponse(
+        response=solver.bare().under(pressure_factor),
+        acceleration_g=np.nan,
+        patch_acceleration_g=own,
+        equivalent_damping=zero,
+        apparent_mass=zero,
+        inside=np.ones(zero.shape, dtype=np.bool_),
+        levels=0,
+    )
 
 
 def solve_scenario(
@@ -180,21 +157,20 @@ def solve_scenario(
         return value, mass if damper_mass else np.zeros_like(mass), inside
 
     def patch_rms(value: Floats, mass: Floats) -> float:
-        return solver.patch_rms(value, mass, pressure_factor)
+        return float(np.sqrt(pressure_factor)) * solver.motion.acceleration_rms(value, mass)
 
+    lines = solver.motion.frequency
     level, count = np.nan, 1
     if stated_level is not None:
         level = stated_level
     elif depends_on_level:
         # a passive damper can move the patch more than no damper only where its mass tunes a
         # resonance to a peak of the sound, and never to a hundredth
-        zero = np.zeros(solver.coarse_frequency.shape)
+        zero = np.zeros(lines.shape)
         bare = sine_level(patch_rms(zero, zero))
-        search = find_levels(
-            solver.coarse_frequency, read, patch_rms, (bare / 100, 3 * bare), scan_count=13
-        )
+        search = find_levels(lines, read, patch_rms, (bare / 100, 3 * bare), scan_count=13)
         level, count = search.governing.gamma, len(search.fixed_points)
+    own = sine_level(patch_rms(*read(lines, level)[:2]))
     value, mass, inside = read(solver.frequency, level)
-    response = solver.response(value, mass, pressure_factor)
-    own = sine_level(float(response.patch_acceleration_rms[0]))
+    response = solver.response(value, mass).under(pressure_factor)
     return ScenarioResponse(response, level, own, value, mass, np.asarray(inside), count)

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response.lines import root_mean_square
 from pidpanel.response.model import Floats
 from pidpanel.response.scenarios import ScenarioResponse
 
@@ -33,15 +34,18 @@ def summary_rows(
         Largest |put in − lost| / put in over the lines looked at.
     """
     rows = []
+    accelerations, velocities = found.response.acceleration_rms, found.response.velocity_rms
+    displacements = found.response.displacement_rms
+    of_bare = bare.response.acceleration_rms
     for index, point in enumerate(points):
-        acceleration = found.response.acceleration_rms[index]
-        displacement = found.response.displacement_rms[index]
+        acceleration, displacement = accelerations[index], displacements[index]
         rows.append(
             {
                 "point": point,
                 "acceleration_rms_g": acceleration / STANDARD_GRAVITY,
+                "velocity_rms_m_s": velocities[index],
                 "displacement_rms_mm": displacement * 1e3,
-                "reduction_db": 20 * np.log10(bare.response.acceleration_rms[index] / acceleration),
+                "reduction_db": 20 * np.log10(of_bare[index] / acceleration),
                 "damping_read_at_g": found.acceleration_g,
                 "patch_motion_g": found.patch_acceleration_g,
                 "outside_run_points_share": 1 - float(np.mean(found.inside)),
@@ -72,18 +76,19 @@ def psd_dataset(
         The coordinates.
     """
     shape = (len(readings), len(labels), len(frequency))
-    acceleration = np.full((*shape, len(points)), np.nan)
-    displacement = acceleration.copy()
+    acceleration, velocity, displacement = np.full((3, *shape, len(points)), np.nan)
     damping, mass, inside = np.full((3, *shape), np.nan)
     for (reading, label), one in found.items():
         at = (readings.index(reading), labels.index(label))
         acceleration[at] = one.response.acceleration_psd
+        velocity[at] = one.response.velocity_psd
         displacement[at] = one.response.displacement_psd
         damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
     dims = ("reading", "scenario", "frequency")
     variables: list[tuple[str, tuple[str, ...], Floats, str, str]] = [
         ("acceleration_psd", (*dims, "point"), acceleration, "m2 s-4 Hz-1",
          "one-sided acceleration PSD"),
+        ("velocity_psd", (*dims, "point"), velocity, "m2 s-2 Hz-1", "one-sided velocity PSD"),
         ("displacement_psd", (*dims, "point"), displacement, "m2 Hz-1",
          "one-sided displacement PSD"),
         ("equivalent_damping", dims, damping, "N s m-3", "C_e of the patch"),
@@ -100,5 +105,84 @@ def psd_dataset(
             "reading": list(readings),
             "scenario": list(labels),
             "point": list(points),
+        },
+    )
+
+
+SHOWN = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
+"""Unit of a quantity: the unit a person reads, and its factor."""
+
+
+def stress_rows(
+    frequency: Floats, psd: Floats, quantities: Mapping[str, str], points: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Rms and three sigma, a row per point and quantity.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) Hz.
+    psd
+        (nf, n_points, n_quantities) unit²/Hz.
+    quantities
+        Names and SI units, see `stress.QUANTITIES`.
+    points
+        Names of the response points.
+    """
+    rms = root_mean_square(frequency, psd)
+    rows = []
+    for index, point in enumerate(points):
+        for (quantity, unit), value in zip(quantities.items(), rms[index], strict=True):
+            shown, factor = SHOWN[unit]
+            row = {"point": point, "quantity": quantity, "unit": shown}
+            rows.append({**row, "rms": value * factor, "three_sigma": 3 * value * factor})
+    return rows
+
+
+def stress_dataset(
+    found: Mapping[tuple[str, str], Floats],
+    frequency: Floats,
+    readings: Sequence[str],
+    labels: Sequence[str],
+    points: Sequence[str],
+    layers: Sequence[str],
+    quantities: Mapping[str, str],
+) -> xr.Dataset:
+    """PSDs of strain and stress in single precision; NaN where a scenario has no response.
+
+    Parameters
+    ----------
+    found
+        By (reading, scenario label): (nf, n_points, n_layers, n_quantities) unit²/Hz.
+    frequency
+        (nf,) Hz.
+    readings, labels, points, layers
+        The coordinates.
+    quantities
+        Names and SI units.
+    """
+    shape = (len(readings), len(labels), len(frequency), len(points), len(layers))
+    values = np.full((*shape, len(quantities)), np.nan, dtype=np.float32)
+    for (reading, label), psd in found.items():
+        values[readings.index(reading), labels.index(label)] = psd
+    dims = ("reading", "scenario", "frequency", "point", "layer")
+    return xr.Dataset(
+        {
+            f"{name}_psd": (
+                dims,
+                values[..., index],
+                {
+                    "units": "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
+                    "long_name": f"one-sided PSD of {name}",
+                },
+            )
+            for index, (name, unit) in enumerate(quantities.items())
+        },
+        coords={
+            "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
+            "reading": list(readings),
+            "scenario": list(labels),
+            "point": list(points),
+            "layer": list(layers),
         },
     )

@@ -108,6 +108,10 @@ class BandSpectrum:
         """Overall level 10 log10 Σ 10^(L/10) [dB re 20 µPa] of all bands of the table."""
         return float(10 * np.log10(np.sum(10.0 ** (self.band_spl / 10))))
 
+    def pressure_factor(self, oaspl: float) -> float:
+        """Return S_p at the overall level `oaspl` [dB re 20 µPa] over S_p of the table [1]."""
+        return float(10 ** ((oaspl - self.oaspl) / 10))
+
     def shifted(self, decibels: float) -> "BandSpectrum":
         """Return the same spectrum with every band `decibels` [dB] higher."""
         return replace(self, band_spl=self.band_spl + decibels)
