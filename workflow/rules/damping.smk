@@ -1,4 +1,4 @@
-# From the cases to C_e(r, f, Γ) and m_a(r, f, Γ).
+# From the cases to C_e(r, f, Γ) and m_a(r, f, Γ), and to the constants of a law.
 
 
 rule damping:
@@ -7,10 +7,13 @@ rule damping:
     output:
         results("damping/surface.nc"),
         results("damping/surface.csv"),
+        results("damping/law.csv"),
+        results("damping/forms.csv"),
     log:
         results("damping/damping.log"),
     params:
         file=STUDY_FILE,
+        study=section("coupon"),
         code=code("damping"),
     shell:
         "python -m scripts.damping {params.file} {input} {output} 2> {log}"

@@ -31,6 +31,13 @@ def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
     return a1, a2, a3
 
 
+def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Array:
+    """C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit that a₁ and a₃ are stated for."""
+    w = np.asarray(omega, float)
+    result: Array = a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
+    return result
+
+
 def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     """C_e of Eq. 5 and 6 to the letter, N s/m³; negative for every fill.
 
@@ -53,8 +60,7 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     """
     f = _checked(frequency, fill_fraction)
     a1, a2, a3 = paper_constants(fill_fraction)
-    omega = 2 * np.pi * f
-    return a1 / (2 * np.pi) * omega ** (a2 - 1) * np.exp(-a3 * omega)
+    return equation_5(2 * np.pi * f, a1, a2, a3)
 
 
 def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
@@ -69,7 +75,7 @@ def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
     """
     f = _checked(frequency, fill_fraction)
     a1, a2, a3 = paper_constants(fill_fraction)
-    return abs(a1) / (2 * np.pi) * f ** (a2 - 1) * np.exp(-a3 * f)
+    return equation_5(f, abs(a1), a2, a3)
 
 
 def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:

@@ -1,0 +1,232 @@
+"""Constants of the paper's form from data at one amplitude, with confidence intervals.
+
+    C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω)                                            (Eq. 5)
+
+is linear in its constants once its logarithm is taken,
+
+    ln(2π C_e) + ln ω = ln a₁ + a₂ ln ω − a₃ ω,
+
+so at one fill the constants and their Student intervals are those of weighted linear least
+squares. Over fill, in the structure of Eq. 6 with its leading factor taken out,
+
+    a₁ = α r (1 + β₁ r + β₂ r²),   a₂ = γ₀ + γ₁ r,   a₃ = r (δ₀ + δ₁ r),
+
+least squares in (ln α, β, γ, δ) by Gauss and Newton; the intervals are those of the linearised
+problem. ω is in rad/s, a₁ in N s/m³ (rad/s)^(1−a₂), a₃ in s.
+
+Errors of the values weigh them against each other; how far the points scatter about the form,
+which is more than their errors where the form does not fit, is taken from the fit itself.
+Everything takes any number of data sets at once, along the leading axes of the values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from pidpanel.damping.surface import ERROR, VALUE
+
+Array = NDArray[np.float64]
+
+AT_FILL = ("ln_a1", "a2", "a3")
+OVER_FILL = ("ln_alpha", "beta1", "beta2", "gamma0", "gamma1", "delta0", "delta1")
+CONFIDENCE = 0.95
+STEPS = 30
+HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Constants with confidence intervals.
+
+    Attributes
+    ----------
+    value, low, high
+        (…, p) in the order of `AT_FILL` or `OVER_FILL`; NaN where the data do not suffice.
+    scatter
+        (…) standard deviation of ln C_e about the form, of a value of average weight.
+    freedom
+        Values less constants.
+    """
+
+    value: Array
+    low: Array
+    high: Array
+    scatter: Array
+    freedom: int
+
+
+def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, Array]:
+    """a₁, a₂, a₃ at fills (n,) from constants (…, 7) in the order of `OVER_FILL`."""
+    r = np.asarray(fill_fraction, float)
+    log_alpha, beta1, beta2, gamma0, gamma1, delta0, delta1 = np.moveaxis(constants, -1, 0)[
+        ..., None
+    ]
+    a1 = np.exp(log_alpha) * r * (1 + beta1 * r + beta2 * r**2)
+    return a1, gamma0 + gamma1 * r, r * (delta0 + delta1 * r)
+
+
+def fit_at_fill(frequency: Array, damping: Array, error: Array) -> Estimate:
+    """ln a₁, a₂ and a₃ of one fill.
+
+    Parameters
+    ----------
+    frequency
+        (n,) Hz; at least four, for three constants and an interval.
+    damping
+        (…, n) C_e > 0, N s/m³.
+    error
+        (n,) standard errors of ln C_e; only their ratios matter.
+
+    Raises
+    ------
+    ValueError
+        With fewer than four frequencies.
+    """
+    omega = 2 * np.pi * np.asarray(frequency, float)
+    if len(np.unique(omega)) < 4:
+        raise ValueError(f"{len(np.unique(omega))} frequencies: at least 4 for three constants")
+    scale = omega.max()
+    design = np.stack([np.ones_like(omega), np.log(omega), -omega / scale], axis=1)
+    value = np.log(2 * np.pi * damping) + np.log(omega)
+    weight = _weights(error)
+    weighted = design * weight[:, None]
+    inverse = np.linalg.inv(weighted.T @ weighted)
+    constants = (value * weight) @ weighted @ inverse
+    residual = (value - constants @ design.T) * weight
+    return _estimate(constants, residual, np.diag(inverse), np.array([1.0, 1.0, 1 / scale]))
+
+
+def fit_over_fill(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> Estimate:
+    """The constants of the structure of Eq. 6 over all fills at once.
+
+    Parameters
+    ----------
+    frequency, fill_fraction
+        (n,) Hz and –; at least eight points, three fills, four frequencies.
+    damping
+        (…, n) C_e > 0, N s/m³.
+    error
+        (n,) standard errors of ln C_e; only their ratios matter.
+
+    Raises
+    ------
+    ValueError
+        With fewer points.
+    """
+    omega = 2 * np.pi * np.asarray(frequency, float)
+    r = np.asarray(fill_fraction, float)
+    fills, frequencies = len(np.unique(r)), len(np.unique(omega))
+    if len(r) < 8 or fills < 3 or frequencies < 4:
+        raise ValueError(
+            f"{len(r)} points, {fills} fills, {frequencies} frequencies: "
+            "at least 8, 3 and 4 for seven constants"
+        )
+    scale = omega.max()
+    one, log_omega, share = np.ones_like(r), np.log(omega), omega / scale
+    rest = np.stack([log_omega, r * log_omega, -r * share, -(r**2) * share], axis=1)
+    value = np.log(2 * np.pi * damping) + log_omega - np.log(r)
+    weight = _weights(error)
+
+    def model(constants: Array) -> tuple[Array, Array]:
+        """Residuals (…, n) with weight, inf where a₁ ≤ 0, and the factor 1 + β₁ r + β₂ r²."""
+        factor = 1 + constants[..., 1:2] * r + constants[..., 2:3] * r**2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            foretold = constants[..., :1] + np.log(factor) + constants[..., 3:] @ rest.T
+        residual = np.where(factor > 0, (value - foretold) * weight, np.inf)
+        return residual, factor
+
+    def jacobian(factor: Array) -> Array:
+        columns = np.broadcast_arrays(one, r / factor, r**2 / factor, *rest.T)
+        return np.stack(columns, axis=-1) * weight[:, None]
+
+    constants = np.zeros((*np.shape(damping)[:-1], 7))
+    start = np.concatenate([one[:, None], rest], axis=1) * weight[:, None]
+    constants[..., [0, 3, 4, 5, 6]] = (value * weight) @ np.linalg.pinv(start).T
+    residual, factor = model(constants)
+    cost = (residual**2).sum(-1)
+    for _ in range(STEPS):
+        slope = jacobian(factor)
+        step = (np.linalg.pinv(slope) @ residual[..., None])[..., 0]
+        length = np.ones(cost.shape)
+        for _ in range(HALVINGS):  # until no data set gets worse
+            tried, _ = model(constants + length[..., None] * step)
+            worse = ~((tried**2).sum(-1) <= cost)
+            if not worse.any():
+                break
+            length = np.where(worse, length / 2, length)
+        else:
+            length = np.where(worse, 0.0, length)
+        constants = constants + length[..., None] * step
+        residual, factor = model(constants)
+        before, cost = cost, (residual**2).sum(-1)
+        if np.all(before - cost <= 1e-12 * before):
+            break
+    slope = jacobian(factor)
+    inverse = np.linalg.pinv(np.swapaxes(slope, -1, -2) @ slope)
+    units = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1 / scale, 1 / scale])
+    return _estimate(constants, residual, np.diagonal(inverse, axis1=-2, axis2=-1), units)
+
+
+def _weights(error: Array) -> Array:
+    """Weights of mean square 1; all alike where no errors are given."""
+    error = np.asarray(error, float)
+    weight = 1 / error if (error > 0).all() else np.ones(error.shape)
+    return np.asarray(weight / np.sqrt(np.mean(weight**2)))
+
+
+def _estimate(constants: Array, residual: Array, variance: Array, units: Array) -> Estimate:
+    """Student intervals from weighted residuals (…, n) and the unscaled variances (…, p)."""
+    freedom = residual.shape[-1] - constants.shape[-1]
+    scatter = np.sqrt((residual**2).sum(-1) / freedom)
+    reach = stats.t.ppf(0.5 + CONFIDENCE / 2, freedom) * scatter[..., None] * np.sqrt(variance)
+    return Estimate(
+        constants * units,
+        (constants - reach) * units,
+        (constants + reach) * units,
+        scatter,
+        freedom,
+    )
+
+
+def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
+    """The form's constants at every amplitude of a sweep, and at every fill of it.
+
+    Parameters
+    ----------
+    cases
+        As those of a `surface.DampingSurface`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a constant: ``acceleration_g``, ``fill_fraction`` (NaN for those over fill),
+        ``constant`` (`AT_FILL`, `OVER_FILL`), ``value``, ``low``, ``high``, ``scatter``,
+        ``points``. Amplitudes and fills with too few cases have none.
+    """
+    rows = []
+    for level, of_level in cases.groupby("acceleration_g"):
+        for fill, of in [(np.nan, of_level), *of_level.groupby("fill_fraction")]:
+            frequency, value = of["frequency_hz"].to_numpy(), of[VALUE].to_numpy()
+            error = (of[ERROR] / of[VALUE]).to_numpy()
+            try:
+                if np.isnan(fill):
+                    names, r = OVER_FILL, of["fill_fraction"].to_numpy()
+                    found = fit_over_fill(frequency, r, value, error)
+                else:
+                    names, found = AT_FILL, fit_at_fill(frequency, value, error)
+            except ValueError:
+                continue  # too few cases
+            rows += [
+                (level, fill, name, *numbers, float(found.scatter), len(of))
+                for name, *numbers in zip(names, found.value, found.low, found.high, strict=True)
+            ]
+    return pd.DataFrame(
+        rows,
+        columns=["acceleration_g", "fill_fraction", "constant", "value", "low", "high", "scatter",
+                 "points"],
+    )  # fmt: skip

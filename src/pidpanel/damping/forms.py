@@ -1,0 +1,232 @@
+"""Closed forms for C_e(r, f, Γ) put side by side: how well each foretells cases it has not seen.
+
+With η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and x = W/L, the stroke over the clear gap L = depth (1 − r):
+
+- ``paper``: Eq. 5 and 6 with constants fitted anew, which knows no Γ;
+- ``paper_level``: the same times Γ^c;
+- ``groups``: η = h A r^p Γ^−q x^s, a power law of the dimensionless groups;
+- ``two_regimes``: η = h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)]. The first term is the agitated bed,
+  whose spheres collide out of step with the cell and take a share of its energy that falls with
+  Γ; the second is the bed that crosses the gap as one and collides with both ends in step, at its
+  best where the stroke is of the order of the gap (without gravity at x = 1/π).
+
+Errors are those of ln C_e, every case counting alike: what a form leaves over is far more than
+the errors of the cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.optimize import least_squares
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.laws import FREQUENCY_RANGE, paper_corrected
+from pidpanel.damping.surface import AXES, LEAST_GAP, VALUE, DampingSurface, onset
+
+Array = NDArray[np.float64]
+
+FOLDS = 10
+
+SPARE = 4
+"""Cases beyond its constants that a form needs: a tenth of them left out, two degrees remain."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Where cases stand: r, ω [rad/s], Γ, x = W/L and h, all (n,), and m₁ [kg/m²]."""
+
+    fill_fraction: Array
+    omega: Array
+    acceleration_g: Array
+    stroke_over_gap: Array
+    onset: Array
+    mass_per_fill: float
+
+    def __getitem__(self, index: NDArray[np.int64]) -> Points:
+        return Points(
+            self.fill_fraction[index], self.omega[index], self.acceleration_g[index],
+            self.stroke_over_gap[index], self.onset[index], self.mass_per_fill,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form of η: ``function`` of constants and points gives ln(C_e/(m₁ r ω))."""
+
+    name: str
+    constants: Sequence[str]
+    start: Sequence[float]
+    function: Callable[[Array, Points], Array]
+
+
+def _paper(c: Array, p: Points) -> Array:
+    # C_e/(m₁ r ω) of Eq. 5 and 6, ω in krad/s to keep the constants of one size
+    r, w = p.fill_fraction, p.omega / 1e3
+    factor = np.maximum(c[0] + c[1] * r + c[2] * r**2, 1e-12)  # a₁/r > 0
+    return np.log(factor) + (c[3] + c[4] * r - 2) * np.log(w) - r * (c[5] + c[6] * r) * w
+
+
+def _paper_level(c: Array, p: Points) -> Array:
+    return _paper(c[:7], p) + c[7] * np.log(p.acceleration_g)
+
+
+def _groups(c: Array, p: Points) -> Array:
+    powers = c[1] * np.log(p.fill_fraction) - c[2] * np.log(p.acceleration_g)
+    return np.log(p.onset) + c[0] + powers + c[3] * np.log(p.stroke_over_gap)
+
+
+def _two_regimes(c: Array, p: Points) -> Array:
+    agitated = np.exp(c[0]) * p.fill_fraction ** c[1] * p.acceleration_g ** -c[2]
+    ratio = (p.stroke_over_gap / np.exp(c[5])) ** c[6]
+    as_one = np.exp(c[3]) * p.stroke_over_gap ** c[4] / (1 + ratio)
+    return np.log(p.onset) + np.log(agitated + as_one)
+
+
+FORMS = (
+    Form("paper", ("b0", "b1", "b2", "c0", "c1", "d0", "d1"), (1, 0, 0, 2, 0, 0, 0), _paper),
+    Form("paper_level", ("b0", "b1", "b2", "c0", "c1", "d0", "d1", "c"),
+         (1, 0, 0, 2, 0, 0, 0, -1), _paper_level),
+    Form("groups", ("ln_A", "p", "q", "s"), (0, 0, 1, 0), _groups),
+    Form("two_regimes", ("ln_A", "p", "q", "ln_B", "s", "ln_x0", "t"),
+         (0, 0.3, 0.9, 1, 1, -1, 2), _two_regimes),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A form with its constants.
+
+    Attributes
+    ----------
+    constants, low, high
+        (p,) with 95 % intervals of the linearised problem.
+    rms
+        Of ln C_e over the cases it was fitted to.
+    held_out_rms, held_out_largest
+        Of ln C_e over cases left out of the fit, a tenth at a time.
+    information
+        Akaike's criterion corrected for few data; lower is better.
+    """
+
+    form: Form
+    constants: Array
+    low: Array
+    high: Array
+    rms: float
+    held_out_rms: float
+    held_out_largest: float
+    information: float
+
+
+def points_of(surface: DampingSurface, depth: float) -> tuple[Points, Array]:
+    """Where the cases of a surface stand, and ln(C_e/(m₁ r ω)) there.
+
+    Parameters
+    ----------
+    surface
+        With a known ``mass_per_fill``.
+    depth
+        Of the cell, m.
+    """
+    r, f, level = surface.cases[list(AXES)].to_numpy(float).T
+    omega = 2 * np.pi * f
+    stroke = level * STANDARD_GRAVITY / omega**2 / (depth * np.maximum(1 - r, LEAST_GAP))
+    h = onset(level, surface.onset_g)
+    points = Points(r, omega, level, stroke, h, surface.mass_per_fill)
+    value = surface.cases[VALUE].to_numpy(float)
+    return points, np.log(value / (surface.mass_per_fill * r * omega))
+
+
+def fit(form: Form, points: Points, log_eta: Array) -> Fit:
+    """Least squares of a form, its intervals and its error over cases left out."""
+
+    def solve(p: Points, y: Array, start: Sequence[float] | Array):  # type: ignore[no-untyped-def]
+        return least_squares(lambda c: form.function(c, p) - y, start, x_scale="jac")
+
+    found = solve(points, log_eta, form.start)
+    n, count = len(log_eta), len(form.constants)
+    variance = (found.fun**2).sum() / (n - count)
+    covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
+    reach = stats.t.ppf(0.975, n - count) * np.sqrt(np.diag(covariance))
+    held_out = np.empty(n)
+    for fold in folds(n):
+        rest = np.setdiff1d(np.arange(n), fold)
+        constants = solve(points[rest], log_eta[rest], found.x).x
+        held_out[fold] = form.function(constants, points[fold]) - log_eta[fold]
+    return Fit(
+        form, found.x, found.x - reach, found.x + reach, _rms(found.fun), _rms(held_out),
+        float(np.abs(held_out).max()), information(found.fun, count),
+    )  # fmt: skip
+
+
+def folds(count: int) -> list[NDArray[np.int64]]:
+    """The numbers of the cases left out together: every tenth, so that each fold is spread."""
+    return [np.arange(k, count, FOLDS) for k in range(min(FOLDS, count))]
+
+
+def information(residual: Array, constants: int) -> float:
+    """Akaike's criterion for normal errors of unknown variance, corrected for few data (AICc)."""
+    n, k = len(residual), constants + 1
+    return float(n * np.log(np.mean(residual**2)) + 2 * k + 2 * k * (k + 1) / (n - k - 1))
+
+
+def _rms(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def compare(surface: DampingSurface, depth: float) -> tuple[pd.DataFrame, list[Fit]]:
+    """Every form, the paper's law corrected and the surface itself, each with its errors.
+
+    Returns
+    -------
+    table
+        Columns ``form``, ``constants`` (their number), ``rms``, ``held_out_rms``,
+        ``held_out_largest`` (of ln C_e), ``information`` (AICc; NaN where constants are not
+        counted). A form of which there are too few cases, or the paper's law outside its
+        frequencies, is left out.
+    fits
+        The forms fitted.
+    """
+    points, log_eta = points_of(surface, depth)
+    frequency = points.omega / (2 * np.pi)
+    unit = points.mass_per_fill * points.fill_fraction * points.omega
+    low, high = FREQUENCY_RANGE
+    rows = []
+    if low <= frequency.min() and frequency.max() <= high:
+        corrected = [
+            float(paper_corrected(f, r))
+            for f, r in zip(frequency, points.fill_fraction, strict=True)
+        ]
+        away = np.log(np.array(corrected) / unit) - log_eta
+        rows.append(("paper_corrected", 0, _rms(away), _rms(away), float(np.abs(away).max()),
+                     information(away, 0)))  # fmt: skip
+    enough = [form for form in FORMS if len(log_eta) > len(form.constants) + SPARE]
+    fits = [fit(form, points, log_eta) for form in enough]
+    rows += [
+        (f.form.name, len(f.constants), f.rms, f.held_out_rms, f.held_out_largest, f.information)
+        for f in fits
+    ]
+    if len(log_eta) > SPARE:
+        rows.append(("surface", 0, *_surface_errors(surface), np.nan))
+    names = ["form", "constants", "rms", "held_out_rms", "held_out_largest", "information"]
+    return pd.DataFrame(rows, columns=names), fits
+
+
+def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
+    """Rms error over its own cases, and rms and largest over those left out, of ln C_e."""
+    cases = surface.cases
+    point = [cases[axis].to_numpy(float) for axis in AXES]
+    log_value = np.log(cases[VALUE].to_numpy(float))
+    own = np.log(surface.at(*point).equivalent_damping) - log_value
+    held_out = np.empty(len(cases))
+    for fold in folds(len(cases)):
+        rest = DampingSurface.from_frame(cases.drop(index=fold), surface.onset_g)
+        foretold = rest.at(*(axis[fold] for axis in point)).equivalent_damping
+        held_out[fold] = np.log(foretold) - log_value[fold]
+    return _rms(own), _rms(held_out), float(np.abs(held_out).max())
