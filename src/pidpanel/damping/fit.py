@@ -215,12 +215,13 @@ def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
             error = (of[ERROR] / of[VALUE]).to_numpy()
             try:
                 if np.isnan(fill):
-                    names, r = OVER_FILL, of["fill_fraction"].to_numpy()
+                    r = of["fill_fraction"].to_numpy()
                     found = fit_over_fill(frequency, r, value, error)
                 else:
-                    names, found = AT_FILL, fit_at_fill(frequency, value, error)
+                    found = fit_at_fill(frequency, value, error)
             except ValueError:
                 continue  # too few cases
+            names = OVER_FILL if np.isnan(fill) else AT_FILL
             rows += [
                 (level, fill, name, *numbers, float(found.scatter), len(of))
                 for name, *numbers in zip(names, found.value, found.low, found.high, strict=True)

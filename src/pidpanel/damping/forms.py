@@ -226,7 +226,7 @@ def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
     own = np.log(surface.at(*point).equivalent_damping) - log_value
     held_out = np.empty(len(cases))
     for fold in folds(len(cases)):
-        rest = DampingSurface.from_frame(cases.drop(index=fold), surface.onset_g)
+        rest = DampingSurface.from_frame(cases.drop(cases.index[fold]), surface.onset_g)
         foretold = rest.at(*(axis[fold] for axis in point)).equivalent_damping
         held_out[fold] = np.log(foretold) - log_value[fold]
     return _rms(own), _rms(held_out), float(np.abs(held_out).max())
