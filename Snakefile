@@ -9,11 +9,17 @@ container: "docker-daemon://pidpanel:latest"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/coupon.smk"
-include: "workflow/rules/damping.smk"
-include: "workflow/rules/panel.smk"
-include: "workflow/rules/sound.smk"
-include: "workflow/rules/response.smk"
-include: "workflow/rules/report.smk"
+if HAS_PANEL:
+
+    include: "workflow/rules/damping.smk"
+    include: "workflow/rules/panel.smk"
+    include: "workflow/rules/sound.smk"
+    include: "workflow/rules/response.smk"
+    include: "workflow/rules/report.smk"
+
+else:
+
+    include: "workflow/rules/coupon_report.smk"
 
 
 rule all:

@@ -5,6 +5,11 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import jinja2
+
+from pidpanel.coupon import deck
+from pidpanel.coupon.beds import shake_values
+from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.log import SolverMissing
 from pidpanel.coupon.solver import check_installed
 from pidpanel.damping.laws import FREQUENCY_RANGE
@@ -13,10 +18,10 @@ from pidpanel.damping.tables import read_surface
 from pidpanel.panel.mesh import Rectangle, check_grid
 from pidpanel.sound.spectrum import SpectrumError
 from pidpanel.sound.table import read_spl_table
-from pidpanel.study import Study, StudyError, load_study
+from pidpanel.study import Coupon, CouponStudy, Study, StudyError, load_any_study
 
 
-def checked_study(path: str | Path) -> Study:
+def checked_study(path: str | Path) -> Study | CouponStudy:
     """Read a study and everything it names; refuse what could not be carried through.
 
     Raises
@@ -24,9 +29,12 @@ def checked_study(path: str | Path) -> Study:
     StudyError
         One line: file, key, value, what is allowed.
     """
-    study = load_study(path)
+    study = load_any_study(path)
     try:
-        _check(study)
+        if study.coupon is not None:
+            _check_decks(study.coupon)
+        if isinstance(study, Study):
+            _check(study)
     except (StudyError, SpectrumError, DampingError, ValueError) as error:
         raise StudyError(f"{path}: {error}") from None
     return study
@@ -61,7 +69,32 @@ def _check(study: Study) -> None:
         )
 
 
-def check_machine(study: Study, results: Path) -> None:
+def _check_decks(coupon: Coupon) -> None:
+    """Refuse a deck of the user's own that asks for what it will not be given."""
+    for case in cases_of(coupon):
+        path = case.point.deck
+        if path is None:
+            continue
+        given = shake_values(case.point)
+        text = Path(path).read_text(encoding="utf-8")
+        try:
+            unknown = deck.undeclared(text, given)
+        except jinja2.TemplateSyntaxError as error:
+            raise StudyError(f"coupon.deck = {path}:{error.lineno}: {error.message}") from None
+        if unknown:
+            raise StudyError(
+                f"coupon.deck = {path}: no variable {unknown[0]}; there are "
+                f"{', '.join(sorted(given))}"
+            )
+        unused = sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ())))
+        if unused:
+            raise StudyError(
+                f"coupon.deck = {path}: {unused[0]} is not used; the deck must write one row per "
+                "cycle, as templates/shake.in.j2 does"
+            )
+
+
+def check_machine(study: CouponStudy, results: Path) -> None:
     """Refuse a machine without LIGGGHTS, or a results folder that cannot be written.
 
     Raises

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pidpanel.check import checked_study
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study import StudyError
+from pidpanel.study import Study, StudyError
 
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 
@@ -36,8 +36,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             [snakemake, "-s", SNAKEFILE, f"-j{given.jobs}", "--configfile", given.study]
         )
     cases = cases_of(study.coupon) if study.coupon else ()
-    print(
-        f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs; "
-        f"{len(study.all_scenarios())} scenarios in {len(study.damping.readings)} readings"
-    )
+    what = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
+    if isinstance(study, Study):
+        what += (
+            f"; {len(study.all_scenarios())} scenarios in {len(study.damping.readings)} readings"
+        )
+    print(what)
     return 0

@@ -17,6 +17,8 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from pidpanel.coupon.bed import Sizes
+
 
 class StudyError(ValueError):
     """A mistake in a study file; the text is one line a user can act on."""
@@ -39,8 +41,9 @@ Fill = Annotated[float, Field(ge=0.02, le=1)]
 class Cell(Model):
     """One honeycomb cell, and how many of them a run shakes side by side."""
 
-    shape: Literal["hexagon"] = "hexagon"
+    shape: Literal["hexagon", "square", "circle"] = "hexagon"
     across_flats_mm: Positive = 6.35
+    """Width of a hexagon between two sides; side of a square; diameter of a circle."""
     depth_mm: Positive = 25.0
     count: Annotated[int, Field(ge=1, le=200)] = 5
 
@@ -53,30 +56,103 @@ class Cell(Model):
         return self.depth_mm * 1e-3
 
 
+class Mono(Model):
+    """Spheres of one size."""
+
+    kind: Literal["mono"] = "mono"
+
+    def sizes(self, diameter_mm: float) -> Sizes:
+        return Sizes("mono", diameter_mm * 1e-3, diameter_mm * 1e-3)
+
+
+class Normal(Model):
+    """Normal distribution by number round ``diameter_mm``, cut at two deviations."""
+
+    kind: Literal["normal"]
+    deviation_mm: Positive
+
+    def sizes(self, diameter_mm: float) -> Sizes:
+        reach = 2 * self.deviation_mm
+        return Sizes("normal", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
+
+
+class Uniform(Model):
+    """Uniform distribution by number over ``diameter_mm`` ± ``half_width_mm``."""
+
+    kind: Literal["uniform"]
+    half_width_mm: Positive
+
+    def sizes(self, diameter_mm: float) -> Sizes:
+        reach = self.half_width_mm
+        return Sizes("uniform", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
+
+
+class Binary(Model):
+    """Two sizes: a share by number of ``second_mm`` among spheres of ``diameter_mm``."""
+
+    kind: Literal["binary"]
+    second_mm: Positive
+    second_share: Annotated[float, Field(gt=0, lt=1)]
+
+    def sizes(self, diameter_mm: float) -> Sizes:
+        if self.second_mm < diameter_mm:
+            share = 1 - self.second_share
+        else:
+            share = self.second_share
+        small, large = sorted((diameter_mm, self.second_mm))
+        return Sizes("binary", small * 1e-3, large * 1e-3, share)
+
+
+Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
+
+
 class Particles(Model):
     """The spheres. ``youngs_modulus_mpa`` is the material's own; see `Stiffness`."""
 
     diameter_mm: Positive = 2.0
+    distribution: Distribution = Mono()
     density_kg_m3: Positive = 1190.0
+    shell_mm: Positive | None = None
+    """Wall thickness of hollow spheres; their inertia is taken as that of solid ones of
+    the same mass."""
     youngs_modulus_mpa: Annotated[float, Field(ge=5, le=1e6)] = 3200.0
     poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.35
     restitution: Annotated[float, Field(gt=0.05, le=1)] = 0.8
     friction: Annotated[float, Field(ge=0, le=5)] = 0.3
+    rolling_friction: Annotated[float, Field(ge=0, le=1)] = 0.0
 
-    @property
-    def density(self) -> float:
-        return self.density_kg_m3
+    def effective_density(self, diameter_mm: float) -> float:
+        """Mass over outer volume, kg/m³: ρ (1 − (1 − 2 t/d)³) for a shell of thickness t."""
+        if self.shell_mm is None:
+            return self.density_kg_m3
+        return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm / diameter_mm) ** 3)
 
     @property
     def youngs_modulus(self) -> float:
         return self.youngs_modulus_mpa * 1e6
 
+    @model_validator(mode="after")
+    def _shell(self) -> Particles:
+        if self.shell_mm is not None:
+            if not isinstance(self.distribution, Mono):
+                raise ValueError("shell_mm: hollow spheres of one size only, distribution mono")
+            if 2 * self.shell_mm >= self.diameter_mm:
+                raise ValueError(
+                    f"shell_mm = {self.shell_mm:g}: below half of diameter_mm = "
+                    f"{self.diameter_mm:g}"
+                )
+        return self
+
 
 class Walls(Model):
-    """Contact of sphere and cell wall; what is left out is as between two spheres."""
+    """The cell walls and their contact with spheres; what is left out is as between two
+    spheres. A wall that is stiffer than the spheres stays so when both are softened."""
 
+    youngs_modulus_mpa: Annotated[float, Field(ge=5, le=1e6)] | None = None
+    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] | None = None
     restitution: Annotated[float, Field(gt=0.05, le=1)] | None = None
     friction: Annotated[float, Field(ge=0, le=5)] | None = None
+    rolling_friction: Annotated[float, Field(ge=0, le=1)] | None = None
 
 
 class Stiffness(Model):
@@ -118,9 +194,9 @@ class Sweep(Model):
     frequency_hz: (
         Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
     )
-    acceleration_g: Annotated[
-        tuple[Annotated[float, Field(gt=0, le=2000)], ...], Field(min_length=1)
-    ]
+    acceleration_g: tuple[Annotated[float, Field(gt=0, le=2000)], ...] = ()
+    displacement_mm: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = ()
+    """Amplitude W of the motion, in place of its acceleration."""
     diameter_mm: tuple[Positive, ...] = ()
     max_velocity_m_s: Positive | None = None
     """Combinations whose velocity amplitude a/ω is above this are left out."""
@@ -132,8 +208,20 @@ class Sweep(Model):
         return self.frequency_hz
 
     @model_validator(mode="after")
+    def _one_amplitude(self) -> Sweep:
+        if bool(self.acceleration_g) == bool(self.displacement_mm):
+            raise ValueError("acceleration_g or displacement_mm: one of them, a list")
+        return self
+
+    @model_validator(mode="after")
     def _no_case_twice(self) -> Sweep:
-        for key in ("fill_fraction", "frequency_hz", "acceleration_g", "diameter_mm"):
+        for key in (
+            "fill_fraction",
+            "frequency_hz",
+            "acceleration_g",
+            "displacement_mm",
+            "diameter_mm",
+        ):
             values = getattr(self, key)
             if isinstance(values, Range):
                 continue
@@ -178,23 +266,81 @@ class Coupon(Model):
     particles: Particles = Particles()
     walls: Walls = Walls()
     gravity_g: Annotated[float, Field(ge=0, le=10)] = 1.0
+    gravity_direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    """Where gravity points: z is normal to the panel and the direction of the motion, so
+    (0, 0, −1) is a panel that lies flat and (1, 0, 0) one that stands upright."""
     stiffness: Stiffness = Stiffness()
     time_step_rayleigh: Annotated[float, Field(gt=0, le=0.3)] = 0.15
     """Time step over the Rayleigh time of a sphere."""
     samples_per_cycle: Annotated[int, Field(ge=20, le=2000)] = 100
     sweep: Sweep
+    vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
+    """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
+    the whole sweep is run at each of them, and at every combination of several."""
     accuracy: Accuracy = Accuracy()
+    deck: Path | None = None
+    """A template of the user's own in place of ``templates/shake.in.j2``."""
+
+    @model_validator(mode="after")
+    def _direction(self) -> Coupon:
+        if not any(self.gravity_direction):
+            raise ValueError("gravity_direction = [0, 0, 0]: a direction; no gravity: gravity_g: 0")
+        return self
 
     @model_validator(mode="after")
     def _spheres_fit(self) -> Coupon:
+        widest = 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm)
         for diameter in self.sweep.diameter_mm or (self.particles.diameter_mm,):
-            if diameter > 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm):
+            sizes = self.particles.distribution.sizes(diameter)
+            if sizes.largest * 1e3 > widest:
                 raise ValueError(
                     f"particles.diameter_mm = {diameter:g}: at most 0.9 of the cell's "
                     f"across_flats_mm and depth_mm ({self.cell.across_flats_mm:g}, "
                     f"{self.cell.depth_mm:g})"
                 )
+            if sizes.smallest < 0.4 * sizes.largest:
+                raise ValueError(
+                    f"particles.distribution: the smallest sphere, {sizes.smallest * 1e3:g} mm, is "
+                    f"below 0.4 of the largest, {sizes.largest * 1e3:g} mm: a bed so mixed "
+                    "separates by size, and one time step fits ill"
+                )
         return self
+
+    @model_validator(mode="after")
+    def _variants(self) -> Coupon:
+        for key in self.vary:
+            if key.split(".")[0] in ("sweep", "accuracy", "vary"):
+                raise ValueError(f"vary.{key}: not this one; the lists of sweep are varied as such")
+        self.variants()
+        return self
+
+    def variants(self) -> tuple[tuple[Mapping[str, Any], Coupon], ...]:
+        """Every combination of ``vary`` with the coupon that it means; itself without any."""
+        if not self.vary:
+            return (({}, self),)
+        found = []
+        for values in itertools.product(*self.vary.values()):
+            chosen = dict(zip(self.vary, values, strict=True))
+            data = self.model_dump(mode="python", by_alias=True, exclude={"vary"})
+            for key, value in chosen.items():
+                *path, last = key.split(".")
+                place: Any = data
+                for part in path:
+                    place = place.get(part) if isinstance(place, dict) else None
+                if not isinstance(place, dict) or last not in place:
+                    known = place if isinstance(place, dict) else data
+                    raise ValueError(
+                        f"vary.{key}: no such key of the coupon; there are {', '.join(known)}"
+                    )
+                place[last] = value
+            try:
+                found.append((chosen, Coupon.model_validate(data)))
+            except ValidationError as error:
+                item = error.errors()[0]
+                where = ", ".join(f"{key} = {value}" for key, value in chosen.items())
+                message = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+                raise ValueError(f"vary: {where}: {message}") from None
+        return tuple(found)
 
 
 # --------------------------------------------------------------------------- damping
@@ -400,14 +546,25 @@ class Scenario(Model):
 # --------------------------------------------------------------------------- study
 
 
-class Study(Model):
-    """All that a run of the workflow depends on."""
+class CouponStudy(Model):
+    """A study of the coupon alone: what the spheres dissipate, and on what it depends."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
     title: str = ""
     assumptions: tuple[str, ...] = ()
     """What the source leaves out and this study assumes; printed in the report."""
     coupon: Coupon | None = None
+
+    @model_validator(mode="after")
+    def _coupon(self) -> CouponStudy:
+        if self.coupon is None and type(self) is CouponStudy:
+            raise ValueError("neither a coupon nor a panel: at least one of them")
+        return self
+
+
+class Study(CouponStudy):
+    """All that a run of the whole workflow depends on."""
+
     damping: Damping = Damping()
     panel: Panel
     sound: Sound
@@ -416,8 +573,13 @@ class Study(Model):
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Study:
-        if "dem" in self.damping.readings and self.coupon is None:
-            raise ValueError("damping.readings names 'dem': the section 'coupon' must be there")
+        if "dem" in self.damping.readings:
+            if self.coupon is None:
+                raise ValueError("damping.readings names 'dem': the section 'coupon' must be there")
+            if self.coupon.vary:
+                raise ValueError(
+                    "coupon.vary: for a study of the coupon alone; one panel takes one damping"
+                )
         for name, family in self.scenarios.items():
             patches = (family.patch,) if isinstance(family.patch, str) else family.patch
             for patch in patches:
@@ -479,7 +641,15 @@ class _Loader(yaml.SafeLoader):
 
 
 def load_study(path: str | Path) -> Study:
-    """Read and check a study file.
+    """Read and check the file of a study that has a panel; see `load_any_study`."""
+    study = load_any_study(path)
+    if not isinstance(study, Study):
+        raise StudyError(f"{path}: panel: missing; this is a study of the coupon alone")
+    return study
+
+
+def load_any_study(path: str | Path) -> Study | CouponStudy:
+    """Read and check a study file: a `CouponStudy` if it says nothing of a panel.
 
     Parameters
     ----------
@@ -507,14 +677,16 @@ def load_study(path: str | Path) -> Study:
     if not isinstance(data, dict):
         raise StudyError(f"{path}: empty; a mapping with the keys {', '.join(Study.model_fields)}")
     data.setdefault("name", path.stem)
+    alone = "coupon" in data and not set(data) - set(CouponStudy.model_fields)
+    model = CouponStudy if alone else Study
     try:
-        study = Study.model_validate(data)
+        study = model.model_validate(data)
     except ValidationError as error:
         raise StudyError("\n".join(_explain(path, text, error))) from None
     return _with_found_files(study, path)
 
 
-def _with_found_files(study: Study, path: Path) -> Study:
+def _with_found_files(study: Study | CouponStudy, path: Path) -> Study | CouponStudy:
     """Replace the files a study names by their paths; refuse those that are not there."""
 
     def find(key: str, name: Path, folder: str) -> Path:
@@ -522,12 +694,26 @@ def _with_found_files(study: Study, path: Path) -> Study:
         for base in (path.parent, Path.cwd(), project):
             if (base / name).is_file():
                 return base / name
-        known = ", ".join(sorted(p.name for p in project.glob("*.csv")))
+        known = ", ".join(sorted(p.name for p in project.glob("*.*")))
         raise StudyError(
-            f"{path}: {key} = {name}: no such file; a CSV file beside the study"
+            f"{path}: {key} = {name}: no such file; a file beside the study"
             + (f" or one of {known}" if known else "")
         )
 
+    coupon = study.coupon
+    if coupon is not None:
+        if coupon.deck is not None:
+            deck = find("coupon.deck", coupon.deck, "decks")
+            coupon = coupon.model_copy(update={"deck": deck})
+        if "deck" in coupon.vary:
+            decks = tuple(
+                name if name is None else find("coupon.vary.deck", Path(name), "decks")
+                for name in coupon.vary["deck"]
+            )
+            coupon = coupon.model_copy(update={"vary": {**coupon.vary, "deck": decks}})
+        study = study.model_copy(update={"coupon": coupon})
+    if not isinstance(study, Study):
+        return study
     sound = study.sound.model_copy(
         update={"spectrum": find("sound.spectrum", study.sound.spectrum, "spl")}
     )

@@ -8,14 +8,65 @@ from pidpanel.coupon import bed
 WIDTH = 6.35e-3
 
 
-def test_the_hexagon_is_as_wide_as_it_says_and_has_the_closed_form_area():
-    outline = bed.hexagon(WIDTH)
-    assert np.ptp(outline[:, 0]) == pytest.approx(WIDTH)  # across the flats, x
-    assert bed.polygon_area(outline) == pytest.approx(np.sqrt(3) / 2 * WIDTH**2)
+HEXAGON = bed.cell_outline("hexagon", WIDTH)
+MONO = bed.Sizes("mono", 2e-3, 2e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "area"),
+    [
+        ("hexagon", np.sqrt(3) / 2 * WIDTH**2),
+        ("square", WIDTH**2),
+        ("circle", np.pi / 4 * WIDTH**2),
+    ],
+)
+def test_a_cell_is_as_wide_as_it_says_and_has_the_closed_form_area(shape, area):
+    outline = bed.cell_outline(shape, WIDTH)
+    assert bed.polygon_area(outline) == pytest.approx(area, rel=1e-12)
+    # the circle's polygon of equal area is 0.3 % narrower across its flats
+    assert np.ptp(outline[:, 0]) == pytest.approx(WIDTH, rel=4e-3 if shape == "circle" else 1e-12)
+
+
+@pytest.mark.parametrize("shape", bed.CORNERS)
+def test_a_cap_holds_the_whole_cell(shape):
+    outline = bed.cell_outline(shape, WIDTH)
+    for a, b, c in bed.caps(outline, np.zeros((1, 2)), 0.025):
+        weights = np.linalg.solve(
+            np.vstack([np.stack([a, b, c])[:, :2].T, np.ones(3)]),
+            np.vstack([outline.T, np.ones(len(outline))]),
+        )
+        assert weights.min() > 0
+        assert a[2] == b[2] == c[2] in (0.0, 0.025)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "mean", "deviation"),
+    [
+        (bed.Sizes("mono", 2e-3, 2e-3), 2e-3, 0.0),
+        (bed.Sizes("uniform", 1e-3, 3e-3), 2e-3, 2e-3 / np.sqrt(12)),
+        # cut at two deviations: σ² (1 − 2·2φ(2)/(2Φ(2) − 1)) = 0.7737 σ²
+        (bed.Sizes("normal", 1e-3, 3e-3), 2e-3, 0.5e-3 * np.sqrt(0.77371)),
+        (bed.Sizes("binary", 1e-3, 3e-3, 0.25), 1.5e-3, 2e-3 * np.sqrt(0.25 * 0.75)),
+    ],
+)
+def test_sizes_have_the_mean_and_deviation_of_their_distribution(sizes, mean, deviation):
+    drawn = sizes.draw(40000, np.random.default_rng(1))
+    # five standard errors of the mean and of the deviation of 40000 draws
+    assert drawn.mean() == pytest.approx(mean, abs=5 * deviation / 200 + 1e-15)
+    assert drawn.std() == pytest.approx(deviation, abs=5 * deviation / 200 + 1e-15)
+    assert drawn.min() >= sizes.smallest and drawn.max() <= sizes.largest
+
+
+def test_enough_is_poured_of_any_mixture():
+    rng = np.random.default_rng(1)
+    for sizes in (MONO, bed.Sizes("uniform", 1e-3, 2e-3), bed.Sizes("binary", 1e-3, 2e-3, 0.1)):
+        diameters = bed.poured_sizes(sizes, 35e-6, 25e-3, rng)
+        # a bed as dense as random close packing would still reach the lid
+        assert (np.pi / 6 * diameters**3).sum() >= 0.64 * 35e-6 * 25e-3
 
 
 def test_a_wall_triangle_holds_its_side_and_nothing_of_the_cell():
-    outline = bed.hexagon(WIDTH)
+    outline = HEXAGON
     height = 0.025
     triangles = bed.side_walls(outline, np.zeros((1, 2)), height)
     assert len(triangles) == 6
@@ -36,7 +87,7 @@ def test_a_wall_triangle_holds_its_side_and_nothing_of_the_cell():
 
 
 def test_cells_are_farther_apart_than_their_wall_triangles_reach():
-    outline = bed.hexagon(WIDTH)
+    outline = HEXAGON
     centres = bed.cell_centres(WIDTH, 5)
     triangles = bed.side_walls(outline, centres, 0.025).reshape(5, -1, 3)
     for i, centre in enumerate(centres):
@@ -46,30 +97,40 @@ def test_cells_are_farther_apart_than_their_wall_triangles_reach():
 
 
 def test_scattered_spheres_neither_touch_nor_leave_the_cell():
-    outline = bed.hexagon(WIDTH)
-    d = 2e-3
-    points = bed.scatter(outline, 0.1, d, 60, np.random.default_rng(1))
+    rng = np.random.default_rng(1)
+    d = rng.uniform(1.5e-3, 2.5e-3, 60)
+    points = bed.scatter(HEXAGON, 0.1, d, rng)
     distance = np.linalg.norm(points[:, None] - points[None], axis=2) + np.eye(60)
-    assert distance.min() >= d
-    edge = np.roll(outline, -1, axis=0) - outline
+    assert (distance >= (d[:, None] + d) / 2).all()
+    edge = np.roll(HEXAGON, -1, axis=0) - HEXAGON
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
-    clear = (normal * outline).sum(axis=1)[:, None] - normal @ points[:, :2].T
-    assert clear.min() >= d / 2
+    clear = (normal * HEXAGON).sum(axis=1)[:, None] - normal @ points[:, :2].T
+    assert (clear >= d / 2).all()
 
 
 def test_too_many_spheres_are_refused_by_number():
-    with pytest.raises(ValueError, match=r"of 40 spheres of 0.002 m found room"):
-        bed.scatter(bed.hexagon(WIDTH), 0.006, 2e-3, 40, np.random.default_rng(1))
+    with pytest.raises(ValueError, match=r"of 40 spheres found room in 0\.006 m"):
+        bed.scatter(HEXAGON, 0.006, np.full(40, 2e-3), np.random.default_rng(1))
 
 
 def test_the_full_count_is_that_of_the_emptiest_cell():
     cell = np.array([0, 0, 0, 1, 1, 1])
     z = np.array([1, 3, 5, 1, 3, 9.5]) * 1e-3
     # depth 10 mm, diameter 2 mm: centres up to 9 mm lie below the lid
-    assert bed.full_count(cell, z, 10e-3, 2e-3) == 2
+    assert bed.full_count(cell, z, 10e-3, np.full(6, 2e-3)) == 2
+    # the last is small enough to stand below it, 9.5 + 0.4 mm
+    assert bed.full_count(cell, z, 10e-3, np.array([2, 2, 2, 2, 2, 0.8]) * 1e-3) == 3
 
 
 def test_the_lowest_spheres_of_every_cell_stay():
     cell = np.array([0, 1, 0, 1, 0, 1])
     z = np.array([3.0, 2.0, 1.0, 4.0, 2.0, 1.0])
     assert bed.lowest(cell, z, 2).tolist() == [2, 4, 5, 1]
+
+
+def test_the_deepest_overlap_is_that_of_the_pair_that_overlaps_most():
+    places = np.array([[0, 0, 0], [1.9e-3, 0, 0], [3.3e-3, 0, 0]])
+    # 2 + 2 mm: 0.1 mm; 2 + 1 mm: 0.1 mm; then a larger third: 0.35 mm
+    assert bed.deepest_overlap(places, np.array([2, 2, 1.0]) * 1e-3) == pytest.approx(1e-4)
+    assert bed.deepest_overlap(places, np.array([2, 2, 1.5]) * 1e-3) == pytest.approx(3.5e-4)
+    assert bed.deepest_overlap(2 * places, np.array([2, 2, 1.0]) * 1e-3) == 0.0

@@ -1,5 +1,7 @@
 """Which runs a sweep asks for, and what a label stands for."""
 
+import math
+
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
@@ -58,13 +60,77 @@ def test_one_packing_serves_every_fill_frequency_and_level():
         {"gravity_g": 0.0},
         {"time_step_rayleigh": 0.1},
         {"samples_per_cycle": 50},
-        {"accuracy": {"relative_error": 0.01}},
+        {"gravity_direction": [1, 0, 0]},
+        {"cell": {"shape": "square"}},
+        {"particles": {"distribution": {"kind": "uniform", "half_width_mm": 0.2}}},
+        {"particles": {"rolling_friction": 0.1}},
+        {"particles": {"shell_mm": 0.1}},
+        {"walls": {"youngs_modulus_mpa": 70000}},
     ],
 )
 def test_whatever_the_result_depends_on_changes_the_label(change):
     before = {case.label for case in cases.cases_of(coupon())}
     after = {case.label for case in cases.cases_of(coupon(**change))}
     assert not before & after
+
+
+def test_a_run_is_the_same_run_whatever_accuracy_is_asked_of_it():
+    before, after = (
+        cases.cases_of(coupon(accuracy={"relative_error": error})) for error in (0.05, 0.01)
+    )
+    assert [case.label for case in before] == [case.label for case in after]
+    assert before[0].target.label == "7.071pc_12to400"
+    assert after[0].target.label == "1.414pc_12to400"
+
+
+def test_an_amplitude_of_displacement_is_the_acceleration_over_omega_squared():
+    (case,) = cases.cases_of(
+        coupon(
+            sweep={
+                "fill_fraction": [0.5],
+                "frequency_hz": [80],
+                "acceleration_g": [],
+                "displacement_mm": [0.2],
+            }
+        )
+    )
+    assert case.point.amplitude == pytest.approx(0.2e-3, rel=1e-12)
+    assert case.point.acceleration == pytest.approx(0.2e-3 * (2 * math.pi * 80) ** 2)
+
+
+def test_any_key_of_the_coupon_can_be_varied_and_becomes_a_column():
+    found = cases.cases_of(
+        coupon(
+            vary={"particles.friction": [0.1, 0.6], "gravity_direction": [[0, 0, -1], [2, 0, 0]]}
+        )
+    )
+    assert len(found) == 4 * 8
+    assert found[0].varied == {"particles.friction": 0.1, "gravity_direction": "0 0 -1"}
+    last = found[-1]
+    assert last.varied == {"particles.friction": 0.6, "gravity_direction": "2 0 0"}
+    assert last.point.constants.friction == last.point.constants.wall_friction == 0.6
+    assert last.point.bed.gravity_direction == (1.0, 0.0, 0.0)
+
+
+def test_a_stiff_wall_is_softened_in_the_same_proportion_as_the_spheres():
+    run = cases.cases_of(coupon(walls={"youngs_modulus_mpa": 64000}))[0].point
+    assert run.constants.youngs_modulus == 50e6
+    assert run.constants.wall_youngs_modulus == pytest.approx(50e6 * 64000 / 3200)
+
+
+def test_a_hollow_sphere_weighs_its_shell():
+    run = cases.cases_of(coupon(particles={"shell_mm": 0.2}))[0].point
+    # 4/3 π (R³ − (R − t)³) of a shell of 0.2 mm on 1 mm
+    assert run.packing.density == pytest.approx(1190 * (1 - 0.8**3))
+
+
+def test_the_time_step_is_that_of_the_smallest_sphere_and_the_softness_of_the_largest():
+    wide = {"distribution": {"kind": "binary", "second_mm": 1.0, "second_share": 0.5}}
+    run = cases.cases_of(coupon(particles=wide))[0].point
+    assert (run.packing.sizes.smallest, run.packing.sizes.largest) == (1e-3, 2e-3)
+    assert run.time_step <= 0.15 * contact.rayleigh_time(
+        0.5e-3, 1190.0, run.constants.youngs_modulus, 0.35
+    )
 
 
 def test_the_deck_belongs_to_the_label(monkeypatch):
@@ -83,20 +149,20 @@ def test_a_period_is_a_whole_number_of_steps_and_of_samples():
         run = case.point
         assert run.steps_per_cycle % run.samples_per_cycle == 0
         assert run.steps_per_cycle * run.time_step * run.frequency == pytest.approx(1, rel=1e-14)
-        longest = 0.15 * contact.rayleigh_time(1e-3, 1190.0, run.youngs_modulus, 0.35)
+        longest = 0.15 * contact.rayleigh_time(1e-3, 1190.0, run.constants.youngs_modulus, 0.35)
         assert run.time_step <= longest
 
 
 def test_a_run_lasts_at_least_the_least_time():
     found = cases.cases_of(coupon(accuracy={"min_time_s": 0.1, "max_cycles": 40}))
     for case in found:
-        assert case.point.min_cycles / case.point.frequency >= 0.1
-        assert case.point.max_cycles >= case.point.min_cycles
-    assert {c.point.min_cycles for c in found if c.point.frequency == 500} == {50}
+        assert case.target.min_cycles / case.point.frequency >= 0.1
+        assert case.target.max_cycles >= case.target.min_cycles
+    assert {c.target.min_cycles for c in found if c.point.frequency == 500} == {50}
 
 
 def test_walls_are_as_the_spheres_unless_they_are_said_to_differ():
     run = cases.cases_of(coupon())[0].point
-    assert (run.packing.wall_friction, run.bed.wall_restitution) == (0.3, 0.8)
+    assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.3, 0.8)
     run = cases.cases_of(coupon(walls={"friction": 0.2, "restitution": 0.9}))[0].point
-    assert (run.packing.wall_friction, run.bed.wall_restitution) == (0.2, 0.9)
+    assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.2, 0.9)

@@ -6,7 +6,7 @@ import jinja2
 import numpy as np
 import pytest
 
-from pidpanel.coupon import deck, runs
+from pidpanel.coupon import beds, deck
 from pidpanel.coupon.cases import cases_of
 from pidpanel.study import Coupon
 
@@ -25,16 +25,16 @@ def golden_run():
 
 
 def test_the_rendered_deck_is_the_recorded_one_to_the_letter():
-    text = deck.render("shake.in.j2", runs.shake_values(golden_run()))
-    recorded = (GOLDEN / "shake.in").read_text()
+    text = deck.render("shake.in.j2", beds.shake_values(golden_run()))
+    recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs
     assert recorded.startswith(text.rstrip() + "\nprint ")
 
 
 def test_a_variable_that_nobody_set_is_refused_by_name():
-    values = runs.shake_values(golden_run())
-    del values["depth"]
-    with pytest.raises(jinja2.UndefinedError, match="'depth' is undefined"):
+    values = beds.shake_values(golden_run())
+    del values["time_step"]
+    with pytest.raises(jinja2.UndefinedError, match="'time_step' is undefined"):
         deck.render("shake.in.j2", values)
 
 
@@ -47,8 +47,10 @@ def test_numbers_are_written_so_that_they_read_back_the_same(tmp_path):
 
 def test_a_data_file_holds_every_sphere_once():
     positions = np.array([[0.0, 1e-3, 2e-3], [3e-3, 4e-3, 5.123456789e-3]])
-    text = deck.data_file(positions, 2e-3, 1190.0, np.array([[0, 1], [0, 1], [0, 1]]))
+    text = deck.data_file(
+        positions, np.array([2e-3, 3e-3]), 1190.0, np.array([[0, 1], [0, 1], [0, 1]])
+    )
     assert "2 atoms\n2 atom types" in text
     rows = [line.split() for line in text.split("Atoms\n\n")[1].splitlines()]
-    assert [row[:4] for row in rows] == [["1", "1", "0.002", "1190"], ["2", "1", "0.002", "1190"]]
+    assert [row[:4] for row in rows] == [["1", "1", "0.002", "1190"], ["2", "1", "0.003", "1190"]]
     np.testing.assert_allclose([[float(v) for v in row[4:]] for row in rows], positions)

@@ -9,8 +9,8 @@ from pidpanel.coupon import contact, log
 
 GOLDEN = Path(__file__).parent / "golden"
 STEPS, CYCLES, ATOMS = 1000, 12, 8
-WHOLE = (GOLDEN / "shake" / "cycles.txt").read_text()
-LOG = (GOLDEN / "shake" / "shake.log").read_text()
+WHOLE = (GOLDEN / "shake" / "cycles_1.txt").read_text()
+LOG = (GOLDEN / "shake" / "shake_1.log").read_text()
 
 
 def read(text, cycles=CYCLES):
@@ -24,7 +24,7 @@ def check(text):
 def test_a_whole_file_gives_the_numbers_that_stand_in_it():
     rows = read(WHOLE)
     assert rows.shape == (CYCLES, len(log.CYCLE_COLUMNS))
-    reference = np.loadtxt(GOLDEN / "shake" / "cycles.txt")  # numpy's own reader skips '#'
+    reference = np.loadtxt(GOLDEN / "shake" / "cycles_1.txt")  # numpy's own reader skips '#'
     np.testing.assert_array_equal(rows, reference)
 
 
@@ -153,3 +153,60 @@ def test_our_rayleigh_time_is_the_solvers():
     printed = float(row.split()[-2])
     ours = 5e-6 / contact.rayleigh_time(1.25e-3, 1190.0, 5e7, 0.35)
     assert ours == pytest.approx(printed, rel=1e-6)  # eight digits are printed
+
+
+# ------------------------------------------------------------------ dumps of the energy balance
+
+
+def binary_frame(step, table):
+    head = np.zeros(1, log._BINARY_HEADER)
+    head["step"], head["atoms"], head["columns"] = step, len(table), table.shape[1]
+    head["values"] = table.size
+    return head.tobytes() + table.astype("<f8").tobytes()
+
+
+TABLE = np.array([[1.0, 0.1, 0.2], [2.0, 0.3, 0.4]])
+
+
+def test_a_binary_dump_is_read_frame_by_frame():
+    content = binary_frame(5, TABLE) + binary_frame(9, 2 * TABLE - TABLE[:, :1] * [1, 0, 0])
+    found = log.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
+    assert found.shape == (2, 2, 3)
+    np.testing.assert_array_equal(found[0], TABLE)
+
+
+@pytest.mark.parametrize(
+    ("content", "failure"),
+    [
+        (binary_frame(5, TABLE)[:-1], log.LogTruncated),
+        (b"", log.LogTruncated),
+        (binary_frame(5, TABLE) + binary_frame(5, TABLE), log.LogTruncated),
+        (binary_frame(5, TABLE * [1, np.nan, 1]), log.NotFinite),
+        (binary_frame(5, TABLE + 1), log.ParticlesLost),
+    ],
+)
+def test_a_binary_dump_that_is_not_whole_is_named(content, failure):
+    with pytest.raises(failure, match=r"spheres\.bin"):
+        log.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
+
+
+LOCAL = (
+    "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    "ITEM: ENTRIES c_a[1] c_a[2] \n1 0.5 \n2 0.25 \n"
+    "ITEM: TIMESTEP\n4\nITEM: NUMBER OF ENTRIES\n0\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    "ITEM: ENTRIES c_a[1] c_a[2] \n"
+    "ITEM: TIMESTEP\n8\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    "ITEM: ENTRIES c_a[1] c_a[2] \n3 0.125 \n"
+)
+
+
+def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():
+    frame, table = log.read_local_dump(LOCAL, "pairs.dump", frames=3, columns=2)
+    assert frame.tolist() == [0, 0, 2]
+    assert table.tolist() == [[1, 0.5], [2, 0.25], [3, 0.125]]
+
+
+def test_contacts_cut_anywhere_are_named():
+    for end in range(len(LOCAL)):
+        with pytest.raises(log.LogTruncated, match=r"pairs\.dump"):
+            log.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)

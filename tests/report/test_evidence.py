@@ -1,5 +1,6 @@
 """The runs shown are those that stand, and the picture says what it shows."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -21,37 +22,30 @@ def case():
     return cases_of(coupon)[0]
 
 
-def write_run(case, folder, *, last):
-    own = folder / "s1"
-    own.mkdir()
-    (own / "run.json").write_text(json.dumps({"status": "ok", "cycles": 12, "spheres": 2}))
+def write_run(case, folder):
+    (file,) = case.outcomes(folder)[:1]
+    own = file.parent
+    own.mkdir(parents=True)
+    mass = 2 * 1190 * np.pi / 6 * 2.5e-3**3
+    file.write_text(json.dumps({"status": "ok", "cycles": 12, "legs": [12], "mass_kg": mass}))
     (own / "start.data").write_text(
-        "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.0025 1190 0 0 0.006\n"
+        "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.002 1190 0 0 0.006\n"
     )
-    if last:
-        (own / "last.dump").write_text(
-            "ITEM: TIMESTEP\n5\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
-            "ITEM: ATOMS id x y z vx vy vz \n2 0 0 0.007 0 0 0.1 \n1 0 0 0.003 0.3 0 0.4 \n"
-        )
+    (own / "last.dump").write_text(
+        "ITEM: TIMESTEP\n5\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+        "ITEM: ATOMS id x y z vx vy vz \n2 0 0 0.007 0 0 0.1 \n1 0 0 0.003 0.3 0 0.4 \n"
+    )
 
 
-def test_the_last_state_is_shown_by_speed_where_it_is_kept(case, tmp_path):
+def test_the_last_state_is_shown_by_speed(case, tmp_path):
     # red: positions for velocities
-    write_run(case, tmp_path, last=True)
+    write_run(case, tmp_path)
     beads = evidence.read_beads(case, tmp_path)
     assert beads.speed == pytest.approx([0.5, 0.1])
     assert beads.positions[:, 2] == pytest.approx([0.003, 0.007])
+    assert beads.diameters == pytest.approx([0.0025, 0.002])
     caption = beads_block(beads).caption
     assert "State after 12 cycles; colour: speed relative to the cell" in caption
-
-
-def test_a_run_without_its_last_state_is_shown_from_the_start_and_says_so(case, tmp_path):
-    # red: the caption of the last state for both
-    write_run(case, tmp_path, last=False)
-    beads = evidence.read_beads(case, tmp_path)
-    assert beads.speed is None
-    assert beads.positions[:, 2] == pytest.approx([0.002, 0.006])
-    assert "before the first cycle, since this run kept no last state" in beads_block(beads).caption
 
 
 def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):
@@ -73,13 +67,13 @@ def test_the_runs_shown_are_spread_over_the_cases_that_stand(cases):
 
 def test_the_energy_of_a_cycle_follows_from_its_momentum(case, tmp_path, monkeypatch):
     # red: the spheres' number of another run; a factor of 2
-    write_run(case, tmp_path, last=True)
+    single = dataclasses.replace(case, runs=case.runs[:1])
+    write_run(single, tmp_path)
     run = case.runs[0]
     p_sin = 1e-6 * (1 + 0.1 * np.sin(np.arange(12)))
     rows = np.zeros((12, 7))
     rows[:, 1] = p_sin
     monkeypatch.setattr(evidence.runs, "read_run", lambda *_: rows)
-    single = type(case)(case.runs[:1])
     (record,) = evidence.read_records(single, tmp_path)
     area = np.sqrt(3) / 2 * 6.35e-3**2
     # work of the shaker per cycle and area, π ω W p_s / A with p_s = 2⟨p sin ωt⟩

@@ -19,8 +19,8 @@ def scene(values, count=2):
         [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
     )
     return pictures.beads_picture(
-        positions, np.resize(values, len(positions)), (0.0, 1.0),
-        diameter=3e-3, across_flats=6e-3, depth=12e-3, count=count, pixels=240,
+        positions, np.full(len(positions), 3e-3), np.resize(values, len(positions)), (0.0, 1.0),
+        outline=bed.cell_outline("hexagon", 6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
     )  # fmt: skip
 
 

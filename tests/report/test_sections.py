@@ -109,7 +109,8 @@ def test_a_coupon_brings_its_figures_and_its_table(study, cases):
 
     sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
     case = cases_of(Coupon(cell=Cell(count=1), sweep=sweep))[0]
-    beads = Beads(case.point, case.label, np.array([[0.0, 0.0, 0.003]]), np.array([0.2]), 12)
+    place, size, speed = np.array([[0.0, 0.0, 0.003]]), np.array([0.002]), np.array([0.2])
+    beads = Beads(case.point, case.label, place, size, speed, 12)
     cases.loc[2, "status"] = "NotSteady"
     record = Record("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
     section = sections.coupon_section(study, sections.Coupon(cases, [[record]], beads))

@@ -83,7 +83,7 @@ def test_another_study_with_the_same_coupon_shares_its_runs(smoke, tmp_path):
 def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
     folder = tmp_path / "stopped"
     shutil.copytree(smoke, folder)
-    missing = sorted((folder / "results" / "coupon").glob("r*/s*/run.json"))[:3]
+    missing = sorted((folder / "results" / "coupon").glob("r*/s*/*pc_*.json"))[:3]
     for path in missing:
         path.unlink()  # cycles and logs are there, but the run did not come to its end
     shutil.rmtree(folder / "results" / "smoke")  # nothing had been made of the runs yet
@@ -98,7 +98,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
 def test_a_log_cut_behind_the_workflows_back_is_found_and_named(smoke, tmp_path):
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
-    rows = next((folder / "results" / "coupon").glob("r*/s1/cycles.txt"))
+    rows = next((folder / "results" / "coupon").glob("r*/s1/cycles_1.txt"))
     rows.write_text(rows.read_text()[:-40])
     (folder / "results" / "smoke" / "coupon" / "cases.csv").unlink()
     study = tmp_path / "smoke.yaml"

@@ -8,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study import StudyError
+from pidpanel.study import Study, StudyError
 
 PROJECT = Path(workflow.basedir)
 STUDY_FILE = str(
@@ -36,6 +36,7 @@ def read_study():
 
 STUDY = read_study()
 CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
+HAS_PANEL = isinstance(STUDY, Study)
 BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
 PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
 

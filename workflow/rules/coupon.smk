@@ -7,7 +7,7 @@ rule pour:
     log:
         "results/coupon/packing/{packing}.log",
     params:
-        values=lambda wildcards: json.dumps(vars(PACKINGS[wildcards.packing])),
+        values=lambda wildcards: json.dumps(PACKINGS[wildcards.packing].as_dict()),
     shell:
         "python -m scripts.pour {params.values:q} {output} 2> {log}"
 
@@ -29,22 +29,19 @@ rule shake:
     input:
         lambda wildcards: f"results/coupon/bed/{run_of(wildcards).bed.label}/bed.json",
     output:
-        "results/coupon/{case}/s{seed}/run.json",
+        "results/coupon/{case}/s{seed}/{target}.json",
     log:
-        "results/coupon/{case}/s{seed}.log",
+        "results/coupon/{case}/s{seed}_{target}.log",
     params:
         values=lambda wildcards: json.dumps(run_of(wildcards).as_dict()),
+        target=lambda wildcards: json.dumps(vars(CASES[wildcards.case].target)),
     shell:
-        "python -m scripts.shake {params.values:q} {input} {output} 2> {log}"
+        "python -m scripts.shake {params.values:q} {params.target:q} {input} {output} 2> {log}"
 
 
 rule cases:
     input:
-        [
-            f"results/coupon/{label}/s{run.packing.seed}/run.json"
-            for label, case in CASES.items()
-            for run in case.runs
-        ],
+        [str(file) for case in CASES.values() for file in case.outcomes(Path("results/coupon"))],
     output:
         results("coupon/cases.csv"),
     log:

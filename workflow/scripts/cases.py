@@ -5,19 +5,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.coupon import runs
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study import load_study
+from pidpanel.coupon.summary import summarise
+from pidpanel.study import load_any_study
 
 if __name__ == "__main__":
     study_path, coupon_folder, output = sys.argv[1:]
-    study = load_study(study_path)
-    rows = [
-        runs.summarise(
-            case, [Path(coupon_folder, case.label, f"s{run.packing.seed}") for run in case.runs]
-        )
-        for case in cases_of(study.coupon)
-    ]
+    study = load_any_study(study_path)
+    rows = [summarise(case, case.outcomes(Path(coupon_folder))) for case in cases_of(study.coupon)]
     frame = pd.DataFrame(rows)
     frame.to_csv(output, index=False, float_format="%.7g")
     good = (frame["status"] == "ok").mean()

@@ -9,5 +9,5 @@ from pidpanel.coupon.cases import Packing
 
 if __name__ == "__main__":
     values, output = sys.argv[1:]
-    outcome = runs.attempt_pour(Packing(**json.loads(values)), Path(output).parent)
+    outcome = runs.attempt_pour(Packing.from_dict(json.loads(values)), Path(output).parent)
     Path(output).write_text(json.dumps(outcome, indent=1) + "\n")

@@ -28,10 +28,10 @@ def read_coupon(study, table, folder):
     return sections.Coupon(
         cases,
         [
-            evidence.read_records(known[label], folder / label)
+            evidence.read_records(known[label], folder)
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
-        evidence.read_beads(known[pictured], folder / pictured),
+        evidence.read_beads(known[pictured], folder),
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-CELL_SPACING = 2.5
+CELL_SPACING = 3.0
 """Distance of neighbouring cells' centres over their width. They are closed off from each
 other; the space between takes up the wall triangles that reach past their cell."""
 
@@ -21,10 +22,60 @@ DENSEST_FRACTION = 0.64
 """Random close packing: no poured bed is denser, so pouring this much always over-fills."""
 
 
-def hexagon(across_flats: float) -> Array:
-    """Corners of a regular hexagon round the origin, (6, 2) m, anticlockwise."""
-    angle = np.deg2rad(30 + 60 * np.arange(6))
-    return across_flats / math.sqrt(3) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+CORNERS = {"hexagon": 6, "square": 4, "circle": 24}
+"""Corners of the prism that stands for a shape of cell."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How the diameters of the spheres are distributed by number.
+
+    ``normal`` has its mean in the middle and its standard deviation a quarter of the range,
+    at whose ends it is cut.
+    """
+
+    kind: str
+    """mono, normal, uniform or binary."""
+    smallest: float
+    """m"""
+    largest: float
+    """m"""
+    large_share: float = 0.0
+    """Share of the larger spheres among the two sizes of ``binary``."""
+
+    def draw(self, count: int, rng: np.random.Generator) -> Array:
+        """``count`` diameters, m."""
+        low, high = self.smallest, self.largest
+        if self.kind == "mono":
+            return np.full(count, low)
+        if self.kind == "uniform":
+            return rng.uniform(low, high, count)
+        if self.kind == "binary":
+            return np.where(rng.random(count) < self.large_share, high, low)
+        found = np.empty(0)
+        while len(found) < count:
+            drawn = rng.normal((low + high) / 2, (high - low) / 4, count)
+            found = np.concatenate([found, drawn[(drawn >= low) & (drawn <= high)]])
+        return found[:count]
+
+
+def cell_outline(shape: str, across_flats: float) -> Array:
+    """Corners of a cell round the origin, (k, 2) m, anticlockwise.
+
+    Parameters
+    ----------
+    shape
+        ``hexagon``, ``square`` or ``circle``. The circle is a polygon of 24 sides with the
+        area of the circle; its corners stand out by 0.6 % of the radius.
+    across_flats
+        Width of hexagon and square between opposite sides, diameter of the circle, m.
+    """
+    corners = CORNERS[shape]
+    inradius = across_flats / 2
+    if shape == "circle":
+        inradius *= math.sqrt(math.pi / (corners * math.tan(math.pi / corners)))
+    angle = 2 * math.pi * (np.arange(corners) + 0.5) / corners
+    return inradius / math.cos(math.pi / corners) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def cell_centres(across_flats: float, count: int) -> Array:
@@ -52,16 +103,37 @@ def side_walls(outline: Array, centres: Array, height: float) -> Array:
     return np.stack([left, right, apex], axis=-2).reshape(-1, 3, 3)
 
 
-def poured_count(cell_area: float, depth: float, diameter: float) -> int:
-    """Spheres to pour per cell so that the bed stands above ``depth`` for certain."""
-    return math.ceil(DENSEST_FRACTION * cell_area * depth / (math.pi / 6 * diameter**3)) + 1
+def caps(outline: Array, centres: Array, depth: float) -> Array:
+    """Triangles of the floors and lids of the cells, one for each, (2n, 3, 3) m.
+
+    A triangle holds the circle round the corners of ``outline`` (k, 2), so the spheres meet
+    a plane. In a run of meshes alone every contact can be listed; a primitive plane's cannot.
+    """
+    reach = 2.02 * np.linalg.norm(outline, axis=1).max()
+    angle = np.deg2rad([90, 210, 330])
+    corners = reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = centres[:, None] + corners[None]
+    return np.concatenate(
+        [np.concatenate([flat, np.full((*flat.shape[:-1], 1), z)], axis=-1) for z in (0.0, depth)]
+    )
 
 
-def chimney_height(outline: Array, diameter: float, count: int) -> float:
-    """Height, m, in which ``count`` spheres find room at `LOOSE_FRACTION`."""
+def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Generator) -> Array:
+    """Diameters, m, of enough spheres for one cell that the bed stands above ``depth``."""
+    volume = DENSEST_FRACTION * cell_area * depth
+    most = math.ceil(volume / (math.pi / 6 * sizes.smallest**3)) + 1
+    diameters = sizes.draw(most, rng)
+    enough = int(np.searchsorted(np.cumsum(math.pi / 6 * diameters**3), volume)) + 1
+    return diameters[: min(enough + 1, most)]
+
+
+def chimney_height(outline: Array, diameters: Array) -> float:
+    """Height, m, in which spheres of these ``diameters`` find room at `LOOSE_FRACTION`."""
     inradius = _inradius(outline)
-    reachable = polygon_area(outline) * ((inradius - diameter / 2) / inradius) ** 2
-    return count * math.pi / 6 * diameter**3 / (LOOSE_FRACTION * reachable) + 2 * diameter
+    widest = float(diameters.max())
+    reachable = polygon_area(outline) * ((inradius - widest / 2) / inradius) ** 2
+    volume = float(math.pi / 6 * (diameters**3).sum())
+    return volume / (LOOSE_FRACTION * reachable) + 2 * widest
 
 
 def polygon_area(outline: Array) -> float:
@@ -76,13 +148,20 @@ def _inradius(outline: Array) -> float:
     return float((normal * outline).sum(axis=1).min())
 
 
-def scatter(
-    outline: Array, height: float, diameter: float, count: int, rng: np.random.Generator
-) -> Array:
-    """``count`` spheres at random in a prism without overlap, (count, 3) m.
+def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Generator) -> Array:
+    """Spheres at random in a prism without overlap, (n, 3) m.
 
-    Random sequential addition: positions are drawn uniformly over the part of the cell that
-    a centre can reach and kept when 1 % clear of all earlier ones.
+    Random sequential addition, the largest first: positions are drawn uniformly over the
+    part of the cell that a centre can reach and kept when 1 % clear of all earlier ones.
+
+    Parameters
+    ----------
+    outline
+        (k, 2) corners of the convex cell, m.
+    height
+        Of the prism, m.
+    diameters
+        (n,) m.
 
     Raises
     ------
@@ -91,33 +170,37 @@ def scatter(
     """
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
-    clear = (normal * outline).sum(axis=1) - 0.51 * diameter
+    distance = (normal * outline).sum(axis=1)
     low, high = outline.min(axis=0), outline.max(axis=0)
-    kept = np.empty((count, 3))
+    order = np.argsort(-diameters, kind="stable")
+    size = diameters[order]
+    kept = np.empty((len(size), 3))
     n = 0
-    for _ in range(300 * count):
+    for _ in range(300 * len(size)):
         xy = rng.uniform(low, high)
-        z = rng.uniform(0.51 * diameter, height - 0.51 * diameter)
-        if (normal @ xy > clear).any():
+        z = rng.uniform(0.51 * size[n], height - 0.51 * size[n])
+        if (normal @ xy > distance - 0.51 * size[n]).any():
             continue
         point = np.array([*xy, z])
-        near = kept[:n][np.abs(kept[:n, 2] - z) < 1.01 * diameter]
-        if near.size and ((near - point) ** 2).sum(axis=1).min() < (1.01 * diameter) ** 2:
+        near = np.abs(kept[:n, 2] - z) < 1.01 * size[0]
+        gap = 1.01 * (size[:n][near] + size[n]) / 2
+        if (((kept[:n][near] - point) ** 2).sum(axis=1) < gap**2).any():
             continue
         kept[n] = point
         n += 1
-        if n == count:
-            return kept
-    raise ValueError(f"{n} of {count} spheres of {diameter:g} m found room in {height:g} m")
+        if n == len(size):
+            return kept[np.argsort(order)]
+    raise ValueError(f"{n} of {len(size)} spheres found room in {height:g} m")
 
 
-def full_count(cell: NDArray[np.int64], z: Array, depth: float, diameter: float) -> int:
+def full_count(cell: NDArray[np.int64], z: Array, depth: float, diameters: Array) -> int:
     """Spheres per cell that stand wholly below the lid in the emptiest cell: N_full.
 
-    The fill fraction is r = N/N_full. ``cell`` (n,) is the index of each sphere's cell and
-    ``z`` (n,) the height of its centre above the floor in a bed poured higher than the cell.
+    The fill fraction is r = N/N_full. ``cell`` (n,) is the index of each sphere's cell,
+    ``z`` (n,) the height of its centre above the floor in a bed poured higher than the cell,
+    ``diameters`` (n,) m.
     """
-    inside = z <= depth - diameter / 2
+    inside = z <= depth - diameters / 2
     return int(np.bincount(cell[inside], minlength=int(cell.max()) + 1).min())
 
 
@@ -132,20 +215,24 @@ def lowest(cell: NDArray[np.int64], z: Array, count: int) -> NDArray[np.int64]:
     return order[rank < count]
 
 
-def deepest_overlap(positions: Array, diameter: float) -> float:
+def deepest_overlap(positions: Array, diameters: Array) -> float:
     """Deepest overlap of two spheres, m; 0 if none touch.
 
     Parameters
     ----------
-    positions
-        (n, 3) centres, m.
-    diameter
-        m.
+    positions, diameters
+        (n, 3) centres and (n,), m.
     """
     from scipy.spatial import cKDTree  # half a second that every other run would pay for
 
-    pairs = cKDTree(positions).query_pairs(diameter, output_type="ndarray")
+    pairs = cKDTree(positions).query_pairs(float(diameters.max()), output_type="ndarray")
     if not len(pairs):
         return 0.0
     distance = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
-    return float(diameter - distance.min())
+    overlap = (diameters[pairs[:, 0]] + diameters[pairs[:, 1]]) / 2 - distance
+    return float(max(overlap.max(), 0.0))
+
+
+def masses(diameters: Array, density: float) -> Array:
+    """Mass of each sphere, kg."""
+    return density * math.pi / 6 * np.asarray(diameters) ** 3

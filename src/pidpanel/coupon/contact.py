@@ -46,6 +46,15 @@ def wall_contact_time(
     )
 
 
+def modulus_bias(contact_per_period: float, material_contact_per_period: float) -> float:
+    """Share by which softened spheres dissipate too much: 2.5 (t_c f − t_c0 f).
+
+    Measured with 2 mm spheres at half fill against the material's 3.2 GPa: 1.6 % at
+    t_c f = 0.013, 7.5 % at 0.036 and 23 % at 0.09. It goes into the error, not into the value.
+    """
+    return 2.5 * max(contact_per_period - material_contact_per_period, 0.0)
+
+
 def softest_modulus(
     choices: tuple[float, ...],
     material_modulus: float,
@@ -61,10 +70,8 @@ def softest_modulus(
     """Softest modulus, Pa, whose contacts stay short and shallow at a drive's speed.
 
     A soft sphere allows a long time step but dissipates too much once its contacts last a
-    noticeable part of a period: the excess grows about in proportion to t_c f (1.6 % at
-    t_c f = 0.013, 7.5 % at 0.036, 23 % at 0.09 for 2 mm spheres at half fill, against the
-    material's 3.2 GPa). Where no choice suffices the material's own modulus is returned: it
-    is the truth, however long its contacts.
+    noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own
+    modulus is returned: it is the truth, however long its contacts.
     """
     for modulus in sorted(choices):
         if modulus >= material_modulus:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import jinja2.meta
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +25,8 @@ def _number(value: Any) -> Any:
 @lru_cache
 def _environment(folder: Path) -> jinja2.Environment:
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
+        # a deck of the user's own may include ours
+        loader=jinja2.FileSystemLoader([folder, TEMPLATES]),
         undefined=jinja2.StrictUndefined,
         keep_trailing_newline=True,
         trim_blocks=True,
@@ -50,17 +52,32 @@ def template_text(names: tuple[str, ...], folder: Path = TEMPLATES) -> str:
     return "".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
+def undeclared(text: str, known: Iterable[str]) -> list[str]:
+    """Variables that a template asks for and that are not among the ``known`` ones.
+
+    Raises
+    ------
+    jinja2.TemplateSyntaxError
+        With the line.
+    """
+    tree = jinja2.Environment().parse(text)
+    return sorted(jinja2.meta.find_undeclared_variables(tree) - set(known))
+
+
 def data_file(
-    positions: NDArray[np.float64], diameter: float, density: float, box: NDArray[np.float64]
+    positions: NDArray[np.float64],
+    diameters: NDArray[np.float64],
+    density: float,
+    box: NDArray[np.float64],
 ) -> str:
-    """LIGGGHTS data file of equal spheres.
+    """LIGGGHTS data file of spheres.
 
     Parameters
     ----------
-    positions
-        (n, 3) centres, m.
-    diameter, density
-        m and kg/m³.
+    positions, diameters
+        (n, 3) centres and (n,), m.
+    density
+        kg/m³.
     box
         (3, 2) lower and upper bounds of the simulation box, m.
     """
@@ -69,7 +86,7 @@ def data_file(
         for (low, high), axis in zip(box, "xyz", strict=True)
     )
     atoms = "".join(
-        f"{i} 1 {diameter:.9g} {density:.9g} {x:.12g} {y:.12g} {z:.12g}\n"
-        for i, (x, y, z) in enumerate(positions, 1)
+        f"{i} 1 {d:.9g} {density:.9g} {x:.12g} {y:.12g} {z:.12g}\n"
+        for i, ((x, y, z), d) in enumerate(zip(positions, diameters, strict=True), 1)
     )
     return f"spheres\n\n{len(positions)} atoms\n2 atom types\n\n{bounds}\nAtoms\n\n{atoms}"

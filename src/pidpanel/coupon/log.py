@@ -45,7 +45,11 @@ class UnderFilled(SolverFailure):
 
 
 class NotSteady(SolverFailure):
-    """The transient did not end within max_cycles."""
+    """The transient did not end within max_cycles, or the mean drifts after it."""
+
+
+class EnergyNotClosed(SolverFailure):
+    """What the contacts dissipate is not what the shaker put in."""
 
 
 CYCLE_COLUMNS = (
@@ -60,7 +64,9 @@ CYCLE_COLUMNS = (
 """Columns of the cycle file that the shake deck writes."""
 
 
-def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) -> Array:
+def read_cycles(
+    text: str, source: str, *, steps_per_cycle: int, cycles: int, before: int = 0
+) -> Array:
     """Rows of the cycle file, (cycles, 7), columns `CYCLE_COLUMNS`.
 
     Parameters
@@ -69,6 +75,8 @@ def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) ->
         Content of the file written by ``fix ave/time``, and its name for messages.
     steps_per_cycle, cycles
         What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
+    before
+        Cycles run before the first row, by an earlier process.
 
     Raises
     ------
@@ -98,10 +106,9 @@ def read_cycles(text: str, source: str, *, steps_per_cycle: int, cycles: int) ->
             raise NotFinite(f"{where}: not a number, {line!r}") from None
         if not all(math.isfinite(value) for value in row):
             raise NotFinite(f"{where}: not finite, {line!r}")
-        if fields[0] != str(steps_per_cycle * (len(rows) + 1)):
-            raise LogTruncated(
-                f"{where}: step {fields[0]} where {steps_per_cycle * (len(rows) + 1)} should stand"
-            )
+        step = steps_per_cycle * (before + len(rows) + 1)
+        if fields[0] != str(step):
+            raise LogTruncated(f"{where}: step {fields[0]} where {step} should stand")
         rows.append(row)
     if len(rows) != cycles:
         raise LogTruncated(f"{source}: {len(rows)} of {cycles} cycles")
@@ -140,6 +147,85 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
     step, _, number = marks[-1]
     if step != last_step:
         raise RunStopped(f"{source}:{number}: last mark at step {step}, not {last_step}")
+
+
+_BINARY_HEADER = np.dtype(
+    [
+        ("step", "<i8"),
+        ("atoms", "<i8"),
+        ("triclinic", "<i4"),
+        ("boundary", "<i4", 6),
+        ("box", "<f8", 6),
+        ("columns", "<i4"),
+        ("processes", "<i4"),
+        ("values", "<i4"),
+    ]
+)
+"""What LIGGGHTS 3.8.0 writes before the values of a frame of a binary dump on one rank."""
+
+
+def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -> Array:
+    """Frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
+
+    The first column is the id.
+
+    Raises
+    ------
+    LogTruncated, NotFinite, ParticlesLost
+    """
+    frame = np.dtype([("head", _BINARY_HEADER), ("table", "<f8", (atoms, columns))])
+    if not content or len(content) % frame.itemsize:
+        raise LogTruncated(
+            f"{source}: {len(content)} bytes, not a multiple of {frame.itemsize} for {atoms} "
+            f"spheres and {columns} columns"
+        )
+    frames = np.frombuffer(content, frame)
+    head = frames["head"]
+    if (head["atoms"] != atoms).any():
+        raise ParticlesLost(f"{source}: {head['atoms'].min()} spheres of {atoms}")
+    if (head["columns"] != columns).any() or (np.diff(head["step"]) <= 0).any():
+        raise LogTruncated(f"{source}: frames out of order or of other columns")
+    table = np.array(frames["table"])
+    if not np.isfinite(table).all():
+        raise NotFinite(f"{source}: a value is not finite")
+    if (table[:, :, 0] != np.arange(1, atoms + 1)).any():
+        raise ParticlesLost(f"{source}: the ids are not 1 to {atoms}")
+    return table
+
+
+def read_local_dump(
+    text: str, source: str, *, frames: int, columns: int
+) -> tuple[NDArray[np.int64], Array]:
+    """Rows of a ``dump local`` of so many frames with the frame of each, (n,), (n, columns).
+
+    Raises
+    ------
+    LogTruncated, NotFinite
+    """
+    if not text.endswith("\n"):
+        raise LogTruncated(f"{source}: cut in its last line")
+    index, tables = [], []
+    parts = text.split("ITEM: TIMESTEP\n")[1:]
+    if len(parts) != frames:
+        raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
+    for number, part in enumerate(parts):
+        where = f"{source}, frame {number}"
+        head, found, body = part.partition("ITEM: ENTRIES")
+        count = re.search(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n", head)
+        if not found or not count:
+            raise LogTruncated(f"{where}: no head")
+        values = body.partition("\n")[2].split()
+        if len(values) != columns * int(count[1]):
+            raise LogTruncated(f"{where}: {len(values)} numbers, not {count[1]} × {columns}")
+        index.append(np.full(int(count[1]), number))
+        tables.append(values)
+    try:
+        table = np.array([value for values in tables for value in values], float)
+    except ValueError as error:
+        raise NotFinite(f"{source}: {error}") from None
+    if not np.isfinite(table).all():
+        raise NotFinite(f"{source}: a value is not finite")
+    return np.concatenate(index), table.reshape(-1, columns)
 
 
 def read_dump(text: str, source: str, columns: tuple[str, ...] = ("x", "y", "z")) -> Array:

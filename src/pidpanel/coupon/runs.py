@@ -1,325 +1,81 @@
-"""Pour a packing, shake a case: what happens in one folder of ``results/coupon``."""
+"""Shake a run until it is as certain as asked: what happens in ``results/coupon/<case>/s<seed>``.
+
+The folder holds the run as far as it has ever gone: the rows of its cycles, a restart at the
+last of them, and ``state.json``, which says what of the files counts. A target that asks for
+more goes on from there; one that asks for less reads the rows it would have run itself, so a
+study gives the same numbers whatever ran before.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import os
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, contact, cycles, deck, log
-from pidpanel.coupon.cases import (
-    POUR_MODULUS,
-    Bed,
-    Case,
-    Packing,
-    Run,
-    cell_outline,
-    loosening,
+from pidpanel.coupon import balance, bed, cycles, deck, log
+from pidpanel.coupon.beds import (
+    loosen,
+    pour,
+    read_bed,
+    shake_values,
+    wall_planes,
+    write_start,
 )
+from pidpanel.coupon.cases import Bed, Packing, Run, Target
 from pidpanel.coupon.solver import VERSION, Liggghts
-
-SETTLED = 1e-7
-"""Kinetic energy per sphere over m g d at which a poured bed is at rest."""
 
 FLOOR = 2e-4
 """An error below this share of the inelastic bound ends a run too: a bed that dissipates next
 to nothing never reaches an error relative to itself."""
 
+DRIFT_LIMIT = 3.0
+"""Difference of the halves over its error beyond which a run is called drifting."""
 
-def write_walls(path: Path, packing: Packing, height: float) -> None:
-    """STL of the side walls of all cells."""
-    import meshio  # slow to import, and not needed by a run that copies its walls
+CLOSURE_LIMIT = 0.02
+"""Share of the work that may be missing in the energy balance."""
 
-    outline = cell_outline(packing)
-    centres = bed.cell_centres(packing.across_flats, packing.count)
-    triangles = bed.side_walls(outline, centres, height)
-    points = triangles.reshape(-1, 3)
-    meshio.Mesh(points, [("triangle", np.arange(len(points)).reshape(-1, 3))]).write(path)
+FRAMES_PER_CONTACT = (6, 24)
+"""Frames of the energy balance in an impact at the speed of the drive; the second where the
+first does not close. Against every fourth step, 6 changed the loss by 0.3 % (250 Hz, 20 g)."""
 
-
-def _box(packing: Packing, height: float) -> bed.Array:
-    centres = bed.cell_centres(packing.across_flats, packing.count)
-    reach = bed.CELL_SPACING / 2 * packing.across_flats
-    low, high = centres.min(axis=0) - reach, centres.max(axis=0) + reach
-    # the wall triangles reach twice as high as the walls
-    return np.array([[low[0], high[0]], [low[1], high[1]], [-packing.diameter, 2.1 * height]])
-
-
-def _sphere_mass(packing: Packing) -> float:
-    return packing.density * math.pi / 6 * packing.diameter**3
-
-
-def _harmonic(run: Run, rows: bed.Array, spheres: int) -> tuple[bed.Array, bed.Array]:
-    """C_e and m_a of each cycle of a run with so many spheres in all."""
-    packing = run.packing
-    return cycles.first_harmonic(
-        rows[:, log.CYCLE_COLUMNS.index("p_sin")],
-        rows[:, log.CYCLE_COLUMNS.index("p_cos")],
-        amplitude=run.amplitude,
-        frequency=run.frequency,
-        mass=spheres * _sphere_mass(packing),
-        area=packing.count * bed.polygon_area(cell_outline(packing)),
-    )
-
-
-def pour(packing: Packing, folder: Path) -> dict[str, Any]:
-    """Pour a bed and let it settle: ``packing.csv`` in ``folder``.
-
-    Returns
-    -------
-    dict
-        ``spheres_full`` (N_full per cell), ``bulk_fraction`` of a full cell, ``poured``.
-
-    Raises
-    ------
-    UnderFilled
-        If the bed stands below the lid.
-    SolverFailure
-        As the solver has it.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    outline = cell_outline(packing)
-    area = bed.polygon_area(outline)
-    diameter = packing.diameter
-    per_cell = bed.poured_count(area, packing.depth, diameter)
-    height = max(bed.chimney_height(outline, diameter, per_cell), 1.5 * packing.depth)
-    rng = np.random.default_rng(packing.seed)
-    centres = bed.cell_centres(packing.across_flats, packing.count)
-    start = np.concatenate(
-        [
-            bed.scatter(outline, height, diameter, per_cell, rng) + np.array([*centre, 0.0])
-            for centre in centres
-        ]
-    )
-    write_walls(folder / "walls.stl", packing, height)
-    (folder / "start.data").write_text(
-        deck.data_file(start, diameter, packing.density, _box(packing, height))
-    )
-    rayleigh = contact.rayleigh_time(
-        diameter / 2, packing.density, POUR_MODULUS, packing.poissons_ratio
-    )
-    time_step = 0.25 * rayleigh
-    mass = _sphere_mass(packing)
-    fall_time = math.sqrt(2 * height / STANDARD_GRAVITY)
-    chunk = math.ceil(0.25 * fall_time / time_step)
-    text = deck.render(
-        "fill.in.j2",
-        {
-            "data_file": "start.data",
-            "walls_file": "walls.stl",
-            "skin": 0.3 * diameter,
-            "youngs_modulus": POUR_MODULUS,
-            "poissons_ratio": packing.poissons_ratio,
-            "restitution": 0.5,
-            "wall_restitution": 0.5,
-            "friction": packing.friction,
-            "wall_friction": packing.wall_friction,
-            "gravity": STANDARD_GRAVITY,
-            # speed under drag: g m/c, the speed reached after a fall of a fifth of a second
-            "drag": mass / 0.2,
-            "time_step": time_step,
-            "chunk_steps": chunk,
-        },
-    )
-    rest = SETTLED * mass * STANDARD_GRAVITY * diameter * len(start)
-    with Liggghts(folder, "fill") as solver:
-        solver.execute(text)
-        for _ in range(200):
-            step, _, energy = solver.execute(f"run {chunk}", "ke")
-            if step * time_step > fall_time and energy < rest:
-                break
-        else:
-            raise log.NotSteady(
-                f"{folder}: the poured bed still moves after {step * time_step:.2g} s, "
-                f"{energy:.2g} J against {rest:.2g} J"
-            )
-        solver.execute("dump settled all custom 1 settled.dump id x y z\nrun 0")
-        solver.finish()
-    log.check_log(
-        (folder / "fill.log").read_text(errors="replace"),
-        str(folder / "fill.log"),
-        last_step=step,
-        atoms=len(start),
-    )
-    settled = log.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))[-1]
-    cell = np.repeat(np.arange(packing.count), per_cell)
-    top = np.array([settled[cell == c, 2].max() for c in range(packing.count)])
-    if top.min() + diameter / 2 < packing.depth:
-        raise log.UnderFilled(
-            f"{folder}: the bed of cell {int(top.argmin())} stands {top.min() + diameter / 2:g} m "
-            f"high, the cell is {packing.depth:g} m deep"
-        )
-    full = bed.full_count(cell, settled[:, 2], packing.depth, diameter)
-    volume = math.pi / 6 * diameter**3
-    result = {
-        "poured": per_cell,
-        "spheres_full": full,
-        "bulk_fraction": full * volume / (area * packing.depth),
-    }
-    np.savetxt(
-        folder / "packing.csv",
-        np.column_stack([cell, settled]),
-        fmt=["%d", "%.12g", "%.12g", "%.12g"],
-        delimiter=",",
-        header="cell,x_m,y_m,z_m",
-        comments="",
-    )
-    for name in ("settled.dump", "start.data", "walls.stl"):
-        (folder / name).unlink()
-    return result
-
-
-def _write_start(
-    folder: Path, packing: Packing, positions: bed.Array, walls: Path | None = None
-) -> None:
-    """An emptied folder with what a shake deck reads: the spheres and the walls.
-
-    ``walls`` is an STL of the same cells to copy; left out, it is written anew.
-    """
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    if walls is None:
-        write_walls(folder / "walls.stl", packing, packing.depth)
-    else:
-        shutil.copy(walls, folder / "walls.stl")
-    (folder / "start.data").write_text(
-        deck.data_file(positions, packing.diameter, packing.density, _box(packing, packing.depth))
-    )
-
-
-FRAMES = 20
-"""Frames of the last loosening cycle, of which the one with the least overlap is kept."""
-
-
-def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[str, Any]:
-    """Take a packing down to a fill fraction and shake it loose: ``bed.csv``, ``walls.stl``.
-
-    Of the last cycle the moment is kept at which the spheres overlap least, so that a stiffer
-    run does not begin with the energy of soft contacts. ``full`` is N_full.
-
-    Returns
-    -------
-    dict
-        ``spheres``, ``deepest_overlap_m``.
-
-    Raises
-    ------
-    UnderFilled
-        If the fill is less than a sphere.
-    SolverFailure
-        Named after what went wrong.
-    """
-    packing = start.packing
-    table = np.loadtxt(packing_folder / "packing.csv", delimiter=",", skiprows=1, ndmin=2)
-    count = round(start.fill_fraction * full)
-    if count < 1:
-        raise log.UnderFilled(
-            f"{folder}: a fill of {start.fill_fraction:g} is less than one of {full} spheres a cell"
-        )
-    cell = table[:, 0].astype(int)
-    positions = table[bed.lowest(cell, table[:, 3], count), 1:]
-    _write_start(folder, packing, positions)
-    run = loosening(start)
-    every = run.steps_per_cycle // FRAMES
-    with Liggghts(folder, "loosen") as solver:
-        solver.execute(deck.render("shake.in.j2", shake_values(run)))
-        solver.execute(f"run {(run.max_cycles - 1) * run.steps_per_cycle}")
-        solver.execute(
-            f"dump frames all custom {every} frames.dump id x y z\nrun {run.steps_per_cycle}"
-        )
-        solver.finish()
-    log.check_log(
-        (folder / "loosen.log").read_text(errors="replace"),
-        str(folder / "loosen.log"),
-        last_step=run.max_cycles * run.steps_per_cycle,
-        atoms=len(positions),
-    )
-    frames = log.read_dump((folder / "frames.dump").read_text(), str(folder / "frames.dump"))
-    overlaps = [bed.deepest_overlap(frame, packing.diameter) for frame in frames]
-    best = int(np.argmin(overlaps))
-    np.savetxt(
-        folder / "bed.csv",
-        frames[best],
-        fmt="%.12g",
-        delimiter=",",
-        header="x_m,y_m,z_m",
-        comments="",
-    )
-    for name in ("frames.dump", "start.data", "cycles.txt"):
-        (folder / name).unlink()
-    return {"spheres": len(positions), "deepest_overlap_m": overlaps[best]}
-
-
-def shake(run: Run, bed_folder: Path, folder: Path) -> dict[str, Any]:
-    """Shake one run until its error target or its last cycle: files in ``folder``.
-
-    Writes ``shake.in`` (runs again under ``liggghts -in``), ``start.data``, ``walls.stl``,
-    ``cycles.txt``, ``last.dump``, ``shake.log``. An interrupted run leaves no trace in a
-    finished one: the folder is emptied first.
-
-    Returns
-    -------
-    dict
-        ``cycles`` run, ``spheres``, ``ended_by`` ("accuracy" or "max_cycles").
-
-    Raises
-    ------
-    SolverFailure
-        Named after what went wrong.
-    """
-    packing = run.packing
-    positions = np.loadtxt(bed_folder / "bed.csv", delimiter=",", skiprows=1, ndmin=2)
-    _write_start(folder, packing, positions, bed_folder / "walls.stl")
-    text = deck.render("shake.in.j2", shake_values(run))
-    area = packing.count * bed.polygon_area(cell_outline(packing))
-    mass = len(positions) * _sphere_mass(packing)
-    floor = FLOOR * cycles.inelastic_bound(mass / area, run.frequency)
-    done = 0
-    wanted = run.min_cycles
-    with Liggghts(folder, "shake") as solver:
-        solver.execute(text)
-        while True:
-            step, _, _ = solver.execute(f"run {(wanted - done) * run.steps_per_cycle}")
-            done = wanted
-            if step != done * run.steps_per_cycle:
-                raise log.RunStopped(
-                    f"{folder / 'shake.log'}: at step {step}, not {done * run.steps_per_cycle}"
-                )
-            rows = read_run(run, folder, done)
-            damping, _ = _harmonic(run, rows, len(positions))
-            found = cycles.estimate(damping)
-            good = found.error <= max(run.relative_error * abs(found.mean), floor)
-            steady = is_steady(found, done)
-            if (good and steady) or done >= run.max_cycles:
-                break
-            wanted = min(run.max_cycles, math.ceil(1.5 * done))
-        solver.execute(f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0")
-        solver.finish()
-    log.check_log(
-        (folder / "shake.log").read_text(errors="replace"),
-        str(folder / "shake.log"),
-        last_step=done * run.steps_per_cycle,
-        atoms=len(positions),
-    )
-    return {
-        "cycles": done,
-        "spheres": len(positions),
-        "ended_by": "accuracy" if good and steady else "max_cycles",
-    }
-
+WINDOW = 2e-3
+"""Shortest window of the energy balance, s; one cycle where that is longer."""
 
 LAST_COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
 """Of each sphere at the end of a run, in ``last.dump`` (m, m/s)."""
 
-DRIFT_LIMIT = 3.0
-"""Difference of the halves over its error beyond which a run is called drifting."""
+
+@dataclass
+class State:
+    """What of a run's folder counts; the content of ``state.json``."""
+
+    run: dict[str, Any]
+    """`Run.identity`: another run's files are not gone on from."""
+    spheres: int
+    mass: float
+    """Of all spheres, kg."""
+    legs: list[int] = field(default_factory=list)
+    """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
+    restart: str = ""
+    balance: dict[str, float] | None = None
+
+    @property
+    def cycles(self) -> int:
+        return sum(self.legs)
+
+    def write(self, folder: Path) -> None:
+        """As JSON, at one stroke."""
+        draft = folder / "state.json.new"
+        draft.write_text(json.dumps(asdict(self), indent=1) + "\n")
+        os.replace(draft, folder / "state.json")
 
 
 def is_steady(found: cycles.Estimate, done: int) -> bool:
@@ -327,11 +83,272 @@ def is_steady(found: cycles.Estimate, done: int) -> bool:
     return found.start < 0.45 * done and abs(found.drift) < DRIFT_LIMIT
 
 
-def _attempt(action: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def read_run(run: Run, folder: Path, legs: list[int], cycles_wanted: int) -> bed.Array:
+    """First rows of a run's cycles, checked; see `log.read_cycles`."""
+    rows, before = [], 0
+    for number, leg in enumerate(legs, 1):
+        path = folder / f"cycles_{number}.txt"
+        rows.append(
+            log.read_cycles(
+                path.read_text(),
+                str(path),
+                steps_per_cycle=run.steps_per_cycle,
+                cycles=leg,
+                before=before,
+            )
+        )
+        before += leg
+    if before < cycles_wanted:
+        raise log.LogTruncated(f"{folder}: {before} of {cycles_wanted} cycles")
+    return np.concatenate(rows)[:cycles_wanted]
+
+
+def harmonic(run: Run, rows: bed.Array, mass: float) -> tuple[bed.Array, bed.Array]:
+    """C_e and m_a of each cycle of a run whose spheres weigh ``mass`` kg together."""
+    return cycles.first_harmonic(
+        rows[:, log.CYCLE_COLUMNS.index("p_sin")],
+        rows[:, log.CYCLE_COLUMNS.index("p_cos")],
+        amplitude=run.amplitude,
+        frequency=run.frequency,
+        mass=mass,
+        area=run.packing.area,
+    )
+
+
+def _bound(run: Run, mass: float) -> float:
+    """Inelastic bound of C_e, N s/m³."""
+    return cycles.inelastic_bound(mass / run.packing.area, run.frequency)
+
+
+def _resumed(run: Run, folder: Path) -> State | None:
+    """The state of a folder that can be gone on from."""
+    try:
+        state = State(**json.loads((folder / "state.json").read_text()))
+    except (OSError, ValueError, TypeError):
+        return None
+    if state.run != json.loads(json.dumps(run.identity)):
+        return None
+    # rows that a killed process wrote after its last restart do not count
+    path = folder / f"cycles_{len(state.legs)}.txt"
+    lines = path.read_text().splitlines(keepends=True)
+    if len(lines) > 2 + state.legs[-1]:
+        path.write_text("".join(lines[: 2 + state.legs[-1]]))
+    return state
+
+
+def _begun(run: Run, bed_folder: Path, folder: Path) -> State:
+    spheres = read_bed(bed_folder / "bed.csv")
+    write_start(folder, run.packing, spheres, bed_folder / "walls.stl")
+    mass = float(bed.masses(spheres[:, 3], run.packing.density).sum())
+    return State(run.identity, len(spheres), mass)
+
+
+def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> dict[str, Any]:
+    """Shake one run until its error target or its last cycle: files in ``folder``.
+
+    ``shake_<leg>.in`` runs again under ``liggghts -in``; ``cycles_<leg>.txt`` are the rows,
+    ``shake_<leg>.log`` the log, ``last.dump`` the spheres at the end.
+
+    Returns
+    -------
+    dict
+        ``cycles`` that the target took, ``legs``, ``spheres``, ``mass_kg``, ``ended_by``
+        ("accuracy" or "max_cycles") and the energy ``balance``.
+
+    Raises
+    ------
+    SolverFailure
+        Named after what went wrong.
+    """
+    # a deck of the user's own may hold what no restart keeps, so it begins anew
+    state = (_resumed(run, folder) if run.deck is None else None) or _begun(run, bed_folder, folder)
+    wanted = target.min_cycles
+    solver: Liggghts | None = None
+    with contextlib.ExitStack() as stack:
+        while True:
+            if wanted > state.cycles:
+                solver = solver or stack.enter_context(_started(run, state, folder))
+                _go_on(solver, run, state, folder, wanted)
+            done = wanted
+            damping, _ = harmonic(run, read_run(run, folder, state.legs, done), state.mass)
+            found = cycles.estimate(damping)
+            allowed = max(target.relative_error * abs(found.mean), FLOOR * _bound(run, state.mass))
+            good = found.error <= allowed and is_steady(found, done)
+            if good or done >= target.max_cycles:
+                break
+            wanted = min(target.max_cycles, math.ceil(1.5 * done))
+        if solver is not None:
+            solver.execute(
+                f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0\nundump last"
+            )
+            if state.balance is None and lists_contacts(run):
+                state.balance = _balance(solver, run, state, folder)
+                state.write(folder)
+            last, _, _ = solver.execute("")
+            solver.finish()
+            log.check_log(
+                solver.log.read_text(errors="replace"),
+                str(solver.log),
+                last_step=last,
+                atoms=state.spheres,
+            )
+    return {
+        "cycles": done,
+        "legs": state.legs,
+        "spheres": state.spheres,
+        "mass_kg": state.mass,
+        "ended_by": "accuracy" if good else "max_cycles",
+        "balance": state.balance,
+    }
+
+
+def lists_contacts(run: Run) -> bool:
+    """Whether the deck of a run can list its contacts, without which there is no balance."""
+    return run.deck is None or "compute touches" in Path(run.deck).read_text(encoding="utf-8")
+
+
+def _started(run: Run, state: State, folder: Path) -> Liggghts:
+    """LIGGGHTS at the last cycle of a state, with a new leg of no cycles."""
+    leg = len(state.legs) + 1
+    values = shake_values(run, leg, state.restart or None)
+    if run.deck is None:
+        text = deck.render("shake.in.j2", values)
+    else:
+        own = Path(run.deck)
+        text = deck.render(own.name, values, own.parent)
+    solver = Liggghts(folder, f"shake_{leg}")
+    solver.execute(text)
+    state.legs.append(0)
+    return solver
+
+
+def _go_on(solver: Liggghts, run: Run, state: State, folder: Path, wanted: int) -> None:
+    """Run to a cycle and leave a restart there."""
+    restart = f"at_{wanted}.restart"
+    more = (wanted - state.cycles) * run.steps_per_cycle
+    step, atoms, _ = solver.execute(f"run {more}\nwrite_restart {restart}")
+    if step != wanted * run.steps_per_cycle:
+        raise log.RunStopped(f"{solver.log}: at step {step}, not {wanted * run.steps_per_cycle}")
+    if atoms != state.spheres:
+        raise log.ParticlesLost(f"{solver.log}: {atoms} spheres of {state.spheres}")
+    before = state.restart
+    state.legs[-1] += wanted - state.cycles
+    state.restart = restart
+    state.write(folder)
+    if before:
+        (folder / before).unlink()
+
+
+def _balance(solver: Liggghts, run: Run, state: State, folder: Path) -> dict[str, float]:
+    """Energy balance over some cycles after the last of a run; see `balance`."""
+    solver.execute("unfix cycle")
+    for per_contact in FRAMES_PER_CONTACT:
+        found = _balance_window(solver, run, state, folder, per_contact)
+        if abs(found["closure"]) <= CLOSURE_LIMIT:
+            break
+    return found
+
+
+def _balance_window(
+    solver: Liggghts, run: Run, state: State, folder: Path, per_contact: int
+) -> dict[str, float]:
+    packing, constants = run.packing, run.constants
+    steps = run.steps_per_cycle
+    impact = run.contact_time_at(constants.youngs_modulus)
+    longest = max(1, int(impact / per_contact / run.time_step))
+    stride = max(k for k in range(1, longest + 1) if steps % k == 0)
+    window = max(1, math.ceil(WINDOW * run.frequency))
+    pairs, touches, spheres = (folder / n for n in ("pairs.dump", "touches.dump", "spheres.bin"))
+    first, _, _ = solver.execute(
+        f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2))}\n"
+        f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3))}\n"
+        f"dump spheres all custom {stride} {spheres.name} id x y z vx vy vz omegax omegay omegaz\n"
+        "dump_modify spheres sort id"
+    )
+    solver.execute(f"run {window * steps}\nundump pairs\nundump touches\nundump spheres")
+    motion = log.read_binary_dump(
+        spheres.read_bytes(), str(spheres), atoms=state.spheres, columns=10
+    )
+    (pair_frame, pair), (touch_frame, touch) = (
+        log.read_local_dump(path.read_text(), str(path), frames=len(motion), columns=8)
+        for path in (pairs, touches)
+    )
+    for path in (pairs, touches, spheres):
+        path.unlink()
+    diameters = read_diameters((folder / "start.data").read_text())
+    phase = 2 * math.pi * (first + stride * np.arange(len(motion))) / steps
+    moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
+    ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
+    found = balance.energy_balance(
+        balance.Spheres(
+            radius=diameters / 2,
+            mass=bed.masses(diameters, packing.density),
+            position=motion[:, :, 1:4],
+            velocity=motion[:, :, 4:7],
+            spin=motion[:, :, 7:10],
+        ),
+        balance.Contacts(
+            pair_frame,
+            pair[:, 0].astype(int) - 1,
+            pair[:, 1].astype(int) - 1,
+            pair[:, 2:5],
+            pair[:, 5:8],
+        ),
+        balance.Contacts(
+            touch_frame,
+            touch[:, 1].astype(int) - 1,
+            touch[:, 0].astype(int),
+            touch[:, 2:5],
+            touch[:, 5:8],
+        ),
+        wall_planes(packing),
+        (
+            balance.Material(
+                balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
+            ),
+            balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
+        ),
+        run.acceleration * np.sin(phase),
+        run.bed.gravity * np.array(run.bed.gravity_direction),
+        stride * run.time_step,
+        rolling=bool(constants.rolling_friction or constants.wall_rolling_friction),
+    )
+    # 2 % of this is the smallest error that is asked of C_e anywhere
+    least = (
+        FLOOR
+        / CLOSURE_LIMIT
+        * window
+        * packing.area
+        * float(cycles.dissipated_energy(_bound(run, state.mass), run.amplitude, run.frequency))
+    )
+    return {
+        **asdict(found),
+        "closure": found.residual / max(abs(found.work), found.dissipated, least),
+        "cycles": window,
+        "frames": len(motion),
+    }
+
+
+def _columns(compute: str, ids: tuple[int, int]) -> str:
+    """Ids, force and torque of a contact in the output of ``compute pair/gran/local``."""
+    return " ".join(f"c_{compute}[{k}]" for k in (*ids, 4, 5, 6, 7, 8, 9))
+
+
+def read_diameters(data: str) -> bed.Array:
+    """Diameters of the spheres of a LIGGGHTS data file, (n,) m."""
+    rows = data.partition("Atoms\n\n")[2].splitlines()
+    return np.array([float(row.split()[2]) for row in rows])
+
+
+# ------------------------------------------------------------------ what a job leaves behind
+
+
+def _attempt(action: Callable[[], dict[str, Any]], folder: Path) -> dict[str, Any]:
     """Do it, twice if need be; a failure is kept by its name.
 
     The first failure may be the machine's; the second is reported, so that a sweep goes on
-    and its coverage decides.
+    and its coverage decides. A stopped run goes on from its last restart; what any other
+    failure left is removed.
     """
     attempts = 0
     while True:
@@ -344,27 +361,29 @@ def _attempt(action: Callable[[], dict[str, Any]]) -> dict[str, Any]:
             outcome = {"status": type(failure).__name__, "message": str(failure)}
         if outcome["status"] == "ok" or attempts == 2:
             return {**outcome, "attempts": attempts, "liggghts": VERSION}
+        if outcome["status"] != log.RunStopped.__name__:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def attempt_pour(packing: Packing, folder: Path) -> dict[str, Any]:
     """Content of ``packing.json``: `pour`, or the name of its failure."""
-    return {**_attempt(lambda: pour(packing, folder)), "packing": asdict(packing)}
+    return {**_attempt(lambda: pour(packing, folder), folder), "packing": packing.as_dict()}
 
 
 def attempt_loosen(start: Bed, packing: Path, folder: Path) -> dict[str, Any]:
     """Content of ``bed.json``: `loosen`, or the name of its failure or of its packing's."""
     before = json.loads(packing.read_text())
     outcome = _failed(before) or _attempt(
-        lambda: loosen(start, packing.parent, folder, before["spheres_full"])
+        lambda: loosen(start, packing.parent, folder, before["spheres_full"]), folder
     )
     return {**outcome, "bed": start.as_dict()}
 
 
-def attempt_shake(run: Run, start: Path, folder: Path) -> dict[str, Any]:
-    """Content of ``run.json``: `shake`, or the name of its failure or of its bed's."""
+def attempt_shake(run: Run, target: Target, start: Path, folder: Path) -> dict[str, Any]:
+    """Content of ``<target>.json``: `shake`, or the name of its failure or of its bed's."""
     before = json.loads(start.read_text())
-    outcome = _failed(before) or _attempt(lambda: shake(run, start.parent, folder))
-    return {**outcome, "run": run.as_dict()}
+    outcome = _failed(before) or _attempt(lambda: shake(run, target, start.parent, folder), folder)
+    return {**outcome, "run": run.as_dict(), "target": asdict(target)}
 
 
 def _failed(before: dict[str, Any]) -> dict[str, Any] | None:
@@ -372,115 +391,3 @@ def _failed(before: dict[str, Any]) -> dict[str, Any] | None:
     if before["status"] == "ok":
         return None
     return {key: before[key] for key in ("status", "message", "attempts", "liggghts")}
-
-
-def summarise(case: Case, folders: list[Path]) -> dict[str, Any]:
-    """One row of ``cases.csv``: what was asked, what came out, how sure it is.
-
-    Parameters
-    ----------
-    case
-        The case.
-    folders
-        Folders of its runs, one a seed, each with its ``run.json``.
-    """
-    point = case.point
-    packing = point.packing
-    area = packing.count * bed.polygon_area(cell_outline(packing))
-    problems: list[tuple[str, str]] = []
-    kept = []
-    for run, folder in zip(case.runs, folders, strict=True):
-        outcome = json.loads((folder / "run.json").read_text())
-        try:
-            if outcome["status"] != "ok":
-                problems.append((outcome["status"], outcome["message"]))
-                continue
-            rows = read_run(run, folder, outcome["cycles"])
-        except log.SolverFailure as failure:
-            problems.append((type(failure).__name__, str(failure)))
-            continue
-        damping, mass = _harmonic(run, rows, outcome["spheres"])
-        found = cycles.estimate(damping)
-        kept.append((found, cycles.estimate(mass, start=found.start), outcome))
-        if not is_steady(found, len(rows)):
-            problems.append(("NotSteady", f"{folder}: not steady after {len(rows)} cycles"))
-    c, c_error, m, m_error, spheres = (math.nan,) * 5
-    if kept:
-        c, c_error = cycles.combine(*np.array([[e.mean, e.error] for e, _, _ in kept]).T)
-        m, m_error = cycles.combine(*np.array([[e.mean, e.error] for _, e, _ in kept]).T)
-        spheres = float(np.mean([o["spheres"] for _, _, o in kept])) / packing.count
-    per_area = spheres * packing.count * _sphere_mass(packing) / area
-    bound = cycles.inelastic_bound(per_area, point.frequency)
-    target = point.relative_error / math.sqrt(len(case.runs))
-    w, f = point.amplitude, point.frequency
-    return {
-        "case": case.label,
-        "fill_fraction": point.fill_fraction,
-        "frequency_hz": f,
-        "acceleration_g": point.acceleration / STANDARD_GRAVITY,
-        "displacement_mm": w * 1e3,
-        "velocity_m_s": 2 * math.pi * f * w,
-        "diameter_mm": packing.diameter * 1e3,
-        "youngs_modulus_mpa": point.youngs_modulus / 1e6,
-        "seeds": len(kept),
-        "cells": packing.count,
-        "spheres_per_cell": spheres,
-        "bulk_fraction": spheres
-        * math.pi
-        / 6
-        * packing.diameter**3
-        * packing.count
-        / (area * packing.depth),
-        "particle_mass_per_area_kg_m2": per_area,
-        "dissipated_energy_j_m2": cycles.dissipated_energy(c, w, f),
-        "dissipated_energy_error_j_m2": cycles.dissipated_energy(c_error, w, f),
-        "equivalent_damping_n_s_m3": c,
-        "equivalent_damping_error_n_s_m3": c_error,
-        "apparent_mass_kg_m2": m,
-        "apparent_mass_error_kg_m2": m_error,
-        "loss_factor": cycles.loss_factor(c, per_area, f),
-        "loss_factor_error": cycles.loss_factor(c_error, per_area, f),
-        "bound_n_s_m3": bound,
-        "share_of_bound": c / bound,
-        "cycles_run": sum(o["cycles"] for _, _, o in kept),
-        "cycles_used": sum(e.used for e, _, _ in kept),
-        "target_met": bool(c_error <= max(target * abs(c), FLOOR * bound)),
-        "ended_by": "max_cycles"
-        if any(o["ended_by"] == "max_cycles" for _, _, o in kept)
-        else "accuracy",
-        "status": problems[0][0] if problems else "ok",
-        "message": problems[0][1] if problems else "",
-    }
-
-
-def read_run(run: Run, folder: Path, done: int) -> bed.Array:
-    """Cycle rows of a run's folder, checked; see `log.read_cycles`."""
-    path = folder / "cycles.txt"
-    return log.read_cycles(
-        path.read_text(), str(path), steps_per_cycle=run.steps_per_cycle, cycles=done
-    )
-
-
-def shake_values(run: Run) -> dict[str, Any]:
-    """The variables of ``templates/shake.in.j2`` for a run."""
-    packing = run.packing
-    return {
-        "data_file": "start.data",
-        "walls_file": "walls.stl",
-        "cycles_file": "cycles.txt",
-        "skin": 0.3 * packing.diameter,
-        "youngs_modulus": run.youngs_modulus,
-        "poissons_ratio": packing.poissons_ratio,
-        "restitution": run.bed.restitution,
-        "wall_restitution": run.bed.wall_restitution,
-        "friction": packing.friction,
-        "wall_friction": packing.wall_friction,
-        "depth": packing.depth,
-        "gravity": run.bed.gravity,
-        "acceleration": run.acceleration,
-        "speed": run.acceleration / (2 * math.pi * run.frequency),
-        "time_step": run.time_step,
-        "steps_per_cycle": run.steps_per_cycle,
-        "samples_per_cycle": run.samples_per_cycle,
-        "steps_per_sample": run.steps_per_cycle // run.samples_per_cycle,
-    }

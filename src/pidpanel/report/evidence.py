@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pidpanel.coupon import bed, cycles, log, runs
-from pidpanel.coupon.cases import Case, Run, cell_outline
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import cycles, log, runs
+from pidpanel.coupon.cases import Case, Run
 from pidpanel.report.figures import Record
 
 Array = NDArray[np.float64]
@@ -32,9 +33,10 @@ class Beads:
         Of the case.
     positions
         (n, 3) centres, m.
+    diameters
+        (n,) m.
     speed
-        (n,) relative to the cell after the last cycle, m/s; None where only the start is
-        kept, with ``positions`` those of the start.
+        (n,) relative to the cell after the last cycle, m/s.
     cycles
         Run before the picture.
     """
@@ -42,7 +44,8 @@ class Beads:
     run: Run
     label: str
     positions: Array
-    speed: Array | None
+    diameters: Array
+    speed: Array
     cycles: int
 
 
@@ -79,25 +82,16 @@ def read_records(case: Case, folder: Path) -> list[Record]:
     case
         The case.
     folder
-        Its folder, with ``s<seed>/run.json`` and ``cycles.txt``.
+        ``results/coupon``.
     """
     point = case.point
     records = []
-    for run in case.runs:
-        own = folder / f"s{run.packing.seed}"
-        outcome = json.loads((own / "run.json").read_text())
+    for run, path in zip(case.runs, case.outcomes(folder), strict=True):
+        outcome = json.loads(path.read_text())
         if outcome["status"] != "ok":
             continue
-        rows = runs.read_run(run, own, outcome["cycles"])
-        packing = run.packing
-        damping, _ = cycles.first_harmonic(
-            rows[:, log.CYCLE_COLUMNS.index("p_sin")],
-            rows[:, log.CYCLE_COLUMNS.index("p_cos")],
-            amplitude=run.amplitude,
-            frequency=run.frequency,
-            mass=outcome["spheres"] * packing.density * np.pi / 6 * packing.diameter**3,
-            area=packing.count * bed.polygon_area(cell_outline(packing)),
-        )
+        rows = runs.read_run(run, path.parent, outcome["legs"], outcome["cycles"])
+        damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
         found = cycles.estimate(damping)
         mean, error, energy = (
             cycles.dissipated_energy(value, run.amplitude, run.frequency)
@@ -106,8 +100,8 @@ def read_records(case: Case, folder: Path) -> list[Record]:
         records.append(
             Record(
                 f"r = {point.fill_fraction:g}, {point.frequency:g} Hz, "
-                f"Γ = {point.acceleration / runs.STANDARD_GRAVITY:.4g}",
-                packing.seed,
+                f"Γ = {point.acceleration / STANDARD_GRAVITY:.4g}",
+                run.packing.seed,
                 np.asarray(energy),
                 found.start,
                 float(mean),
@@ -118,33 +112,17 @@ def read_records(case: Case, folder: Path) -> list[Record]:
 
 
 def read_beads(case: Case, folder: Path) -> Beads:
-    """The spheres of the first seed of a case: their last state, or the start if it is not kept.
+    """The spheres of the first seed of a case as they were at its end.
 
     Parameters
     ----------
     case, folder
         As in `read_records`.
     """
-    run = case.point
-    own = folder / f"s{run.packing.seed}"
-    outcome = json.loads((own / "run.json").read_text())
-    last = own / "last.dump"
-    if last.exists():
-        state = log.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
-        speed = np.linalg.norm(state[:, 3:], axis=1)
-        return Beads(run, case.label, state[:, :3], speed, outcome["cycles"])
-    # made before runs kept their last state; the caption of the picture says so
-    positions = start_positions((own / "start.data").read_text())
-    return Beads(run, case.label, positions, None, 0)
-
-
-def start_positions(text: str) -> Array:
-    """Centres of the spheres of a LIGGGHTS data file, (n, 3) m.
-
-    Examples
-    --------
-    >>> start_positions("spheres\\n\\n1 atoms\\n\\nAtoms\\n\\n1 1 0.002 1190 0.1 0.2 0.3\\n")
-    array([[0.1, 0.2, 0.3]])
-    """
-    body = text.partition("\nAtoms\n")[2]
-    return np.array([[float(v) for v in line.split()[4:7]] for line in body.splitlines() if line])
+    run, path = case.point, case.outcomes(folder)[0]
+    outcome = json.loads(path.read_text())
+    last = path.parent / "last.dump"
+    state = log.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
+    diameters = runs.read_diameters((path.parent / "start.data").read_text())
+    speed = np.linalg.norm(state[:, 3:], axis=1)
+    return Beads(run, case.label, state[:, :3], diameters, speed, outcome["cycles"])

@@ -53,26 +53,31 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
 
 def beads_picture(
     positions: Array,
+    diameters: Array,
     values: Array,
     limits: tuple[float, float],
     *,
-    diameter: float,
+    outline: Array,
     across_flats: float,
     depth: float,
     count: int,
     colormap: str = "plasma",
     pixels: int = 1500,
 ) -> Image:
-    """Spheres in transparent hexagonal cells that stand in a row.
+    """Spheres in transparent cells that stand in a row.
 
     Parameters
     ----------
     positions
         (n, 3) centres, m, in cells at `bed.cell_centres`.
+    diameters
+        (n,) m.
     values, limits
         (n,) what the colour shows, and the ends of its scale.
-    diameter, across_flats, depth
-        Of the spheres and cells, m.
+    outline
+        (k, 2) corners of a cell round its centre, m.
+    across_flats, depth
+        Of a cell, m.
     count
         Number of cells.
     colormap
@@ -87,23 +92,24 @@ def beads_picture(
     moved, centres = cells_in_a_row(positions, across_flats, count)
     spheres = pv.PolyData(moved)
     spheres["value"] = values
-    ball = pv.Sphere(radius=diameter / 2, theta_resolution=24, phi_resolution=24)
-    corners = bed.hexagon(across_flats)
+    spheres["diameter"] = diameters
+    ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
+    sides = len(outline)
     # seen a little from above: the height of a cell and a part of its floor
     width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
     height = 0.96 * depth + 0.5 * across_flats
     plotter = pv.Plotter(off_screen=True, window_size=[pixels, round(pixels * height / width)])
     plotter.background_color = pv.Color("white")
     plotter.add_mesh(
-        spheres.glyph(geom=ball, scale=False, orient=False),
+        spheres.glyph(geom=ball, scale="diameter", orient=False),
         scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits), show_scalar_bar=False,
         smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
     )  # fmt: skip
     for centre in centres:
-        floor = np.column_stack([corners + centre, np.zeros(6)])
+        floor = np.column_stack([outline + centre, np.zeros(sides)])
         ring = np.vstack([floor, floor + np.array([0.0, 0.0, depth])])
-        side = [[4, k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)]
-        ends = [[6, *range(6)], [6, *range(6, 12)]]
+        side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
+        ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
         walls = pv.PolyData(ring, faces=np.concatenate([*side, *ends]))
         plotter.add_mesh(walls, color="#8fa3b5", opacity=0.10, lighting=False)
         plotter.add_mesh(

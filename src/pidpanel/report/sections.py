@@ -314,36 +314,34 @@ def coupon_section(study: Study, coupon: Coupon) -> Section:
 def beads_block(beads: Beads) -> Picture:
     """Picture of the spheres of one run in their cells."""
     packing = beads.run.packing
+    limits = (0.0, float(beads.speed.max()))
+    shape = {"hexagon": "hexagonal", "square": "square", "circle": "round"}[packing.shape]
     where = (
         f"{len(beads.positions)} spheres of {packing.diameter * 1e3:g} mm in {packing.count} "
-        f"hexagonal cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm (set "
+        f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm (set "
         f"side by side for the picture), r = {beads.run.fill_fraction:g}, "
         f"{beads.run.frequency:g} Hz, "
         f"Γ = {beads.run.acceleration / figures.STANDARD_GRAVITY:.4g} ({beads.label})."
     )
-    if beads.speed is not None:
-        values, limits = beads.speed, (0.0, float(beads.speed.max()))
-        label = "speed relative to the cell, m/s"
-        caption = f"{where} State after {beads.cycles} cycles; colour: speed relative to the cell."
-    else:
-        values = beads.positions[:, 2] * 1e3
-        limits = (0.0, packing.depth * 1e3)
-        label = "height above the floor, mm"
-        caption = (
-            f"{where} The bed before the first cycle, since this run kept no last state; colour: "
-            "height."
-        )
+    caption = f"{where} State after {beads.cycles} cycles; colour: speed relative to the cell."
     image = pictures.beads_picture(
         beads.positions,
-        values,
+        beads.diameters,
+        beads.speed,
         limits,
-        diameter=packing.diameter,
+        outline=packing.outline,
         across_flats=packing.across_flats,
         depth=packing.depth,
         count=packing.count,
     )
     figure = figures.pictures_figure(
-        [image], [""], columns=1, colormap="plasma", limits=limits, label=label, width=6.0
+        [image],
+        [""],
+        columns=1,
+        colormap="plasma",
+        limits=limits,
+        label="speed relative to the cell, m/s",
+        width=6.0,
     )
     return Picture("beads", _drawn(figure), caption)
 
