@@ -1,0 +1,102 @@
+"""Closed forms of the perfectly inelastic body, which a damper's bed comes close to.
+
+A body that does not rebound forgets its past at each landing, so its periodic motion under
+w = A sin ωt follows from one flight. Energies are per cycle, over m A² ω².
+"""
+
+from __future__ import annotations
+
+import math
+
+from scipy.optimize import brentq
+
+LONGEST_GAP = math.sqrt(math.pi**2 + 4)
+"""L/A = √(π² + 4) = 3.724: beyond it the body no longer meets both walls in every cycle."""
+
+LARGEST_LEVEL = math.sqrt(1 + math.pi**2)
+"""Γ = √(1 + π²) = 3.297: beyond it a flight is longer than a period."""
+
+
+def slug_energy(gap_over_amplitude: float) -> float:
+    """Loss of a perfectly inelastic body between two shaken walls without gravity.
+
+    It leaves a wall at the wall's greatest speed Aω and meets the other one φ later:
+
+        L/A = φ − sin φ,  E = (1 − cos φ)² m A²ω²                  for L/A ≤ π
+        L/A = π cos t + 2 sin t,  E = 4 cos² t m A²ω²              for π < L/A ≤ √(π² + 4)
+
+    In the second range it lands when that wall has passed its greatest speed, so that it leaves
+    at once, t after it. The largest loss, 4 m A²ω², is at L = πA. "Collect and collide": Sack,
+    Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013).
+
+    Raises
+    ------
+    ValueError
+        Outside 0 < L/A ≤ √(π² + 4).
+
+    Examples
+    --------
+    >>> round(slug_energy(math.pi), 9), round(slug_energy(1.0), 6)
+    (4.0, 1.838186)
+    """
+    if not 0 < gap_over_amplitude <= LONGEST_GAP:
+        raise ValueError(f"L/A = {gap_over_amplitude:g}: above 0, up to {LONGEST_GAP:.4g}")
+    if gap_over_amplitude <= math.pi:
+        phase = brentq(lambda x: x - math.sin(x) - gap_over_amplitude, 0.0, math.pi, xtol=1e-14)
+        return float((1 - math.cos(phase)) ** 2)
+    late = math.atan(2 / math.pi) - math.acos(min(1.0, gap_over_amplitude / LONGEST_GAP))
+    return 4 * math.cos(late) ** 2
+
+
+def floor_energy(gamma: float) -> float:
+    """Loss of a perfectly inelastic body on a shaken floor under gravity, Γ = Aω²/g.
+
+    It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ
+    later in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
+
+        sin φ₀ + τ cos φ₀ − τ²/(2Γ) = sin(φ₀ + τ),  u = τ/Γ − cos φ₀ + cos(φ₀ + τ)
+
+    Up to Γ = 1 it never leaves the floor and loses nothing. The largest loss, 2.2604 m A²ω², is
+    at Γ = 2.581. Mehta & Luck, *Phys. Rev. Lett.* 65, 393 (1990).
+
+    Raises
+    ------
+    ValueError
+        Outside 0 < Γ ≤ √(1 + π²), beyond which a flight is longer than a period.
+
+    Examples
+    --------
+    >>> floor_energy(0.9), round(floor_energy(2.0), 6)
+    (0.0, 1.836182)
+    """
+    if not 0 < gamma <= LARGEST_LEVEL:
+        raise ValueError(f"Γ = {gamma:g}: above 0, up to {LARGEST_LEVEL:.4g}")
+    if gamma <= 1:
+        return 0.0
+    start = math.asin(1 / gamma)
+
+    def height(flight: float) -> float:
+        body = math.sin(start) + flight * math.cos(start) - flight**2 / (2 * gamma)
+        return body - math.sin(start + flight)
+
+    # it is above the floor when the parabola's slope, cos φ₀ − τ/Γ, passes through zero
+    flight = brentq(height, math.sqrt(gamma**2 - 1), 2 * math.pi + 1e-9, xtol=1e-14)
+    speed = flight / gamma - math.cos(start) + math.cos(start + flight)
+    return 0.5 * speed**2
+
+
+def ball_energy(gamma: float, restitution: float) -> float:
+    """Loss of a ball that lands once in every period of a floor under gravity.
+
+    It is thrown up at gT/2 in each period T, whatever the amplitude:
+
+        E = ½ m (gT)² (1 − e)/(1 + e) = 2π² (1 − e)/((1 + e) Γ²) m A²ω²
+
+    which needs π(1 − e)/(1 + e) < Γ: Luck & Mehta, *Phys. Rev. E* 48, 3988 (1993).
+
+    Examples
+    --------
+    >>> round(ball_energy(1.25, 0.5), 4)
+    4.211
+    """
+    return 2 * math.pi**2 * (1 - restitution) / ((1 + restitution) * gamma**2)

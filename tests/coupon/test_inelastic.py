@@ -1,0 +1,90 @@
+"""Closed forms of the perfectly inelastic body against tables and against stepped flight."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.coupon import inelastic
+
+REFERENCE = Path(__file__).parents[2] / "workflow" / "data" / "reference"
+
+
+def table(name):
+    return pd.read_csv(REFERENCE / f"{name}.csv", comment="#").to_numpy()
+
+
+def test_the_slug_between_walls_is_that_of_the_table():
+    # the table has six decimals; red: (1 − cos φ) for its square
+    for gap, energy, *_ in table("collect_and_collide_e0"):
+        assert inelastic.slug_energy(gap) == pytest.approx(energy, abs=1e-6)
+
+
+def test_the_body_on_a_floor_is_that_of_the_table():
+    # the table's last level is rounded up past the end of the range; red: u² for ½ u²
+    for gamma, _, _, energy, *_ in table("bouncing_bed_e0"):
+        level = min(gamma, inelastic.LARGEST_LEVEL)
+        assert inelastic.floor_energy(level) == pytest.approx(energy, abs=1e-6)
+
+
+def stepped(gravity, gap, cycles=6, steps=50_000):
+    """E/(mA²ω²) per cycle of a body without rebound, A = ω = 1, by small steps of time.
+
+    In the frame of the cell: it rests on a wall as long as that pushes it, else it flies.
+    """
+    time = np.arange(cycles * steps) * 2 * math.pi / steps
+    step = float(time[1])
+    push = (
+        np.sin(time) - gravity
+    ).tolist()  # acceleration in the cell where nothing holds the body
+    place, speed, lost = 0.0, 0.0, np.zeros(cycles)
+    for i, acceleration in enumerate(push):
+        speed += acceleration * step
+        place += speed * step
+        if place < 0 or place > gap:
+            lost[i // steps] += 0.5 * speed**2
+            place, speed = min(max(place, 0.0), gap), 0.0
+    return lost[2:].mean()
+
+
+@pytest.mark.parametrize("gap", [0.5, 2.0, 3.0])
+def test_the_slug_dissipates_what_a_stepped_flight_does(gap):
+    # first order in the step of 1.3e-4; red: sin φ left out of L/A
+    assert stepped(0.0, gap) == pytest.approx(inelastic.slug_energy(gap), rel=1e-3)
+
+
+@pytest.mark.parametrize("gamma", [1.2, 2.0, 3.2])
+def test_the_body_on_a_floor_dissipates_what_a_stepped_flight_does(gamma):
+    # a body that still touches when it should not costs 0.5 % at Γ = 1.2; red: 1/Γ for 1/(2Γ)
+    assert stepped(1 / gamma, 1e9) == pytest.approx(inelastic.floor_energy(gamma), rel=0.01)
+
+
+def test_the_body_loses_nothing_until_the_floor_falls_away_from_it():
+    assert inelastic.floor_energy(1.0) == 0.0
+    # u ∝ (Γ² − 1)^{3/2} at first, so that next to nothing is lost just above
+    assert 0 < inelastic.floor_energy(1.01) < 1e-4
+
+
+def test_the_largest_losses_are_where_they_are_said_to_be():
+    gaps = np.linspace(0.01, inelastic.LONGEST_GAP, 2001)
+    energy = [inelastic.slug_energy(gap) for gap in gaps]
+    assert max(energy) <= 4 and gaps[np.argmax(energy)] == pytest.approx(math.pi, abs=0.01)
+    levels = np.linspace(1.0, inelastic.LARGEST_LEVEL, 2001)
+    energy = [inelastic.floor_energy(level) for level in levels]
+    assert max(energy) == pytest.approx(2.2604, abs=1e-4)
+    assert levels[np.argmax(energy)] == pytest.approx(2.581, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("form", "value", "text"),
+    [
+        (inelastic.slug_energy, 0.0, "L/A = 0: above 0, up to 3.724"),
+        (inelastic.slug_energy, 3.8, "L/A = 3.8: above 0, up to 3.724"),
+        (inelastic.floor_energy, 3.3, "Γ = 3.3: above 0, up to 3.297"),
+    ],
+)
+def test_outside_its_range_a_form_is_refused(form, value, text):
+    with pytest.raises(ValueError, match=text):
+        form(value)
