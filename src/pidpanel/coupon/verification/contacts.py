@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact, deck, log
+from pidpanel.coupon import beds, contact, deck, log
+from pidpanel.coupon.cases import Constants
 from pidpanel.coupon.solver import Liggghts
 from pidpanel.verification import Row
 
@@ -38,15 +39,27 @@ PAIRS = 8
 depends on that moment, and only the worst of several falls steadily with the step."""
 
 
+def alike(youngs_modulus: float, restitution: float, friction: float) -> Constants:
+    """Constants of contacts where walls are of the spheres' material; no rolling friction."""
+    return Constants(
+        youngs_modulus=youngs_modulus,
+        wall_youngs_modulus=youngs_modulus,
+        poissons_ratio=POISSONS_RATIO,
+        wall_poissons_ratio=POISSONS_RATIO,
+        restitution=restitution,
+        wall_restitution=restitution,
+        friction=friction,
+        wall_friction=friction,
+        rolling_friction=0.0,
+        wall_rolling_friction=0.0,
+    )
+
+
 def _pair(restitution: float, step: float, **more: Any) -> dict[str, Any]:
     """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
     return {
-        "youngs_modulus": MODULUS,
-        "poissons_ratio": POISSONS_RATIO,
-        "restitution": restitution,
-        "wall_restitution": restitution,
-        "friction": FRICTION,
-        "wall_friction": FRICTION,
+        **vars(alike(MODULUS, restitution, FRICTION)),
+        "contact_model": beds.contact_model(rolling=False),
         "diameter": DIAMETER,
         "density": DENSITY,
         "time_step": step * RAYLEIGH,

@@ -7,21 +7,21 @@ that what is held to the closed form is the whole way from the drive to the diss
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, cycles, deck, inelastic, log, runs
-from pidpanel.coupon.cases import Bed, Packing, Run, cell_outline, drive
+from pidpanel.coupon import bed, beds, cycles, deck, inelastic, log, runs
+from pidpanel.coupon.cases import Bed, Constants, Packing, Run, drive
 from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.verification.contacts import DENSITY, alike
 from pidpanel.verification import Row
 
 Array = NDArray[np.float64]
 
-POISSONS_RATIO = 0.35
-DENSITY = 1190.0
 HIGH = 0.1
 """m; depth of a cell whose lid is never met."""
 
@@ -44,16 +44,10 @@ def shaken(
     velocity
         Along z at the start, in the frame of the cell, m/s; at rest in space if left out.
     """
-    packing = run.packing
-    folder.mkdir(parents=True, exist_ok=True)
-    runs.write_walls(folder / "walls.stl", packing, packing.depth)
-    reach = bed.CELL_SPACING / 2 * packing.across_flats
-    box = np.array([[-reach, reach], [-reach, reach], [-packing.diameter, 2.1 * packing.depth]])
-    (folder / "start.data").write_text(
-        deck.data_file(positions, packing.diameter, packing.density, box)
-    )
+    diameters = np.full(len(positions), run.packing.diameter)
+    beds.write_start(folder, run.packing, np.column_stack([positions, diameters]))
     with Liggghts(folder, "shake") as solver:
-        solver.execute(deck.render("shake.in.j2", runs.shake_values(run)))
+        solver.execute(deck.render("shake.in.j2", beds.shake_values(run)))
         if velocity is not None:
             solver.execute(f"velocity all set 0 0 {velocity}")
         solver.execute(f"run {count * run.steps_per_cycle}")
@@ -64,57 +58,45 @@ def shaken(
         last_step=count * run.steps_per_cycle,
         atoms=len(positions),
     )
-    rows = runs.read_run(run, folder, count)
-    mass = len(positions) * packing.density * math.pi / 6 * packing.diameter**3
-    area = bed.polygon_area(cell_outline(packing))
-    damping, _ = cycles.first_harmonic(
-        rows[:, log.CYCLE_COLUMNS.index("p_sin")],
-        rows[:, log.CYCLE_COLUMNS.index("p_cos")],
-        amplitude=run.amplitude,
-        frequency=run.frequency,
-        mass=mass,
-        area=area,
-    )
-    energy = cycles.dissipated_energy(damping, run.amplitude, run.frequency) * area
-    return np.asarray(energy) / (mass * (2 * math.pi * run.frequency * run.amplitude) ** 2)
+    mass = float(bed.masses(diameters, run.packing.density).sum())
+    damping, _ = runs.harmonic(run, runs.read_run(run, folder, [count], count), mass)
+    energy = cycles.dissipated_energy(damping, run.amplitude, run.frequency) * run.packing.area
+    return np.asarray(energy) / (mass * run.speed**2)
 
 
 def _run(
-    packing: Packing,
+    diameter: float,
+    depth: float,
+    constants: Constants,
     *,
     gravity: float,
-    restitution: float,
-    youngs_modulus: float,
     frequency: float,
     amplitude: float,
     time_step_rayleigh: float,
 ) -> Run:
-    start = Bed(packing, 1.0, gravity, restitution, restitution, youngs_modulus)
+    """A drive of one cell, four spheres wide."""
     return drive(
-        start,
+        Bed(_packing(diameter, depth, constants), 1.0, gravity, (0.0, 0.0, -1.0), constants),
         frequency,
         amplitude * (2 * math.pi * frequency) ** 2,
-        youngs_modulus,
+        constants,
         time_step_rayleigh=time_step_rayleigh,
         samples_per_cycle=500,  # an impact is placed to 0.2 % of a period
-        relative_error=1.0,
-        min_cycles=1,
-        max_cycles=1,
     )
 
 
-def _packing(diameter: float, depth: float, friction: float) -> Packing:
-    """One cell, four spheres wide, whose walls only guide: no friction on them."""
+def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
     return Packing(
         shape="hexagon",
         across_flats=4 * diameter,
         depth=depth,
         count=1,
         diameter=diameter,
+        sizes=bed.Sizes("mono", diameter, diameter),
         density=DENSITY,
-        poissons_ratio=POISSONS_RATIO,
-        friction=friction,
-        wall_friction=0.0,
+        poissons_ratio=constants.poissons_ratio,
+        friction=constants.friction,
+        wall_friction=constants.wall_friction,
         seed=1,
     )
 
@@ -133,10 +115,10 @@ def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[R
     omega = 2 * math.pi * frequency
     amplitude = gamma * STANDARD_GRAVITY / omega**2
     run = _run(
-        _packing(diameter, HIGH, 0.0),
+        diameter,
+        HIGH,
+        alike(2e8, restitution, 0.0),
         gravity=STANDARD_GRAVITY,
-        restitution=restitution,
-        youngs_modulus=2e8,
         frequency=frequency,
         amplitude=amplitude,
         time_step_rayleigh=0.1,
@@ -207,12 +189,17 @@ ONSET_TOLERANCE = 0.01
 """E/(m A²ω²) below Γ = 1, where nothing is lost: half a per cent of the largest loss."""
 
 
+def _bed_constants(youngs_modulus: float) -> Constants:
+    """Of the spheres of a bed; the walls of their cell only guide, and have no friction."""
+    return replace(alike(youngs_modulus, BED_RESTITUTION, BED_FRICTION), wall_friction=0.0)
+
+
 def poured(folder: Path) -> Array:
     """Centres of the spheres of a poured bed from the bottom up, (n, 3) m, n ≥ `BED_SIZES`."""
-    packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, BED_FRICTION)
-    runs.pour(packing, folder)
+    packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, _bed_constants(SLUG_MODULUS))
+    beds.pour(packing, folder)
     table = np.loadtxt(folder / "packing.csv", delimiter=",", skiprows=1)
-    return table[np.argsort(table[:, 3]), 1:]
+    return table[np.argsort(table[:, 3]), 1:4]
 
 
 def _lowest(settled: Array, spheres: int) -> Array:
@@ -234,10 +221,10 @@ def slug(
     gap = gap_over_amplitude * SLUG_AMPLITUDE
     depth = 2 * float(positions[:, 2].mean()) + gap
     run = _run(
-        _packing(BED_DIAMETER, depth, BED_FRICTION),
+        BED_DIAMETER,
+        depth,
+        _bed_constants(SLUG_MODULUS),
         gravity=0.0,
-        restitution=BED_RESTITUTION,
-        youngs_modulus=SLUG_MODULUS,
         frequency=SLUG_FREQUENCY,
         amplitude=SLUG_AMPLITUDE,
         time_step_rayleigh=0.2,
@@ -252,10 +239,10 @@ def floor_bed(
     """A bed on a shaken floor under gravity: the run, and E/(m A²ω²) per cycle."""
     omega = 2 * math.pi * FLOOR_FREQUENCY
     run = _run(
-        _packing(BED_DIAMETER, HIGH, BED_FRICTION),
+        BED_DIAMETER,
+        HIGH,
+        _bed_constants(FLOOR_MODULUS),
         gravity=STANDARD_GRAVITY,
-        restitution=BED_RESTITUTION,
-        youngs_modulus=FLOOR_MODULUS,
         frequency=FLOOR_FREQUENCY,
         amplitude=gamma * STANDARD_GRAVITY / omega**2,
         time_step_rayleigh=0.2,
@@ -267,7 +254,7 @@ def floor_bed(
 def _drive_text(run: Run) -> str:
     return (
         f"{run.steps_per_cycle} steps of {run.time_step * 1e6:.2g} µs a cycle, "
-        f"E = {run.youngs_modulus / 1e6:g} MPa"
+        f"E = {run.constants.youngs_modulus / 1e6:g} MPa"
     )
 
 
