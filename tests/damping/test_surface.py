@@ -67,13 +67,13 @@ def test_between_the_cases_a_smooth_law_is_found_within_the_errors_foretold(surf
 
 
 def test_new_noise_is_foretold_at_the_stated_coverage():
-    # 30 noisy readings of one law; the values of the law between the cases lie within 1.96
+    # 12 noisy readings of one law; the values of the law between the cases lie within 1.96
     # standard errors in at least 93 % (the law is smoother than the process expects, so more)
     rng = np.random.default_rng(8)
     between = frame(FILLS[:2] + 0.2, FREQUENCIES[:-1] * 1.5, LEVELS[:2] * 3)
     point = [between[c].to_numpy() for c in ("fill_fraction", "frequency_hz", "acceleration_g")]
     hits = []
-    for _ in range(30):
+    for _ in range(12):
         noisy = frame(relative=0.1)
         noisy["equivalent_damping_n_s_m3"] *= np.exp(0.1 * rng.normal(size=len(noisy)))
         found = DampingSurface.from_frame(noisy).at(*point)
@@ -251,25 +251,45 @@ def test_leaving_one_out_foretells_the_errors_of_the_law(surface):
     assert np.sqrt((left["log_error"] ** 2).mean()) < 0.2
 
 
-# ------------------------------------------------------------------------ moves
+# ------------------------------------------------------------------------ covariance
 
 
-def test_the_moves_add_up_to_the_standard_error(surface):
+def test_the_covariance_has_the_standard_errors_on_its_diagonal(surface):
     frequency = np.geomspace(30, 2000, 40)
-    moves = surface.moves(frequency, 0.3, 20.0, share=0.999999)
-    found = surface(frequency, 0.3, 20.0)
+    covariance = surface.covariance(frequency, 0.3, 20.0)
+    found = surface.at(np.full(40, 0.3), frequency, np.full(40, 20.0))
     relative = found.equivalent_damping_error / found.equivalent_damping
-    np.testing.assert_allclose(np.sqrt((moves.log_damping**2).sum(0)), relative, rtol=0.03)
+    error = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(error[:40], relative, rtol=1e-6)
+    # m_a: read a second surface that differs in g_m by its standard error
     point = groups(np.full(40, 0.3), frequency, np.full(40, 20.0))
-    mass_error = 0.3 * onset(20.0, 1.0) * surface.mass.standard_error(point)
-    np.testing.assert_allclose(np.sqrt((moves.apparent_mass**2).sum(0)), mass_error, rtol=0.03)
+    mass_error = 0.3 * (1 - 1 / 400) * surface.mass.standard_error(point)
+    np.testing.assert_allclose(error[40:], mass_error, rtol=1e-6)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-12
 
 
-def test_fewer_moves_hold_the_share_of_the_variance_asked_for(surface):
-    frequency = np.geomspace(30, 2000, 40)
-    few, all_ = (surface.moves(frequency, 0.3, 20.0, share=s).log_damping for s in (0.9, 0.9999))
-    assert 0.85 < (few**2).sum() / (all_**2).sum() < 1
-    assert len(few) < len(all_)
+def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
+    # the fit with the case added, at the same constants, against the closed form of its gain
+    from pidpanel.damping.gaussian_process import GaussianProcess
+
+    case, noise = np.array([[0.7, 120.0, 100.0]]), 0.02
+    frequency = np.geomspace(30, 2000, 10)
+    cross, variance = surface.covariance_with(case, frequency, 0.6, 80.0)
+    old = surface.damping
+    more = GaussianProcess(
+        np.vstack([old.points, groups(*case.T)]),
+        np.append(old.values, 0.3),
+        np.append(old.error, noise),
+        old.lengths,
+        old.size,
+        old.scatter,
+    )
+    point = groups(np.full(10, 0.6), frequency, np.full(10, 80.0))
+    gain = cross[:10, 0] ** 2 / (variance[0, 0] + noise**2 + old.scatter**2)
+    # the prior of the mean goes by the spread of the values, which one more changes by a percent
+    np.testing.assert_allclose(
+        old.standard_error(point) ** 2 - gain, more.standard_error(point) ** 2, rtol=0.05
+    )
 
 
 # ------------------------------------------------------------------------ files

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 from scripts.panel_in_sound import PanelInSound, damping_of
 
-from pidpanel.response import scenarios, stress
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.response import scenarios, stress, uncertainty
 from pidpanel.response.model import UnstableDamping
 from pidpanel.response.tables import (
     psd_dataset,
@@ -31,6 +32,7 @@ if __name__ == "__main__":
     used = dict.fromkeys(s.patch for s in wanted if s.patch is not None)
     solvers = panel.solvers(list(used))
     found, bare, rows, strained, strain_rows = {}, {}, [], {}, []
+    errors = {}
     for scenario in wanted:
         patch = scenario.patch or next(iter(used))
         own = panel.spectrum.oaspl
@@ -63,6 +65,17 @@ if __name__ == "__main__":
                         stated_level=level.acceleration_g,
                         damper_mass=study.response.damper_mass,
                     )
+                    if isinstance(law, DampingSurface):
+                        errors[reading, scenario.label] = uncertainty.sensitivity(
+                            solvers[patch],
+                            damping,
+                            one,
+                            law.nodes,
+                            own_level=law.depends_on_level and level.acceleration_g is None,
+                            damper_mass=study.response.damper_mass,
+                        ).under(
+                            law.covariance(law.nodes, scenario.fill_fraction, one.acceleration_g)
+                        )
             except UnstableDamping as error:
                 print(f"{reading}, {scenario.label}: {error}", file=sys.stderr)
                 rows += [{**row, "point": p, "status": "unstable"} for p in basis.point_names]
@@ -77,12 +90,15 @@ if __name__ == "__main__":
             found[reading, scenario.label] = one
             rows += [
                 {**row, "status": "ok", **values}
-                for values in summary_rows(
-                    one,
-                    bare[oaspl],
-                    basis.point_names,
-                    thickness=study.panel.section.thickness,
-                    power_balance_error=float(panel.balance(patch, factor, one)),
+                for values in uncertainty.error_columns(
+                    summary_rows(
+                        one,
+                        bare[oaspl],
+                        basis.point_names,
+                        thickness=study.panel.section.thickness,
+                        power_balance_error=float(panel.balance(patch, factor, one)),
+                    ),
+                    errors.get((reading, scenario.label)),
                 )
             ]
             psd = stress.layer_psd(one.response, layers)
@@ -107,9 +123,8 @@ if __name__ == "__main__":
                 ]
     axes = (panel.frequency, list(laws), [s.label for s in wanted], basis.point_names)
     pd.DataFrame(rows).to_csv(summary_csv, index=False, float_format="%.6g")
-    psd_dataset(found, *axes).assign_attrs(stamp(study), level=level.kind).to_netcdf(
-        psd_nc, engine="scipy"
-    )
+    psds = uncertainty.with_errors(psd_dataset(found, *axes), errors)
+    psds.assign_attrs(stamp(study), level=level.kind).to_netcdf(psd_nc, engine="scipy")
     pd.DataFrame(strain_rows).to_csv(stress_csv, index=False, float_format="%.6g")
     stress_dataset(strained, *axes, layers.names, stress.QUANTITIES).assign_attrs(
         stamp(study)

@@ -61,6 +61,10 @@ LEVEL_STEP = 0.05
 them: ln C_e within 3e-3 in the paper's study, a tenth of its standard error."""
 
 
+NODE_STEP = 0.17
+"""Of ln f, between the nodes of the covariance; a quarter octave."""
+
+
 class DampingError(ValueError):
     """A question that a law or table of damping has no answer to."""
 
@@ -83,24 +87,6 @@ class DampingValues:
     equivalent_damping_error: Array
     apparent_mass: Array
     inside: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Moves:
-    """Independent moves of the surface, one standard error each, along one fill and level.
-
-    Their outer products add up to the covariance of the surface over frequency.
-
-    Attributes
-    ----------
-    log_damping
-        (k, n) change of ln C_e.
-    apparent_mass
-        (k, n) change of m_a, kg/m².
-    """
-
-    log_damping: Array
-    apparent_mass: Array
 
 
 def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
@@ -275,31 +261,57 @@ class DampingSurface:
             self._slices[fill] = tuple(v.reshape(level.shape) for v in values)  # type: ignore[assignment]
         return self._slices[fill]
 
-    def moves(
-        self, frequency: Array, fill_fraction: float, acceleration_g: float, share: float = 0.95
-    ) -> Moves:
-        """Independent moves of C_e and m_a over frequency (n,), one standard error each.
+    @property
+    def nodes(self) -> Array:
+        """(n,) Hz, even in ln f over the cases: what lies between them is nearly linear."""
+        return np.exp(_even(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
-        Eigenvectors of the posterior covariance at one fill and Γ, the largest first, until
-        ``share`` of the variance is there; first those of C_e, then those of m_a.
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """(2n, 2n) covariance of ln C_e, then of m_a [kg/m²], at ``frequency`` (n,) Hz.
+
+        The two are independent of each other.
         """
-        level = np.clip(acceleration_g, self.low[2], self.high[2])
-        nodes = self._log_frequency[:: max(1, len(self._log_frequency) // 48)]
-        fill = float(np.clip(fill_fraction, self.low[0], self.high[0]))
-        point = groups(np.full(len(nodes), fill), np.exp(nodes), np.full(len(nodes), level))
-        h = float(onset(acceleration_g, self.onset_g))
-        at = np.log(np.clip(frequency, self.low[1], self.high[1]))
-        rows: list[Array] = []
-        counts = []
-        for process, scale in ((self.damping, 1.0), (self.mass, fill * h)):
-            found = [] if process is None else _eigenvectors(process.covariance(point), share)
-            rows += [scale * np.interp(at, nodes, vector) for vector in found]
-            counts.append(len(found))
-        moves = np.array(rows).reshape(-1, len(at))
-        damping, mass = moves.copy(), moves.copy()
-        damping[counts[0] :] = 0.0
-        mass[: counts[0]] = 0.0
-        return Moves(damping, mass)
+        point, scale = self._held(frequency, fill_fraction, acceleration_g)
+        n = len(frequency)
+        result = np.zeros((2 * n, 2 * n))
+        result[:n, :n] = self.damping.covariance(point)
+        if self.mass is not None:
+            result[n:, n:] = scale**2 * self.mass.covariance(point)
+        return result
+
+    def covariance_with(
+        self, cases: Array, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> tuple[Array, Array]:
+        """What a further case at ``cases`` (k, 3) of r, f, Γ would know of the surface.
+
+        Returns
+        -------
+        cross
+            (2n, k) covariance of ln C_e, then of m_a, at ``frequency`` (n,) Hz with the g_C or
+            g_m of the case.
+        variance
+            (2, k) of g_C and g_m at the case.
+        """
+        point, scale = self._held(frequency, fill_fraction, acceleration_g)
+        at, n = groups(*cases.T), len(frequency)
+        cross, variance = np.zeros((2 * n, len(at))), np.zeros((2, len(at)))
+        cross[:n], variance[0] = (
+            self.damping.covariance(point, at), self.damping.standard_error(at) ** 2
+        )  # fmt: skip
+        if self.mass is not None:
+            cross[n:], variance[1] = (
+                scale * self.mass.covariance(point, at), self.mass.standard_error(at) ** 2
+            )  # fmt: skip
+        return cross, variance
+
+    def _held(self, frequency: Array, fill: float, level: float) -> tuple[Array, float]:
+        """Groups of points held within the cases, and m_a per g_m there."""
+        if not self.depends_on_level:
+            level = float(self.low[2])
+        asked = np.stack([np.full(len(frequency), fill), frequency,
+                          np.full(len(frequency), level)], axis=1)  # fmt: skip
+        held = np.clip(asked, self.low, self.high)
+        return groups(*held.T), float(held[0, 0] * onset(level, self.onset_g))
 
     def leave_one_out(self) -> pd.DataFrame:
         """The cases, each with ln of C_e foretold by the others over its own, and its error."""
@@ -444,16 +456,6 @@ def _training(
         "damping": (point, np.log(value / (h * fill * frequency)), error / value),
         "mass": (point, (mass / fill - (1 - h) * rest) / h, mass_error / (fill * h)),
     }
-
-
-def _eigenvectors(covariance: Array, share: float) -> list[Array]:
-    """√λ times the eigenvectors that hold ``share`` of the trace, the largest first."""
-    value, vector = np.linalg.eigh(covariance)
-    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
-    if value.sum() <= 0:
-        return []
-    count = int(np.searchsorted(np.cumsum(value), share * value.sum())) + 1
-    return [np.sqrt(value[k]) * vector[:, k] for k in range(min(count, len(value)))]
 
 
 def _even(low: float, high: float, step: float) -> Array:

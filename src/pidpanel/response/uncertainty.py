@@ -1,0 +1,220 @@
+"""Standard errors of C_e and m_a carried through to PSDs and rms values.
+
+The damper acts line by line, so what a change of C_e does to the PSD at a frequency is known from
+the responses to C_e e^(±ε) at all frequencies at once, and the same for m_a:
+
+    A(f) = ∂ ln S_a/∂ ln C_e,      B(f) = ∂ ln S_a/∂ m_a      (at a given Γ).
+
+Where Γ is the patch's own, a change of its motion moves Γ too. With a change b of C_e or m_a that
+alters ln a_rms of the patch by q_b at given Γ, and Γ_out(Γ) the motion that a level leads to,
+
+    d ln Γ = q_b/(1 − d ln Γ_out/d ln Γ),
+    d ln S_a = A δ ln C_e + B δ m_a + (A ∂ ln C_e/∂ ln Γ + B ∂ m_a/∂ ln Γ) d ln Γ.
+
+Changes are given at nodes of frequency and linear in ln f between them, so a covariance over the
+nodes becomes that of every line: first order in the errors, which near the jump of C_e are not
+small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from pidpanel.response.linearisation import sine_level
+from pidpanel.response.model import Floats
+from pidpanel.response.scenarios import DampingOfLevel, DiagonalSolver, ScenarioResponse, Solver
+
+STEP = 0.05
+"""ε, of ln C_e and ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
+
+MASS_STEP = 0.05
+"""kg/m²; a hundredth of the panel's."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives with respect to ln C_e at the nodes, then m_a [kg/m²] at the nodes.
+
+    Attributes
+    ----------
+    log_psd
+        (2n, nf, n_points) of ln S_a.
+    log_rms
+        (2n, n_points) of ln of the rms acceleration.
+    log_level
+        (2n,) of ln Γ; 0 where the level is stated or plays no part.
+    """
+
+    log_psd: Floats
+    log_rms: Floats
+    log_level: Floats
+
+    def under(self, covariance: Floats) -> StandardErrors:
+        """Standard errors under a covariance (2n, 2n) of what the derivatives are taken by."""
+        psd, rms, level = (
+            _standard_error(of, covariance) for of in (self.log_psd, self.log_rms, self.log_level)
+        )
+        return StandardErrors(psd, rms, float(level))
+
+
+@dataclass(frozen=True)
+class StandardErrors:
+    """Of the logarithms of what a scenario answers.
+
+    Attributes
+    ----------
+    log_psd
+        (nf, n_points) of ln S_a.
+    log_rms
+        (n_points,) of ln of the rms acceleration: its relative standard error.
+    log_level
+        Of ln Γ.
+    """
+
+    log_psd: Floats
+    log_rms: Floats
+    log_level: float
+
+
+def _standard_error(derivative: Floats, covariance: Floats) -> Floats:
+    variance = np.einsum("i...,ij,j...->...", derivative, covariance, derivative, optimize=True)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def sensitivity(
+    solver: Solver | DiagonalSolver,
+    damping: DampingOfLevel,
+    found: ScenarioResponse,
+    nodes: Floats,
+    *,
+    own_level: bool,
+    damper_mass: bool = True,
+) -> Sensitivity:
+    """How a scenario's response follows its damping.
+
+    Parameters
+    ----------
+    solver, damping
+        As in `scenarios.solve_scenario`.
+    found
+        Its answer.
+    nodes
+        (n,) rising, Hz.
+    own_level
+        Whether Γ is the patch's own, which moves with the damping.
+    damper_mass
+        As in `scenarios.solve_scenario`.
+    """
+
+    def log_psd(value: Floats, mass: Floats) -> Floats:
+        return np.log(solver.response(value, mass).acceleration_psd)
+
+    def log_patch(value: Floats, mass: Floats) -> Floats:
+        return np.log(solver.motion.acceleration_psd(value, mass))
+
+    value, mass = found.equivalent_damping, found.apparent_mass
+    of_damping, of_mass = _local(log_psd, value, mass, damper_mass)
+    by_node = _hats(solver.frequency, nodes)
+    # the level held
+    rows = np.concatenate(
+        [by_node[..., None] * of_damping, by_node[..., None] * of_mass]
+    )  # (2n, nf, points)
+    log_level = np.zeros(2 * len(nodes))
+    if own_level:
+        level, lines = found.acceleration_g, solver.motion.frequency
+        read, read_mass, _ = damping(lines, level)
+        read_mass = read_mass if damper_mass else np.zeros_like(read_mass)
+        patch_damping, patch_mass = _local(log_patch, read, read_mass, damper_mass)
+        psd = np.exp(log_patch(read, read_mass))
+        hats = _hats(lines, nodes)
+        pushed = np.concatenate([hats * patch_damping, hats * patch_mass])
+        own = _log_rms(lines, psd, pushed)
+        slope = _level_slope(solver, damping, level, damper_mass)
+        log_level = own / (1 - slope)
+        high, high_mass, _ = damping(solver.frequency, level * np.exp(STEP))
+        low, low_mass, _ = damping(solver.frequency, level * np.exp(-STEP))
+        ratio = np.divide(high, low, out=np.ones_like(low), where=low > 0)
+        with_level = (np.log(ratio) / (2 * STEP))[:, None] * of_damping
+        if damper_mass:
+            with_level = with_level + ((high_mass - low_mass) / (2 * STEP))[:, None] * of_mass
+        rows = rows + log_level[:, None, None] * with_level
+    psd = found.response.acceleration_psd
+    return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_level)
+
+
+def _local(
+    log_psd: Callable[[Floats, Floats], Floats], value: Floats, mass: Floats, damper_mass: bool
+) -> tuple[Floats, Floats]:
+    """A and B, of the shape of the PSD, by central differences."""
+    up, down = log_psd(value * np.exp(STEP), mass), log_psd(value * np.exp(-STEP), mass)
+    of_damping = (up - down) / (2 * STEP)
+    if not damper_mass:
+        return of_damping, np.zeros_like(of_damping)
+    up, down = log_psd(value, mass + MASS_STEP), log_psd(value, mass - MASS_STEP)
+    return of_damping, (up - down) / (2 * MASS_STEP)
+
+
+def _level_slope(
+    solver: Solver | DiagonalSolver, damping: DampingOfLevel, level: float, damper_mass: bool
+) -> float:
+    """d ln Γ_out/d ln Γ."""
+
+    def log_out(gamma: float) -> float:
+        value, mass, _ = damping(solver.motion.frequency, gamma)
+        mass = mass if damper_mass else np.zeros_like(mass)
+        return float(np.log(sine_level(solver.motion.acceleration_rms(value, mass))))
+
+    return (log_out(level * np.exp(STEP)) - log_out(level * np.exp(-STEP))) / (2 * STEP)
+
+
+def _hats(frequency: Floats, nodes: Floats) -> Floats:
+    """(n, nf) the piecewise linear functions of ln f that are 1 at one node and 0 at the others."""
+    x, at = np.log(frequency), np.log(nodes)
+    return np.stack([np.interp(x, at, one) for one in np.eye(len(nodes))])
+
+
+def _log_rms(frequency: Floats, psd: Floats, log_psd: Floats) -> Floats:
+    """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
+    whole = np.trapezoid(psd, frequency, axis=0)
+    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / (2 * whole))
+
+
+def with_errors(
+    dataset: xr.Dataset, errors: Mapping[tuple[str, str], StandardErrors]
+) -> xr.Dataset:
+    """The dataset of `tables.psd_dataset` with ``acceleration_psd_log_error``.
+
+    NaN where a scenario's damping has no standard error.
+    """
+    like = dataset["acceleration_psd"]
+    values = xr.full_like(like, np.nan)
+    for (reading, label), one in errors.items():
+        values.loc[{"reading": reading, "scenario": label}] = one.log_psd
+    attrs = {"units": "1", "long_name": "standard error of ln of the acceleration PSD"}
+    return dataset.assign(acceleration_psd_log_error=values.assign_attrs(attrs))
+
+
+def error_columns(
+    rows: Sequence[dict[str, float]], errors: StandardErrors | None
+) -> list[dict[str, float]]:
+    """Rows of `tables.summary_rows`, a point each, with the standard errors of their values.
+
+    ``acceleration_rms_error_g``, ``reduction_error_db`` and ``damping_read_at_error_g``; NaN
+    where there are none.
+    """
+    count = len(rows)
+    relative = np.full(count, np.nan) if errors is None else errors.log_rms
+    level = np.nan if errors is None else errors.log_level
+    return [
+        {
+            **row,
+            "acceleration_rms_error_g": row["acceleration_rms_g"] * own,
+            "reduction_error_db": 20 / np.log(10) * own,
+            "damping_read_at_error_g": row["damping_read_at_g"] * level,
+        }
+        for row, own in zip(rows, relative, strict=True)
+    ]
