@@ -78,9 +78,7 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
         one = solve(solver, moved(change[:4], change[4:]))
         drawn.append([*np.log(one.response.acceleration_rms), np.log(one.acceleration_g)])
     # the standard deviation of 120 draws is good to 6.5 %, the linearisation to about as much
-    np.testing.assert_allclose(
-        np.std(drawn, axis=0), [*errors.log_rms, errors.log_level], rtol=0.2
-    )
+    np.testing.assert_allclose(np.std(drawn, axis=0), [*errors.log_rms, errors.log_level], rtol=0.2)
 
 
 def test_a_dashpot_without_mass_does_not_follow_its_mass(solver):

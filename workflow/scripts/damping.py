@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from pidpanel.damping import fit, forms
@@ -14,8 +15,13 @@ from pidpanel.study import load_study
 if __name__ == "__main__":
     study_path, cases, surface_nc, surface_csv, law_csv, forms_csv = sys.argv[1:]
     study = load_study(study_path)
+    # only gravity along the motion holds the bed down
+    *_, along = np.array(study.coupon.gravity_direction) / np.hypot.reduce(
+        study.coupon.gravity_direction
+    )
     surface = DampingSurface.from_frame(
-        pd.read_csv(Path(cases), keep_default_na=True), onset_g=study.coupon.gravity_g
+        pd.read_csv(Path(cases), keep_default_na=True),
+        onset_g=study.coupon.gravity_g * abs(along),
     )
     surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
     to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
