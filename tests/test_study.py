@@ -58,6 +58,12 @@ def test_every_shipped_study_is_accepted(name):
         ("panel.damping_ratio", "much", "panel.damping_ratio = much: a valid number"),
         ("sound.spectrum", "nowhere.csv", "sound.spectrum = nowhere.csv: no such file"),
         ("sound.oaspl_db", float("nan"), "sound.oaspl_db = .nan: a finite number"),
+        ("sound.shift_db", 3, "oaspl_db = 150 and shift_db = 3: one of the two"),
+        ("sound.field", "plane_wave", "incidence_deg goes with field: plane_wave"),
+        ("sound.incidence_deg", -10, "sound.incidence_deg = -10: greater than or equal to 0"),
+        ("sound.azimuth_deg", 45, "azimuth_deg goes with field: plane_wave or progressive_wave"),
+        ("sound.loaded_sides", 3, "sound.loaded_sides = 3: 1 or 2"),
+        ("response.radiation", "both", "response.radiation = both: 'none', 'one_side' or 'two_sides'"),
         ("response.frequency_hz", [400, 100], "the second above the first"),
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: one of panel.patches, PID-1"),
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction = 0.95: within the fills of coupon.sweep, 0.4 to 0.8"),
@@ -71,6 +77,14 @@ def test_every_shipped_study_is_accepted(name):
 )  # fmt: skip
 def test_a_wrong_value_is_named_with_what_is_allowed(tmp_path, key, value, says):
     assert says in refused(tmp_path, setter(key, value))
+
+
+def test_the_papers_diagonal_form_has_no_air(tmp_path):
+    # red: the validator without its raise
+    def change(values):
+        values["response"] |= {"modal_damping": "diagonal", "radiation": "one_side"}
+
+    assert "modal_damping: diagonal is the paper's form" in refused(tmp_path, change)
 
 
 def test_an_unknown_key_is_refused_with_the_nearest_right_one_and_its_line(tmp_path):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -473,9 +474,46 @@ class Sound(Model):
     spectrum: Path
     oaspl_db: Annotated[float, Field(ge=60, le=200)] | None = None
     """Overall level the spectrum is shifted to; left out, the table's own."""
-    field: Literal["diffuse", "uncorrelated"] = "diffuse"
+    shift_db: Annotated[float, Field(ge=-60, le=60)] = 0.0
+    """Every band higher by so much, such as +3 dB for protoqualification; not with oaspl_db."""
+    field: Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"] = (
+        "diffuse"
+    )
+    """progressive_wave: a plane wave that grazes the panel, as in a progressive-wave tube."""
+    incidence_deg: Annotated[float, Field(ge=0, le=90)] | None = None
+    """Angle from the panel's normal at which a plane wave comes."""
+    azimuth_deg: Annotated[float, Field(ge=-180, le=360)] | None = None
+    """Direction in the plane of the panel, from x, in which a wave runs."""
+    loaded_sides: Literal[1, 2] = 1
+    """2: independent fields of that level on both faces, twice the PSD."""
     pressure_reference: Literal["surface", "room", "incident"] = "surface"
     speed_m_s: Positive = 343.0
+    air_density_kg_m3: Positive = 1.2
+
+    @property
+    def incidence(self) -> float:
+        """rad; a right angle for a progressive wave."""
+        return math.radians(90.0 if self.incidence_deg is None else self.incidence_deg)
+
+    @property
+    def azimuth(self) -> float:
+        """rad."""
+        return math.radians(self.azimuth_deg or 0.0)
+
+    @model_validator(mode="after")
+    def _one_level_one_wave(self) -> Sound:
+        if self.oaspl_db is not None and self.shift_db != 0:
+            raise ValueError(
+                f"oaspl_db = {self.oaspl_db:g} and shift_db = {self.shift_db:g}: one of the two"
+            )
+        if (self.field == "plane_wave") != (self.incidence_deg is not None):
+            raise ValueError("incidence_deg goes with field: plane_wave, and only with it")
+        if self.azimuth_deg is not None and not self.field.endswith("_wave"):
+            raise ValueError("azimuth_deg goes with field: plane_wave or progressive_wave only")
+        return self
+
+
+Radiation = Literal["none", "one_side", "two_sides"]
 
 
 class Response(Model):
@@ -485,6 +523,20 @@ class Response(Model):
     damper_mass: bool = True
     modal_damping: Literal["full", "diagonal"] = "full"
     """full: the whole modal damping matrix; diagonal: the paper's Eq. 9–12."""
+    radiation: Radiation = "none"
+    """Sides of a baffled panel that radiate into the air and carry its mass; the paper has none."""
+    radiation_beside: Radiation = "none"
+    """Everything once more with this radiation, shown in a table beside."""
+
+    @model_validator(mode="after")
+    def _air(self) -> Response:
+        if self.radiation_beside == self.radiation != "none":
+            raise ValueError(
+                f"radiation_beside = {self.radiation_beside}: another than radiation, or none"
+            )
+        if self.modal_damping == "diagonal" and {self.radiation, self.radiation_beside} != {"none"}:
+            raise ValueError("modal_damping: diagonal is the paper's form: radiation must be none")
+        return self
 
     @model_validator(mode="after")
     def _rises(self) -> Response:

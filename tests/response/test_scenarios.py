@@ -106,14 +106,22 @@ def test_damping_that_feeds_the_panel_is_refused():
 def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     bare = scenarios.solve_bare(one_mode(), 1.0)
     damped = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
-    (row,) = summary_rows(damped, bare, ["p"], thickness=0.025, power_balance_error=0.0)
+    (row,) = summary_rows(
+        damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response
+    )
     ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
     assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
     assert row["reduction_db"] > 0
     assert not row["beyond_linear_plate"]
     displacement = damped.response.displacement_rms[0]
-    (thin,) = summary_rows(damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0)
+    (thin,) = summary_rows(
+        damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0, full=bare.response
+    )
     assert thin["beyond_linear_plate"]
+    # the last asked beside the bare panel in place of the full form: minus the reduction
+    assert (row["diagonal_form_error_db"], thin["diagonal_form_error_db"]) == pytest.approx(
+        (0.0, -row["reduction_db"])
+    )
 
 
 def test_a_scenario_without_response_is_nan_in_the_file():

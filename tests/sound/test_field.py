@@ -7,10 +7,8 @@ one-line change that it was seen to fail with.
 import numpy as np
 import pytest
 
-from pidpanel.sound import field
 from pidpanel.sound.field import (
     FieldError,
-    ModalForceTable,
     PanelQuadrature,
     TableNotResolved,
     diffuse_modal_force,
@@ -18,10 +16,12 @@ from pidpanel.sound.field import (
     plane_wave_modal_force,
     radiation_efficiency,
     tabulate_diffuse,
+    tabulate_plane_wave,
     uncorrelated_modal_force,
     uniform_modal_force,
     wavenumber,
 )
+from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes
 
 SIDES = (1.5, 1.0)
 SPEED = 343.0
@@ -102,7 +102,7 @@ def test_radiation_efficiency_of_a_panel_far_above_coincidence_tends_to_one():
 @pytest.mark.parametrize("frequency", [20.0, 300.0, 1000.0])
 def test_plane_waves_sum_to_the_double_integral(frequency):
     # the same Gauss points in both, so that only the sum over directions differs: rounding
-    # red: n_azimuth → n_azimuth + 1 in `_sum_of_plane_waves`
+    # red: n_azimuth → n_azimuth + 1 in `sum_of_plane_waves`
     quadrature = gauss_panel((1, 1), 30)
     k = float(wavenumber(frequency, SPEED))
     reference = double_integral(k, quadrature)
@@ -121,7 +121,7 @@ def test_load_quadrature_of_order_five_is_enough_at_2_khz(panel):
 
 def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
     # sin(kR)/(kR) ≥ 1 − (kR)²/6, R ≤ 1.81 m: 5.5e-7 at k = 1e-3
-    # red: cosine_weight → 2·cosine_weight in `_sum_of_plane_waves`
+    # red: cosine_weight → 2·cosine_weight in `sum_of_plane_waves`
     uniform = uniform_modal_force(panel)
     assert uniform[0, 0] == pytest.approx((1.5 * (2 / np.pi) ** 2) ** 2, rel=1e-6)
     diffuse = diffuse_modal_force(1e-3, panel)
@@ -131,7 +131,7 @@ def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
 
 def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
     # eigenvalues of a sum of squares; rounding only
-    # red: parts.T @ parts → even.T @ even − odd.T @ odd in `_sum_of_plane_waves`
+    # red: parts.T @ parts → even.T @ even − odd.T @ odd in `sum_of_plane_waves`
     table = tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel)
     for matrix in table.at(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-16)
@@ -141,7 +141,7 @@ def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
 
 def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
     # (1,1) even and (2,1) odd in x: zero to rounding, where (1,1) and (3,1) share 1e-2 m⁴
-    # red: np.cos(phase) → np.cos(phase + 0.3) in `_transform`
+    # red: np.cos(phase) → np.cos(phase + 0.3) in `transform`
     matrix = diffuse_modal_force(3.0, panel)
     assert abs(matrix[0, 1]) < 1e-13
     assert abs(matrix[0, 2]) > 1e-3
@@ -152,7 +152,7 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel):
     # red: ceil(k_max L/2) → ceil(k_max L/4) in `tabulate_diffuse`
     k_max = float(wavenumber(2000.0, SPEED))
     table = tabulate_diffuse(k_max, panel)
-    largest = np.sqrt(np.max(np.diagonal(table.modal_force, axis1=1, axis2=2), axis=0))
+    largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     scale = np.outer(largest, largest)
     wavenumbers = np.array([0.0, 0.02, 0.31, 0.77, 0.999, 1.0]) * k_max
     for k, tabulated in zip(wavenumbers, table.at(wavenumbers), strict=True):
@@ -160,21 +160,21 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel):
 
 
 def test_the_table_returns_its_nodes_exactly(panel):
-    # red: no `on_node` in `_even_interpolation` (nan from 0/0)
+    # red: no `on_node` in `even_interpolation` (nan from 0/0)
     table = tabulate_diffuse(5.0, panel)
     index = np.arange(table.wavenumber.size)
-    np.testing.assert_allclose(table.at(table.wavenumber), table.modal_force[index], atol=1e-14)
+    np.testing.assert_allclose(table.at(table.wavenumber), table.even[index], atol=1e-14)
 
 
 def test_a_table_with_too_few_nodes_is_refused(panel):
     # red: TABLE_TOLERANCE = 1
-    with pytest.raises(TableNotResolved, match=r"node_count = 30.*at most 1e-09"):
-        tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel, node_count=30)
+    with pytest.raises(TableNotResolved, match=r"30 nodes in k.*at most 1e-09"):
+        tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel, nodes_in_k=30)
 
 
 def test_a_table_is_not_read_beyond_its_end():
-    # red: no check of k.max() in `ModalForceTable.at`
-    table = ModalForceTable(10.0, field._chebyshev_nodes(10.0, 3), np.ones((3, 1, 1)))
+    # red: no check of k.max() in `WavenumberTable.at`
+    table = WavenumberTable(10.0, chebyshev_nodes(10.0, 3), np.ones((3, 1, 1)))
     assert table.at([10.0]) == pytest.approx(1.0)
     with pytest.raises(FieldError, match="reaches to 10"):
         table.at([10.1])
@@ -213,6 +213,17 @@ def test_a_plane_wave_across_the_panel_pushes_later_where_it_comes_later(panel):
     force = (panel.weight * np.exp(-1j * k * panel.position[:, 0])) @ panel.shape
     matrix = plane_wave_modal_force([k], np.pi / 2, 0.0, panel)[0]
     np.testing.assert_allclose(matrix, np.outer(force, force.conj()), atol=1e-13)
+
+
+@pytest.mark.parametrize("incidence", [0.0, 0.7, np.pi / 2])
+def test_the_table_of_a_plane_wave_is_the_wave_at_every_frequency(panel, incidence):
+    # Re G even and Im G odd in k, both entire: rounding between the nodes too
+    # red: k[:, None] * weights → weights in `WavenumberTable.at`
+    k_max = float(wavenumber(2000.0, SPEED))
+    table = tabulate_plane_wave(k_max, incidence, 0.4, panel)
+    k = np.array([0.02, 0.31, 0.77, 1.0]) * k_max
+    direct = plane_wave_modal_force(k, incidence, 0.4, panel)
+    np.testing.assert_allclose(table.at(k), direct, atol=1e-11 * np.abs(table.even).max())
 
 
 def lumped_panel(elements):

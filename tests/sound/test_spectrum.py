@@ -216,3 +216,21 @@ def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
 def test_bands_that_do_not_fit_are_refused(kind, number, level, message):
     with pytest.raises(SpectrumError, match=message):
         BandSpectrum(kind, np.array(number, dtype=np.int64), np.array(level))
+
+
+def test_two_loaded_sides_double_the_psd_and_three_are_refused():
+    # independent pressures on both faces: mean squares add
+    # red: loaded_sides * left out in `pressure_psd`
+    spectrum = BandSpectrum("octave", np.array([30]), np.array([94.0]))
+    one, two = (pressure_psd(spectrum, [1000.0], loaded_sides=sides) for sides in (1, 2))
+    assert two[0] == pytest.approx(2 * one[0], rel=1e-12)
+    with pytest.raises(SpectrumError, match="loaded_sides = 3"):
+        pressure_psd(spectrum, [1000.0], loaded_sides=3)
+
+
+def test_the_factor_to_another_level_is_that_of_the_shifted_spectrum():
+    # red: / 10 → / 20 in `pressure_factor`
+    spectrum = BandSpectrum("octave", np.array([27, 30]), np.array([100.0, 90.0]))
+    louder = spectrum.at_oaspl(130.0)
+    ratio = pressure_psd(louder, [500.0, 1000.0]) / pressure_psd(spectrum, [500.0, 1000.0])
+    np.testing.assert_allclose(ratio, spectrum.pressure_factor(130.0), rtol=1e-12)

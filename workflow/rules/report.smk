@@ -7,6 +7,7 @@ rule report:
     input:
         psd=results("response/psd.nc"),
         summary=results("response/summary.csv"),
+        beside=BESIDE,
         modes=results("panel/modes.nc"),
         mode_table=results("panel/modes.csv"),
         spectrum=results("sound/spectrum.csv"),

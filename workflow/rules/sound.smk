@@ -1,4 +1,7 @@
-# The spectrum of the sound and the modal force of its field.
+# The spectrum of the sound, the modal force of its field and, where it counts, the air's own.
+
+RADIATION = {STUDY.response.radiation, STUDY.response.radiation_beside} - {"none"}
+AIR = [results("sound/air.nc")] if RADIATION else []
 
 
 rule sound:
@@ -8,6 +11,7 @@ rule sound:
     output:
         results("sound/spectrum.csv"),
         results("sound/modal_force.nc"),
+        AIR,
     log:
         results("sound/sound.log"),
     params:

@@ -43,6 +43,8 @@ if __name__ == "__main__":
     study = load_study(study_path)
     with xr.open_dataset(folder / "response" / "psd.nc", engine="scipy") as dataset:
         psd = dataset.load()
+    beside = folder / "response" / "radiation.csv"
+    asked = study.response.radiation_beside != "none"
     inputs = sections.Inputs(
         study=study,
         stamp=stamp(study),
@@ -55,6 +57,7 @@ if __name__ == "__main__":
         coupon=read_coupon(study, folder / "coupon" / "cases.csv", Path(coupon))
         if study.coupon
         else None,
+        radiation=pd.read_csv(beside, dtype={"point": str}) if asked else None,
     )
     file = Path(study_path).resolve()
     if file.is_relative_to(PROJECT):

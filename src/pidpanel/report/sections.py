@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report import figures, findings, pictures, style, tables
+from pidpanel.report import figures, findings, pictures, radiation, style, tables
 from pidpanel.report.bands import reduction
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
@@ -71,6 +71,8 @@ class Inputs:
         Table 1 of the paper.
     coupon
         None for a study without a coupon.
+    radiation
+        ``response/radiation.csv`` (points as text); None where nothing was asked beside.
     """
 
     study: Study
@@ -82,6 +84,7 @@ class Inputs:
     bands: pd.DataFrame
     printed: pd.DataFrame
     coupon: Coupon | None
+    radiation: pd.DataFrame | None = None
 
 
 def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
@@ -91,6 +94,16 @@ def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     if inputs.coupon is not None:
         sections.append(coupon_section(study, inputs.coupon))
     sections += [response_section(inputs, name) for name in study.scenarios]
+    if inputs.radiation is not None:
+        sections.append(
+            radiation.radiation_section(
+                inputs.summary,
+                inputs.radiation,
+                study.response.radiation,
+                list(study.panel.points),
+                tables.READINGS,
+            )
+        )
     sections.append(summary_section(inputs))
     return Page(
         title=study.title or study.name,
@@ -109,6 +122,10 @@ def warnings(inputs: Inputs) -> list[str]:
     said = findings.response_warnings(inputs.study, inputs.summary, inputs.psd, tables.READINGS)
     if inputs.summary["damping_read_at_g"].notna().any():
         said.append(OVERSTATED)
+    if inputs.radiation is not None:
+        both = radiation.compared(inputs.summary, inputs.radiation)
+        own, points = inputs.study.response.radiation, list(inputs.study.panel.points)
+        said.append(radiation.finding(both, own, points))
     if inputs.coupon is not None:
         said += findings.coupon_warnings(inputs.coupon.cases)
     return said

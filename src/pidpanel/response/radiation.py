@@ -13,10 +13,50 @@ assumption: at the edges of a panel that stands free the air flows round, so tha
 modes, and with it their radiation damping, is less than computed here.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pidpanel.response.model import Floats, ResponseError
+from pidpanel.response.model import Complexes, Floats, ResponseError
+from pidpanel.sound.field import wavenumber
+from pidpanel.sound.wavenumber_table import WavenumberTable
+
+
+@dataclass(frozen=True)
+class Air:
+    """The air on the wetted sides of a baffled panel.
+
+    Parameters
+    ----------
+    density
+        ρ₀ [kg/m³].
+    speed_of_sound
+        c₀ [m/s].
+    wetted_sides
+        1 or 2.
+    diffuse
+        G of the diffuse field [m⁴] over wavenumber.
+    added_volume
+        V = M_air/ρ₀ of one side [m³] over wavenumber (`sound.added_mass`).
+    """
+
+    density: float
+    speed_of_sound: float
+    wetted_sides: int
+    diffuse: WavenumberTable
+    added_volume: WavenumberTable
+
+    def stiffness(self, frequency: Floats) -> Complexes:
+        """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
+        k = wavenumber(frequency, self.speed_of_sound)
+        omega = 2 * np.pi * frequency[:, None, None]
+        resistance = air_resistance(
+            frequency, self.diffuse.at(k), self.density, self.speed_of_sound, self.wetted_sides
+        )
+        mass = self.wetted_sides * self.density * self.added_volume.at(k)
+        stiffness: Complexes = 1j * omega * resistance - omega**2 * mass
+        return stiffness
 
 
 def air_resistance(

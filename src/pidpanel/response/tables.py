@@ -8,7 +8,7 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.lines import root_mean_square
-from pidpanel.response.model import Floats
+from pidpanel.response.model import Floats, Response
 from pidpanel.response.scenarios import ScenarioResponse
 
 
@@ -19,6 +19,7 @@ def summary_rows(
     *,
     thickness: float,
     power_balance_error: float,
+    full: Response,
 ) -> list[dict[str, Any]]:
     """Rms values of a scenario, a row per point.
 
@@ -32,11 +33,14 @@ def summary_rows(
         Of the panel, m: linear plate theory is left when w_rms exceeds a tenth of it.
     power_balance_error
         Largest |put in − lost| / put in over the lines looked at.
+    full
+        The response with the full modal damping matrix: that of the scenario, unless the paper's
+        diagonal form was asked for.
     """
     rows = []
     accelerations, velocities = found.response.acceleration_rms, found.response.velocity_rms
     displacements = found.response.displacement_rms
-    of_bare = bare.response.acceleration_rms
+    of_bare, of_full = bare.response.acceleration_rms, full.acceleration_rms
     for index, point in enumerate(points):
         acceleration, displacement = accelerations[index], displacements[index]
         rows.append(
@@ -46,6 +50,7 @@ def summary_rows(
                 "velocity_rms_m_s": velocities[index],
                 "displacement_rms_mm": displacement * 1e3,
                 "reduction_db": 20 * np.log10(of_bare[index] / acceleration),
+                "diagonal_form_error_db": 20 * np.log10(acceleration / of_full[index]),
                 "damping_read_at_g": found.acceleration_g,
                 "patch_motion_g": found.patch_acceleration_g,
                 "outside_run_points_share": 1 - float(np.mean(found.inside)),
@@ -55,6 +60,25 @@ def summary_rows(
             }
         )
     return rows
+
+
+def beside_rows(
+    found: ScenarioResponse, bare: ScenarioResponse, points: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Rms acceleration of a scenario under another assumption, a row per point.
+
+    Parameters are those of `summary_rows`.
+    """
+    acceleration, of_bare = found.response.acceleration_rms, bare.response.acceleration_rms
+    return [
+        {
+            "point": point,
+            "acceleration_rms_g": acceleration[index] / STANDARD_GRAVITY,
+            "reduction_db": 20 * np.log10(of_bare[index] / acceleration[index]),
+            "damping_read_at_g": found.acceleration_g,
+        }
+        for index, point in enumerate(points)
+    ]
 
 
 def psd_dataset(

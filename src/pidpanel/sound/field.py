@@ -10,7 +10,8 @@ where γ is the coherence of the field and k = 2πf/c₀ the wavenumber [rad/m].
 - diffuse: γ = sin(kR)/(kR), R = |x − x′| (paper, Eq. 22), `diffuse_modal_force` for one k and
   `tabulate_diffuse` for all;
 - uniform: γ = 1, one pressure everywhere;
-- plane wave: γ = exp(−i k·(x − x′));
+- plane wave: γ = exp(−i k·(x − x′)), `plane_wave_modal_force` and `tabulate_plane_wave`; along
+  the panel (grazing) it is the field of a progressive-wave tube;
 - uncorrelated: the unit matrix that the paper puts in the place of Eq. 22, which depends on the
   mesh.
 
@@ -23,25 +24,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-
-SPARE_NODES = 14
-"""Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table.
-
-The series of Bessel functions behind each sum ends faster than exponentially once its order
-exceeds kL; 14 nodes carry it below 1e-12 for kL up to 200.
-"""
+from pidpanel.sound.wavenumber_table import (
+    SPARE_NODES,
+    Complexes,
+    FieldError,
+    Floats,
+    WavenumberTable,
+    chebyshev_nodes,
+    checked_wavenumber,
+    even_interpolation,
+    node_count,
+)
 
 TABLE_TOLERANCE = 1e-9
 """Largest error of an interpolated G_ij allowed, relative to √(max_k G_ii · max_k G_jj)."""
 
 DIRECTIONS_AT_ONCE = 256
 """Plane waves evaluated together, so that memory stays at 256 nq values whatever k is."""
-
-
-class FieldError(ValueError):
-    """Arrays or values that do not describe a panel in a sound field."""
 
 
 class TableNotResolved(FieldError):
@@ -141,56 +140,17 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Floats:
     -----
     The sum itself is exact to about 1e-12; the quadrature over the panel is the caller's.
     """
-    k = _checked_wavenumber(np.array([wavenumber]))[0]
+    k = checked_wavenumber(np.array([wavenumber]))[0]
     cosine, cosine_weight = _half_gauss(k, panel.diameter)
-    azimuth = _half_circle(k, panel.diameter)
+    azimuth = half_circle(k, panel.diameter)
     radial = k * np.sqrt(1 - cosine**2)
-    even, odd = _transform(radial, azimuth, panel)
-    return _sum_of_plane_waves(even, odd, cosine_weight)
-
-
-@dataclass(frozen=True)
-class ModalForceTable:
-    """G of a diffuse field at Chebyshev nodes in k², to be read at any k up to `wavenumber_max`.
-
-    G is even and entire in k, so a polynomial in k² through Chebyshev nodes converges faster than
-    exponentially; the nodes are the positive ones of a Chebyshev rule on [−k_max, k_max].
-
-    Parameters
-    ----------
-    wavenumber_max
-        k_max [rad/m].
-    wavenumber
-        (m,) nodes [rad/m], falling from just below k_max.
-    modal_force
-        (m, n, n) G at the nodes [m⁴].
-    """
-
-    wavenumber_max: float
-    wavenumber: Floats
-    modal_force: Floats
-
-    def at(self, wavenumber: ArrayLike) -> Floats:
-        """Return G at the wavenumbers (nf,) [rad/m] as (nf, n, n) [m⁴].
-
-        Raises
-        ------
-        FieldError
-            Where a wavenumber lies outside 0 to k_max: polynomials must not be extrapolated.
-        """
-        k = _checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
-        if k.size and k.max() > self.wavenumber_max * (1 + 1e-12):
-            raise FieldError(
-                f"wavenumber = {k.max():g} rad/m: the table reaches to {self.wavenumber_max:g}"
-            )
-        weights = _even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
-        interpolated: Floats = np.tensordot(weights, self.modal_force, axes=1)
-        return interpolated
+    even, odd = transform(radial, azimuth, panel)
+    return sum_of_plane_waves(even, odd, cosine_weight)
 
 
 def tabulate_diffuse(
-    wavenumber_max: float, panel: PanelQuadrature, node_count: int | None = None
-) -> ModalForceTable:
+    wavenumber_max: float, panel: PanelQuadrature, nodes_in_k: int | None = None
+) -> WavenumberTable:
     """Tabulate G of a diffuse field for 0 ≤ k ≤ k_max and check the table against direct values.
 
     The transforms B of the shapes are needed on the disc |κ| ≤ k_max only. Along each azimuth
@@ -204,12 +164,12 @@ def tabulate_diffuse(
         k_max [rad/m] > 0.
     panel
         Shapes at quadrature points.
-    node_count
-        Nodes in k; by default k_max L/2 + 14.
+    nodes_in_k
+        By default k_max L/2 + 14.
 
     Returns
     -------
-    ModalForceTable
+    WavenumberTable
 
     Raises
     ------
@@ -223,46 +183,28 @@ def tabulate_diffuse(
     if not (np.isfinite(k_max) and k_max > 0):
         raise FieldError(f"wavenumber_max = {wavenumber_max!r} rad/m must be positive")
     diameter = panel.diameter
-    if node_count is None:
-        node_count = int(np.ceil(k_max * diameter / 2)) + SPARE_NODES
-    nodes = _chebyshev_nodes(k_max, node_count)
+    count = nodes_in_k or node_count(k_max, diameter)
+    nodes = chebyshev_nodes(k_max, count)
 
     # B is of exponential type L/2 in κ where G is of type L, so half the nodes carry it
-    radial_count = int(np.ceil(k_max * diameter / 4)) + SPARE_NODES
-    radial_nodes = _chebyshev_nodes(k_max, radial_count)
-    azimuth = _half_circle(k_max, diameter)
-    even_nodes, odd_nodes = _transform(radial_nodes, azimuth, panel)
+    radial_count = node_count(k_max, diameter / 2)
+    radial_nodes = chebyshev_nodes(k_max, radial_count)
+    azimuth = half_circle(k_max, diameter)
+    even_nodes, odd_nodes = transform(radial_nodes, azimuth, panel)
     odd_over_radial = odd_nodes / radial_nodes[:, None, None]  # even in κ, as interpolation wants
 
-    modal_force = np.empty((node_count, panel.shape.shape[1], panel.shape.shape[1]))
+    modal_force = np.empty((count, panel.shape.shape[1], panel.shape.shape[1]))
     for index, k in enumerate(nodes):
         cosine, cosine_weight = _half_gauss(k, diameter)
         radial = k * np.sqrt(1 - cosine**2)
-        weights = _even_interpolation(radial, k_max, radial_count)
+        weights = even_interpolation(radial, k_max, radial_count)
         even = np.tensordot(weights, even_nodes, axes=1)
         odd = np.tensordot(radial[:, None] * weights, odd_over_radial, axes=1)
-        modal_force[index] = _sum_of_plane_waves(even, odd, cosine_weight)
-    table = ModalForceTable(k_max, nodes, modal_force)
-
-    largest = np.sqrt(np.max(np.diagonal(modal_force, axis1=1, axis2=2), axis=0))
+        modal_force[index] = sum_of_plane_waves(even, odd, cosine_weight)
+    table = WavenumberTable(k_max, nodes, modal_force)
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
-        miss = np.abs(table.at([k])[0] - diffuse_modal_force(k, panel))
-        error = float(np.max(miss / np.maximum(np.outer(largest, largest), np.finfo(float).tiny)))
-        if error > TABLE_TOLERANCE:
-            raise TableNotResolved(
-                f"node_count = {node_count} leaves a relative error of {error:.1e} at "
-                f"k = {k:g} rad/m; at most {TABLE_TOLERANCE:g} is allowed, use more nodes"
-            )
+        _check_table(table, k, diffuse_modal_force(k, panel))
     return table
-
-
-def constant_table(wavenumber_max: float, modal_force: Floats) -> ModalForceTable:
-    """Return a table of a field whose G (n, n) [m⁴] is the same at every k up to `wavenumber_max`.
-
-    One node makes the interpolation constant.
-    """
-    nodes = _chebyshev_nodes(wavenumber_max, 1)
-    return ModalForceTable(wavenumber_max, nodes, np.asarray(modal_force)[None])
 
 
 def uniform_modal_force(panel: PanelQuadrature) -> Floats:
@@ -295,10 +237,29 @@ def plane_wave_modal_force(
     """
     if not 0 <= incidence <= np.pi / 2:
         raise FieldError(f"incidence = {incidence!r} rad must lie within 0 to π/2")
-    radial = _checked_wavenumber(np.asarray(wavenumber, dtype=np.float64)) * np.sin(incidence)
-    even, odd = _transform(radial, np.array([azimuth]), panel)
+    radial = checked_wavenumber(np.asarray(wavenumber, dtype=np.float64)) * np.sin(incidence)
+    even, odd = transform(radial, np.array([azimuth]), panel)
     force = (even - 1j * odd)[:, 0, :]  # the phase of the middle drops out of b bᴴ
     return force[:, :, None] * force[:, None, :].conj()
+
+
+def tabulate_plane_wave(
+    wavenumber_max: float, incidence: float, azimuth: float, panel: PanelQuadrature
+) -> WavenumberTable:
+    """Tabulate G of one plane wave for 0 ≤ k ≤ k_max; grazing (θ = π/2), a progressive wave.
+
+    Re G is even in k and Im G odd, so that the table interpolates Re G and Im G/k.
+
+    Parameters and errors are those of `plane_wave_modal_force` and `tabulate_diffuse`.
+    """
+    k_max = float(wavenumber_max)
+    nodes = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
+    modal_force = plane_wave_modal_force(nodes, incidence, azimuth, panel)
+    odd = modal_force.imag / nodes[:, None, None]
+    table = WavenumberTable(k_max, nodes, modal_force.real, odd)
+    for k in (k_max, k_max / 2):
+        _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0])
+    return table
 
 
 def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Floats:
@@ -384,7 +345,7 @@ def radiation_efficiency(
     -------
     (nf, n) σ [1].
     """
-    k = _checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
+    k = checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
     diagonal = np.asarray(modal_force_diagonal, dtype=np.float64)
     efficiency: Floats = (
         k[:, None] ** 2 * diagonal / (2 * np.pi * np.asarray(shape_square_integral))
@@ -392,11 +353,19 @@ def radiation_efficiency(
     return efficiency
 
 
-def _checked_wavenumber(k: Floats) -> Floats:
-    bad = ~(np.isfinite(k) & (k >= 0))
-    if np.any(bad):
-        raise FieldError(f"wavenumber = {k[bad].flat[0]!r} rad/m must be finite and not negative")
-    return k
+def _check_table(
+    table: WavenumberTable, k: float, direct: NDArray[np.complexfloating] | Floats
+) -> None:
+    """Refuse a table that misses the direct G at k by more than the tolerance."""
+    largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
+    largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
+    miss = np.abs(table.at([k])[0] - direct)
+    error = float(np.max(miss / np.outer(largest, largest)))
+    if error > TABLE_TOLERANCE:
+        raise TableNotResolved(
+            f"{table.wavenumber.size} nodes in k leave a relative error of {error:.1e} at "
+            f"k = {k:g} rad/m; at most {TABLE_TOLERANCE:g} is allowed, use more nodes"
+        )
 
 
 def _half_gauss(k: float, diameter: float) -> tuple[Floats, Floats]:
@@ -406,13 +375,13 @@ def _half_gauss(k: float, diameter: float) -> tuple[Floats, Floats]:
     return node[count:], weight[count:]
 
 
-def _half_circle(k: float, diameter: float) -> Floats:
+def half_circle(k: float, diameter: float) -> Floats:
     """Return equally spaced azimuths on [0, π) [rad]."""
     count = int(np.ceil(k * diameter / 2)) + SPARE_NODES
     return np.pi * np.arange(count) / count
 
 
-def _transform(radial: Floats, azimuth: Floats, panel: PanelQuadrature) -> tuple[Floats, Floats]:
+def transform(radial: Floats, azimuth: Floats, panel: PanelQuadrature) -> tuple[Floats, Floats]:
     """Return ∫ φ cos(κ n_α·x) dA and ∫ φ sin(κ n_α·x) dA, each (n_radial, n_azimuth, n) [m²].
 
     x counts from the middle of the panel, so that both vary as slowly as they can with κ.
@@ -433,32 +402,9 @@ def _transform(radial: Floats, azimuth: Floats, panel: PanelQuadrature) -> tuple
     return even.reshape(shape), odd.reshape(shape)
 
 
-def _sum_of_plane_waves(even: Floats, odd: Floats, cosine_weight: Floats) -> Floats:
+def sum_of_plane_waves(even: Floats, odd: Floats, cosine_weight: Floats) -> Floats:
     """Return Σ_μ w_μ (1/n_α) Σ_α Re(B Bᴴ) with B = even + i odd, (n, n)."""
     n_azimuth, n = even.shape[1:]
     root_weight = np.sqrt(cosine_weight / n_azimuth)[:, None, None]
     parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, n)
     return parts.T @ parts
-
-
-def _chebyshev_nodes(k_max: float, count: int) -> Floats:
-    """Return the positive nodes of the Chebyshev rule with 2·count nodes on [−k_max, k_max]."""
-    nodes: Floats = k_max * np.cos(np.pi * (2 * np.arange(count) + 1) / (4 * count))
-    return nodes
-
-
-def _even_interpolation(k: Floats, k_max: float, count: int) -> Floats:
-    """Return the matrix (k.size, count) from node values to values at k, for even functions.
-
-    With t = 2(k/k_max)² − 1 the nodes are Chebyshev's of the first kind in t, whose barycentric
-    weights are (−1)^j sin((2j + 1)π/(2·count)) (Berrut and Trefethen 2004, Eq. 5.3).
-    """
-    angle = np.pi * (2 * np.arange(count) + 1) / (2 * count)
-    distance = (2 * (k / k_max) ** 2 - 1)[:, None] - np.cos(angle)
-    at_node = distance == 0
-    distance[at_node] = 1.0
-    matrix = (-1.0) ** np.arange(count) * np.sin(angle) / distance
-    matrix /= matrix.sum(axis=1, keepdims=True)
-    on_node = at_node.any(axis=1)
-    matrix[on_node] = at_node[on_node]
-    return matrix

@@ -1,4 +1,4 @@
-"""The file of a modal force table."""
+"""The files of the modal force and of the air."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,45 +6,79 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel.sound.field import ModalForceTable
+from pidpanel.sound.wavenumber_table import Floats, WavenumberTable
+
+MODAL_FORCE = "modal_force"
+"""G of the field that drives the panel [m⁴]."""
+
+DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
+"""G of the diffuse field [m⁴], which tells the radiation, and V of the added mass [m³]."""
+
+KINDS = {
+    MODAL_FORCE: ("m4", "modal force per pressure PSD, G"),
+    DIFFUSE: ("m4", "modal force of the diffuse field, G"),
+    ADDED_VOLUME: ("m3", "added mass of the air on one side over its density, V"),
+}
 
 
-def write_modal_force(path: Path, table: ModalForceTable, attributes: Mapping[str, str]) -> None:
-    """Write a table to NetCDF.
+def write_tables(
+    path: Path, tables: Mapping[str, WavenumberTable], attributes: Mapping[str, str]
+) -> None:
+    """Write tables to NetCDF, each on its own nodes.
 
     Parameters
     ----------
     path
         The ``.nc`` file.
-    table
-        The table.
+    tables
+        By the names of `KINDS`.
     attributes
         Global attributes of the file.
     """
-    xr.Dataset(
-        {
-            "modal_force": (
-                ("wavenumber", "shape", "other_shape"),
-                table.modal_force,
-                {"units": "m4", "long_name": "modal force per pressure PSD, G"},
+    variables: dict[str, tuple[tuple[str, ...], Floats, dict[str, object]]] = {}
+    for name, table in tables.items():
+        axis = f"{name}_wavenumber"
+        units, long_name = KINDS[name]
+        dims = (axis, "shape", "other_shape")
+        variables[name] = (
+            dims,
+            table.even,
+            {
+                "units": units,
+                "long_name": long_name,
+                "wavenumber_max_rad_m": table.wavenumber_max,
+            },
+        )
+        if table.odd_over_wavenumber is not None:
+            variables[f"{name}_odd"] = (
+                dims,
+                table.odd_over_wavenumber,
+                {"units": f"{units} m rad-1", "long_name": f"{long_name}: imaginary part over k"},
             )
-        },
-        coords={
-            "wavenumber": (
-                "wavenumber",
-                table.wavenumber,
-                {"units": "rad m-1", "long_name": "acoustic wavenumber, Chebyshev nodes"},
-            )
-        },
-        attrs={**attributes, "wavenumber_max_rad_m": table.wavenumber_max},
-    ).to_netcdf(path, engine="scipy")
+        variables[axis] = (
+            (axis,),
+            table.wavenumber,
+            {"units": "rad m-1", "long_name": "acoustic wavenumber, Chebyshev nodes"},
+        )
+    xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
-def read_modal_force(path: Path) -> ModalForceTable:
-    """Read a table that `write_modal_force` wrote."""
+def read_table(path: Path, name: str) -> WavenumberTable:
+    """Read one table that `write_tables` wrote.
+
+    Raises
+    ------
+    KeyError
+        Where the file has no such table.
+    """
     with xr.open_dataset(path, engine="scipy") as dataset:
-        return ModalForceTable(
-            float(dataset.attrs["wavenumber_max_rad_m"]),
-            dataset["wavenumber"].to_numpy().astype(np.float64),
-            dataset["modal_force"].to_numpy().astype(np.float64),
+
+        def values(of: str) -> Floats:
+            return dataset[of].to_numpy().astype(np.float64)
+
+        return WavenumberTable(
+            float(dataset[name].attrs["wavenumber_max_rad_m"]),
+            values(f"{name}_wavenumber"),
+            values(name),
+            values(f"{name}_odd") if f"{name}_odd" in dataset else None,
         )

@@ -129,6 +129,7 @@ def pressure_psd(
     spectrum: BandSpectrum,
     frequency: ArrayLike,
     pressure_reference: PressureReference = "surface",
+    loaded_sides: int = 1,
 ) -> Floats:
     """Return the one-sided PSD of the pressure on the face, constant in each band.
 
@@ -143,6 +144,9 @@ def pressure_psd(
         (nf,) [Hz], each within the bands; the last edge belongs to the last band.
     pressure_reference
         What the levels speak of: `surface`, `room` or `incident`.
+    loaded_sides
+        2 doubles the PSD: fields of that level on both faces, independent of one another. (Where
+        the wave is longer than the way round the panel the two are not, and partly cancel.)
 
     Returns
     -------
@@ -152,7 +156,7 @@ def pressure_psd(
     ------
     SpectrumError
         Where a frequency lies outside the bands (the table says nothing there, so nothing is
-        extrapolated), or the reference is unknown.
+        extrapolated), or the reference or the number of sides is unknown.
 
     Examples
     --------
@@ -165,6 +169,8 @@ def pressure_psd(
         raise SpectrumError(
             f"pressure_reference = {pressure_reference!r}: allowed are {', '.join(PRESSURE_FACTOR)}"
         )
+    if loaded_sides not in (1, 2):
+        raise SpectrumError(f"loaded_sides = {loaded_sides!r}: allowed are 1 and 2")
     frequency = np.asarray(frequency, dtype=np.float64)
     edge = spectrum.edge_frequency
     outside = ~((frequency >= edge[0]) & (frequency <= edge[-1]))  # also true of NaN
@@ -174,6 +180,6 @@ def pressure_psd(
             f"to {edge[-1]:.6g} Hz and are not extrapolated"
         )
     mean_square = REFERENCE_PRESSURE**2 * 10.0 ** (spectrum.band_spl / 10)
-    band_psd = PRESSURE_FACTOR[pressure_reference] * mean_square / np.diff(edge)
+    band_psd = loaded_sides * PRESSURE_FACTOR[pressure_reference] * mean_square / np.diff(edge)
     band = np.searchsorted(edge, frequency, side="right") - 1
     return band_psd[np.minimum(band, band_psd.size - 1)]

@@ -1,0 +1,87 @@
+"""Added mass of the air, held to the plain double integral through autocorrelations of sines."""
+
+import numpy as np
+import pytest
+
+from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.field import PanelQuadrature
+from pidpanel.sound.wavenumber_table import FieldError
+
+SIDES = (1.5, 1.0)
+MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
+
+
+def sine_panel(elements):
+    """Products of sines at 3 × 3 Gauss points of each element."""
+    node, weight = np.polynomial.legendre.leggauss(3)
+    axes = []
+    for side, count in zip(SIDES, elements, strict=True):
+        edge = side / count
+        at = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
+        axes.append((at, np.tile(weight * edge / 2, count)))
+    x, y = (one.ravel() for one in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
+    shape = [np.sin(m * np.pi * x / SIDES[0]) * np.sin(n * np.pi * y / SIDES[1]) for m, n in MODES]
+    area = np.outer(axes[0][1], axes[1][1]).ravel()
+    return PanelQuadrature(np.stack([x, y], axis=1), area, np.stack(shape, axis=1))
+
+
+def autocorrelation(apart, side, m):
+    """∫ sin(mπx/a) sin(mπ(x + d)/a) dx over the part of the side where both are."""
+    turn = m * np.pi / side
+    return ((side - apart) * np.cos(turn * apart) + np.sin(turn * apart) / turn) / 2
+
+
+def double_integral(mode, k):
+    """(1/2π) ∬ φφ cos(kR)/R dA dA′ in polar coordinates of the distance, where 1/R drops out."""
+    node, weight = np.polynomial.legendre.leggauss(120)
+    corner = np.arctan2(SIDES[1], SIDES[0])
+    total = 0.0
+    for low, high in ((0.0, corner), (corner, np.pi / 2)):
+        for angle, share in zip((low + high + (high - low) * node) / 2, weight, strict=True):
+            c, s = np.cos(angle), np.sin(angle)
+            longest = min(SIDES[0] / c, SIDES[1] / s)
+            R = longest / 2 * (1 + node)
+            both = autocorrelation(R * c, SIDES[0], mode[0]) * autocorrelation(
+                R * s, SIDES[1], mode[1]
+            )
+            total += share * (high - low) / 2 * longest / 2 * (weight @ (both * np.cos(k * R)))
+    return 4 * total / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def table():
+    return tabulate_added_mass(20.0, sine_panel((30, 20)))
+
+
+@pytest.mark.parametrize("k", [0.0, 1.19, 8.0, 20.0])
+def test_added_mass_is_the_double_integral_of_cos_kr_over_r(table, k):
+    # what is left beyond the wavenumbers integrated over: at most TAIL of the static value by
+    # its own estimate, 0.2 % as found for (9,1) and 1e-4 for the rest
+    # red: np.hypot(k, t) → t in `_integrated`; / (2 * np.pi) left out
+    static = np.diag(table.at([0.0])[0])
+    expected = [double_integral(mode, k) for mode in MODES]
+    np.testing.assert_allclose(np.diag(table.at([k])[0]), expected, atol=3e-3 * static.min())
+
+
+def test_one_side_of_air_lowers_the_first_frequency_by_six_percent(table):
+    # 64.9 Hz, m = 1.5 kg, 1.2 kg/m³: f/√(1 + ρ₀V/m), one figure is given
+    # red: k_max → 10 k_max in the table's nodes
+    mass = 1.2 * table.at([2 * np.pi * 64.9 / 343.0])[0, 0, 0]
+    assert 1 / np.sqrt(1 + mass / 1.5) == pytest.approx(0.94, abs=0.005)
+
+
+def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
+    # red: even only in `_azimuthal_mean`
+    static = table.at([0.0])[0]
+    np.testing.assert_allclose(static, static.T, atol=1e-16)
+    assert abs(static[0, 1]) < 1e-12 * static[0, 0]
+    assert np.linalg.eigvalsh(static)[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("k_max", "elements", "message"),
+    [(0.0, (30, 20), "wavenumber_max = 0"), (36.0, (6, 4), "use smaller elements")],
+)
+def test_what_cannot_be_integrated_is_refused_by_name(k_max, elements, message):
+    with pytest.raises(FieldError, match=message):
+        tabulate_added_mass(k_max, sine_panel(elements))
