@@ -10,8 +10,8 @@ import xarray as xr
 from pidpanel.panel.basis_files import read_basis, write_basis, write_shapes
 from pidpanel.panel.mesh import mesh_triangles
 from pidpanel.panel.modes import panel_basis
-from pidpanel.panel.plate import assemble_thin_plate
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
 
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
 

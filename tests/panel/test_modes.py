@@ -16,8 +16,9 @@ from pidpanel.panel.modes import (
     residual_vectors,
 )
 from pidpanel.panel.navier import mode_orders
-from pidpanel.panel.plate import AssembledPlate, assemble_thin_plate
+from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
 
 A, B = 1.5, 1.0
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)

@@ -7,8 +7,8 @@ from skfem import CellBasis, ElementQuadBFS, MeshQuad
 
 from pidpanel.panel.mesh import PanelMesh, Rectangle, mesh_quadrilaterals, mesh_triangles
 from pidpanel.panel.modes import normal_modes
-from pidpanel.panel.plate import assemble_thin_plate, bending_form
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate, bending_form
 
 A, B = 1.5, 1.0
 OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]

@@ -6,9 +6,9 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.panel.mesh import mesh_quadrilaterals, mesh_triangles
 from pidpanel.panel.modes import panel_basis
-from pidpanel.panel.plate import assemble_thin_plate
 from pidpanel.panel.recovery import core_stress_shapes, strain_shapes, stress_shapes
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
 
 A, B = 1.5, 1.0
 OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.panel import mesh, modes, navier, plate, section
+from pidpanel.panel import mesh, modes, navier, section, thin
 from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
@@ -33,7 +33,7 @@ if __name__ == "__main__":
         panel.section.mass_per_area_kg_m2,
         panel.section.poissons_ratio,
     )
-    assembled = plate.assemble_thin_plate(grid, section)
+    assembled = thin.assemble_thin_plate(grid, section)
     basis = modes.panel_basis(grid, assembled, MODES_BEYOND * study.response.frequency_hz[1])
     write_basis(modes_nc, basis, stamp(study))
     write_shapes(modes_vtu, basis)

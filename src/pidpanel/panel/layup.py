@@ -1,0 +1,229 @@
+"""Sandwich sections from a layup: classical lamination of the faces, first-order core shear.
+
+Faces carry what bends and stretches, the core what shears: the core has no in-plane stiffness,
+the faces no transverse shear. Conventions of axes and signs are those of `section`; depths are
+counted from the middle of the core. References: Jones, Mechanics of Composite Materials, ch. 4
+(lamination); Allen, Analysis and Design of Structural Sandwich Panels, ch. 2 (S = G d^2 / t_c).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pidpanel.panel.section import Layer
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Material:
+    """Orthotropic material of a ply, in plane stress.
+
+    Attributes
+    ----------
+    E1, E2, G12 : float
+        Moduli along and across the fibre and in shear [Pa].
+    nu12 : float
+        Major Poisson's ratio [-].
+    density : float
+        [kg/m^3].
+
+    Raises
+    ------
+    ValueError
+        If a modulus or the density is not positive, or nu12^2 is not below E1/E2 (the energy of
+        some strain would be negative).
+    """
+
+    E1: float
+    E2: float
+    G12: float
+    nu12: float
+    density: float
+
+    def __post_init__(self) -> None:
+        """Refuse what would give energy when strained."""
+        for name in ("E1", "E2", "G12", "density"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
+        if self.nu12**2 >= self.E1 / self.E2:
+            raise ValueError(
+                f"nu12 is {self.nu12:g}; |nu12| must be below sqrt(E1/E2) ="
+                f" {np.sqrt(self.E1 / self.E2):g}"
+            )
+
+    @classmethod
+    def isotropic(cls, youngs_modulus: float, poissons_ratio: float, density: float) -> "Material":
+        """E1 = E2 = E, G12 = E / (2 (1 + nu))."""
+        shear = youngs_modulus / (2 * (1 + poissons_ratio))
+        return cls(youngs_modulus, youngs_modulus, shear, poissons_ratio, density)
+
+    @property
+    def stiffness(self) -> Array:
+        """Q of plane stress in the axes of the fibre [Pa], shape (3, 3)."""
+        share = 1 - self.nu12**2 * self.E2 / self.E1
+        coupling = self.nu12 * self.E2 / share
+        return np.array(
+            [[self.E1 / share, coupling, 0], [coupling, self.E2 / share, 0], [0, 0, self.G12]]
+        )
+
+
+@dataclass(frozen=True)
+class Ply:
+    """A layer of one material.
+
+    Attributes
+    ----------
+    material : Material
+    thickness : float
+        [m].
+    angle : float
+        From the x axis of the panel to the fibre, turning towards y [rad].
+    """
+
+    material: Material
+    thickness: float
+    angle: float = 0.0
+
+    @property
+    def strain_in_fibre_axes(self) -> Array:
+        """T with (e_1, e_2, g_12) = T (e_x, e_y, g_xy), shape (3, 3)."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.array(
+            [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
+        )
+
+    @property
+    def stiffness(self) -> Array:
+        """Q in the axes of the panel, T^T Q T [Pa], shape (3, 3)."""
+        T = self.strain_in_fibre_axes
+        return T.T @ self.material.stiffness @ T
+
+
+@dataclass(frozen=True)
+class Core:
+    """A honeycomb core.
+
+    Attributes
+    ----------
+    shear_modulus_l, shear_modulus_w : float
+        Plate shear moduli along and across the ribbon [Pa].
+    density : float
+        [kg/m^3].
+    thickness : float
+        [m].
+    ribbon : float
+        From the x axis of the panel to the ribbon [rad].
+    """
+
+    shear_modulus_l: float
+    shear_modulus_w: float
+    density: float
+    thickness: float
+    ribbon: float = 0.0
+
+
+@dataclass(frozen=True)
+class SandwichSection:
+    """Two laminated faces on a core.
+
+    In-plane forces vanish (the panel is free to shrink in its plane), so a face pair that is not
+    symmetric bends with the reduced stiffness D - B A^-1 B.
+
+    Attributes
+    ----------
+    top, bottom : tuple of Ply
+        Plies of each face, the outermost first.
+    core : Core
+    extra_mass_per_area : float
+        Of adhesive, solar cells and whatever has no stiffness [kg/m^2]. Its rotary inertia is
+        neglected.
+    """
+
+    top: tuple[Ply, ...]
+    bottom: tuple[Ply, ...]
+    core: Core
+    extra_mass_per_area: float = 0.0
+
+    @cached_property
+    def _placed(self) -> list[tuple[str, Ply, float, float]]:
+        """Name, ply, depth of its outer and of its inner surface [m]."""
+        placed = []
+        for name, face, side in (("top", self.top, 1.0), ("bottom", self.bottom, -1.0)):
+            outer = self.core.thickness / 2 + sum(ply.thickness for ply in face)
+            for number, ply in enumerate(face, 1):
+                label = name if len(face) == 1 else f"{name} ply {number}"
+                placed.append((label, ply, side * outer, side * (outer - ply.thickness)))
+                outer -= ply.thickness
+        return placed
+
+    @cached_property
+    def abd(self) -> tuple[Array, Array, Array]:
+        """A [N/m], B [N], D [N m] about the middle of the core, each of shape (3, 3)."""
+        return tuple(
+            sum(
+                ply.stiffness * abs(outer**k - inner**k) * np.sign(outer) ** (k - 1) / k
+                for _, ply, outer, inner in self._placed
+            )
+            for k in (1, 2, 3)
+        )
+
+    @cached_property
+    def bending(self) -> Array:
+        """D - B A^-1 B [N m], shape (3, 3)."""
+        A, B, D = self.abd
+        return D - B @ np.linalg.solve(A, B)
+
+    @property
+    def distance(self) -> float:
+        """d between the middles of the faces [m]."""
+        faces = sum(ply.thickness for ply in (*self.top, *self.bottom))
+        return self.core.thickness + faces / 2
+
+    @property
+    def _ribbon_axes(self) -> Array:
+        c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
+        return np.array([[c, s], [-s, c]])
+
+    @property
+    def shear(self) -> Array:
+        """S = G d^2 / t_c in the axes of the panel [N/m], shape (2, 2)."""
+        R = self._ribbon_axes
+        G = R.T @ np.diag([self.core.shear_modulus_l, self.core.shear_modulus_w]) @ R
+        return G * self.distance**2 / self.core.thickness
+
+    @property
+    def mass_per_area(self) -> float:
+        """m'' [kg/m^2]."""
+        faces = sum(ply.material.density * ply.thickness for ply in (*self.top, *self.bottom))
+        return faces + self.core.density * self.core.thickness + self.extra_mass_per_area
+
+    @property
+    def rotary_inertia(self) -> float:
+        """Second moment of the density of faces and core about their centre of mass [kg]."""
+        half = self.core.thickness / 2
+        parts = [(self.core.density, half, -half)]
+        parts += [(p.material.density, outer, inner) for _, p, outer, inner in self._placed]
+        # moments of density of order 0, 1, 2; a part's surfaces may come in either order
+        zeroth, first, second = (
+            sum(d * (max(u, v) ** k - min(u, v) ** k) / k for d, u, v in parts) for k in (1, 2, 3)
+        )
+        return second - first**2 / zeroth
+
+    @cached_property
+    def layers(self) -> tuple[Layer, ...]:
+        """The outer surface of every ply, in the axes of its fibre."""
+        A, B, _ = self.abd
+        neutral = np.linalg.solve(A, B)
+        layers = []
+        for name, ply, outer, _ in self._placed:
+            strain = ply.strain_in_fibre_axes @ (outer * np.eye(3) - neutral)
+            layers.append(Layer(name, strain, ply.material.stiffness @ strain))
+        return tuple(layers)
+
+    @property
+    def core_stress(self) -> Array:
+        """t = S gamma / d, in the axes of the panel [Pa], shape (2, 2)."""
+        return self.shear / self.distance

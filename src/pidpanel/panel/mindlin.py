@@ -1,0 +1,234 @@
+"""Plate with transverse shear (Reissner-Mindlin) on triangles (scikit-fem).
+
+The deflection w is cubic (P3), the rotation b of the normals quadratic (P2), everything is
+integrated exactly: grad w and b then match to quadratics, and the shear energy of a thin plate
+can vanish. Convergence is of order 4 in frequency for sandwiches; in the thin limit 0.2 to 0.4 %
+remain at 30 elements to the long side.
+"""
+
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from skfem import BilinearForm, CellBasis, ElementTriP2, ElementTriP3, ElementVector, MeshTri
+from skfem.helpers import dot, grad
+
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.plate import (
+    AssembledPlate,
+    assembled_plate,
+    at_quadrature,
+    corner_basis,
+    corner_mean,
+    overlap_form,
+)
+from pidpanel.panel.section import Section
+from pidpanel.panel.supports import (
+    Block,
+    Supports,
+    foot_cells,
+    foot_motion,
+    free_coordinates,
+    held_vertices,
+    null_space,
+    vertex_at,
+)
+
+# Exact for products of two cubics.
+EXACT_ORDER = 6
+SIMPLY_SUPPORTED = Supports()
+
+
+class ShearSection(Section, Protocol):
+    """A section with core shear and rotary inertia."""
+
+    @property
+    def shear(self) -> NDArray[np.float64]:
+        """S, shear force (q_x, q_y) per shear angle [N/m], shape (2, 2)."""
+
+    @property
+    def rotary_inertia(self) -> float:
+        """Mass moment of the normals [kg]."""
+
+
+@BilinearForm
+def bending_form(b, c, section):  # type: ignore[no-untyped-def]
+    """int kappa(c) . D kappa(b) dA."""
+    return np.einsum("i...,ij,j...->...", _bent(c), section.bending, _bent(b))
+
+
+def _bent(b):  # type: ignore[no-untyped-def]
+    """-kappa = (b_x,x, b_y,y, b_x,y + b_y,x)."""
+    G = grad(b)
+    return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
+
+
+@BilinearForm
+def shear_form(a, c, section):  # type: ignore[no-untyped-def]
+    """int c . S a dA of two vector fields: shear energy, of slopes and rotations alike."""
+    return np.einsum("i...,ij,j...->...", _vector(c), section.shear, _vector(a))
+
+
+def _vector(field):  # type: ignore[no-untyped-def]
+    """grad w of a deflection, -b of a rotation: gamma = grad w - b is their sum."""
+    value = np.asarray(field)
+    return np.asarray(grad(field)) if value.ndim == 2 else -value
+
+
+@BilinearForm
+def inertia_form(b, c, _):  # type: ignore[no-untyped-def]
+    """int c . b dA: times the rotary inertia, the mass of the rotations."""
+    return dot(b, c)
+
+
+def assemble_shear_plate(
+    mesh: PanelMesh, section: ShearSection, supports: Supports = SIMPLY_SUPPORTED
+) -> AssembledPlate:
+    """Assemble a plate with transverse shear.
+
+    Supports forbid w along the edge; a hard simple support also the rotation along the edge
+    (b_t = 0, as behind a stiff frame), a soft one leaves it free, clamping forbids both
+    rotations.
+
+    Parameters
+    ----------
+    mesh : PanelMesh
+        Of triangles.
+    section : ShearSection
+    supports : Supports, optional
+        By default the whole outline is simply supported (hard), holes are free.
+
+    Returns
+    -------
+    AssembledPlate
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not of triangles, or a support does not fit it.
+    """
+    if mesh.cell_kind != "triangles":
+        raise ValueError(f"a plate with shear on {mesh.cell_kind}; allowed are triangles")
+    skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
+    deflection = CellBasis(skmesh, ElementTriP3(), intorder=EXACT_ORDER)
+    rotation = CellBasis(skmesh, ElementVector(ElementTriP2()), intorder=EXACT_ORDER)
+    free = free_coordinates(deflection.N + rotation.N, _held(mesh, deflection, rotation, supports))
+    free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
+    S, D = {"shear": section.shear}, {"bending": section.bending}
+    coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
+    stiffness = sp.block_array(
+        [
+            [sp.csr_array(shear_form.assemble(deflection, **S)), coupling],
+            [
+                coupling.T,
+                sp.csr_array(
+                    shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
+                ),
+            ],
+        ],
+        format="csr",
+    )
+    mass = sp.block_diag(
+        [
+            section.mass_per_area * overlap_form.assemble(deflection),
+            section.rotary_inertia * inertia_form.assemble(rotation),
+        ],
+        format="csr",
+    )
+    curvature, shear = _recovery(skmesh, free_w, free_b)
+    return assembled_plate(
+        mesh,
+        deflection,
+        free_w,
+        stiffness=sp.csr_array(free.T @ stiffness @ free),
+        mass=sp.csr_array(free.T @ mass @ free),
+        curvature_at_vertices=curvature,
+        shear_at_vertices=shear,
+        section=section,
+    )
+
+
+def _recovery(
+    mesh: MeshTri, free_w: sp.csr_array, free_b: sp.csr_array
+) -> tuple[tuple[sp.csr_array, ...], tuple[sp.csr_array, ...]]:
+    """Curvature and shear angle at the vertices."""
+    deflection = corner_basis(mesh, ElementTriP3())
+    rotation = corner_basis(mesh, ElementVector(ElementTriP2()))
+    mean = corner_mean(mesh)
+
+    def matrix(basis: CellBasis, value, free: sp.csr_array) -> sp.csr_array:  # type: ignore[no-untyped-def]
+        values = [value(function[0]) for function in basis.basis]
+        return sp.csr_array(mean @ at_quadrature(basis, values) @ free)
+
+    curvature = tuple(matrix(rotation, lambda b, k=k: -_bent(b)[k], free_b) for k in range(3))
+    shear = tuple(
+        sp.csr_array(
+            matrix(deflection, lambda w, k=k: grad(w)[k], free_w)
+            - matrix(rotation, lambda b, k=k: np.asarray(b)[k], free_b)
+        )
+        for k in range(2)
+    )
+    return curvature, shear
+
+
+def _held(
+    mesh: PanelMesh, deflection: CellBasis, rotation: CellBasis, supports: Supports
+) -> list[Block]:
+    """Blocks of coordinates that the supports hold; rotations count after deflections."""
+    held, edges = held_vertices(mesh, supports)
+    pairs = np.sort(deflection.mesh.facets, axis=0).T.tolist()
+    facet = {tuple(pair): k for k, pair in enumerate(pairs)}
+    still = np.zeros((1, 0))
+    w_rows: dict[int, str] = {}
+    b_rows: dict[int, tuple[str, NDArray[np.int64], list[NDArray[np.float64]]]] = {}
+
+    def hold(name: str, place: int, dofs: NDArray[np.int64], rows: NDArray[np.float64]) -> None:
+        b_rows.setdefault(place, (name, dofs + deflection.N, []))[2].append(rows)
+
+    for (start, end), (kind, tangent) in edges.items():
+        number = facet[start, end]
+        for dof in deflection.facet_dofs[:, number]:
+            w_rows[int(dof)] = "a supported edge"
+        # places: vertices by their number, edges by theirs after the vertices
+        rows = _forbidden_rotation(kind, tangent)
+        hold("a supported edge", len(mesh.vertices) + number, rotation.facet_dofs[:, number], rows)
+    for vertex in held:
+        w_rows[int(deflection.nodal_dofs[0, vertex.vertex])] = "a supported edge"
+        for kind, tangent, _ in vertex.edges:
+            rows = _forbidden_rotation(kind, tangent)
+            dofs = rotation.nodal_dofs[:, vertex.vertex]
+            hold("a supported edge", vertex.vertex, dofs, rows)
+    for name, point in supports.points.items():
+        if point.radius == 0:
+            vertex_number = vertex_at(mesh, name, point.position)
+            w_rows[int(deflection.nodal_dofs[0, vertex_number])] = name
+            if point.kind == "hold_down":
+                hold(name, vertex_number, rotation.nodal_dofs[:, vertex_number], np.eye(2))
+
+    blocks = [Block(name, np.array([dof]), still) for dof, name in w_rows.items()]
+    for name, dofs, forbidden in b_rows.values():
+        blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
+    for name, point in supports.points.items():
+        if point.radius > 0:
+            cells = foot_cells(mesh, point)
+            w_dofs = np.unique(deflection.element_dofs[:, cells])
+            b_dofs = np.unique(rotation.element_dofs[:, cells])
+            x, y = deflection.doflocs[:, w_dofs]
+            along_x = np.isin(b_dofs, [*rotation.nodal_dofs[0], *rotation.facet_dofs[0]])
+            rigid = np.vstack(
+                [
+                    np.column_stack([np.ones_like(x), x, y]),
+                    np.column_stack([np.zeros(len(b_dofs)), along_x, ~along_x]),
+                ]
+            )
+            dofs = np.concatenate([w_dofs, deflection.N + b_dofs])
+            blocks.append(Block(name, dofs, foot_motion(rigid, point)))
+    return blocks
+
+
+def _forbidden_rotation(kind: str, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows on (b_x, b_y) that vanish at a supported edge, shape (n, 2)."""
+    if kind == "clamped":
+        return np.eye(2)
+    return tangent[None, :] if kind == "simply_supported" else np.zeros((0, 2))

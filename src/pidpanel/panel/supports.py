@@ -1,0 +1,335 @@
+"""What holds the panel: kinds of support along its edges and at points, as rows on a mesh.
+
+Nothing here knows an element: a support becomes directions at the vertices of the outline, and
+the elements turn these into what their coordinates may not do.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from pidpanel.panel.mesh import PanelMesh
+
+Array = NDArray[np.float64]
+Position = tuple[float, float]
+
+POINT_KINDS = ("hinge", "hold_down")
+EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
+# Edges that turn by less are read as a smooth curve drawn by straight pieces.
+SMOOTH_TURN = np.radians(30.0)
+
+
+@dataclass(frozen=True)
+class EdgeSupport:
+    """Support of the part of the outline between two points of a straight edge.
+
+    Attributes
+    ----------
+    start, end : tuple of float
+        Ends (x, y) [m].
+    kind : str
+        One of `EDGE_KINDS`.
+    """
+
+    start: Position
+    end: Position
+    kind: str
+
+
+@dataclass(frozen=True)
+class PointSupport:
+    """A hinge (w = 0) or a hold-down (w = 0 and no slope).
+
+    Attributes
+    ----------
+    position : tuple of float
+        (x, y) [m], a vertex of the mesh.
+    kind : str
+        "hinge" or "hold_down".
+    radius : float
+        Of a stiff foot [m]: within it the panel moves as a rigid body. 0 holds a mere point; the
+        deflection of a panel with core shear there depends on the mesh, like a logarithm.
+    """
+
+    position: Position
+    kind: str
+    radius: float = 0.0
+
+
+@dataclass(frozen=True)
+class Supports:
+    """All supports of a panel.
+
+    Attributes
+    ----------
+    outline : str
+        Kind of the outer boundary, one of `EDGE_KINDS`.
+    holes : str
+        Kind of the rims of holes.
+    edges : sequence of EdgeSupport
+        Straight parts of the boundary that differ; later ones win.
+    points : mapping of str to PointSupport
+    """
+
+    outline: str = "simply_supported"
+    holes: str = "free"
+    edges: Sequence[EdgeSupport] = ()
+    points: Mapping[str, PointSupport] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class HeldVertex:
+    """What the boundary does to one of its vertices.
+
+    Attributes
+    ----------
+    vertex : int
+    edges : list of tuple
+        One or two supported edges: kind, unit tangent t, and the rate dt/ds at which it turns
+        [1/m] (zero but on a curve).
+    """
+
+    vertex: int
+    edges: list[tuple[str, Array, Array]]
+
+
+def boundary_edges(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Edges with a cell on one side only, the panel to their left, shape (n, 2)."""
+    edges = np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1).reshape(-1, 2)
+    ordered = np.sort(edges, axis=1)
+    _, first, count = np.unique(ordered, axis=0, return_index=True, return_counts=True)
+    return edges[np.sort(first[count == 1])]
+
+
+def boundary_loops(vertices: Array, cells: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Closed chains of vertices round a set of cells, outer boundaries and holes.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (n_vertices, 2)
+        [m].
+    cells : ndarray of int, shape (n_cells, 3) or (n_cells, 4)
+        Counter-clockwise.
+
+    Returns
+    -------
+    list of ndarray of int
+        Vertices in order, the first not repeated; counter-clockwise round the set, clockwise
+        round a hole.
+
+    Raises
+    ------
+    ValueError
+        If the boundary touches itself at a vertex.
+    """
+    edges = boundary_edges(cells)
+    following = dict(edges.tolist())
+    if len(following) < len(edges):
+        start, count = np.unique(edges[:, 0], return_counts=True)
+        x, y = vertices[start[np.argmax(count)]]
+        raise ValueError(f"the boundary touches itself at ({x:g}, {y:g}) m; it must not")
+    loops = []
+    while following:
+        loop = [next(iter(following))]
+        while (after := following.pop(loop[-1])) != loop[0]:
+            loop.append(after)
+        loops.append(np.array(loop))
+    return loops
+
+
+def signed_area(corners: Array) -> float:
+    """Area of a polygon (n, 2) [m^2], negative if clockwise."""
+    x, y = (corners - corners[0]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:
+    """Supported vertices of the boundary, and the kind of each supported edge.
+
+    Parameters
+    ----------
+    mesh : PanelMesh
+    supports : Supports
+
+    Returns
+    -------
+    held : list of HeldVertex
+    edges : dict of (int, int) to (str, ndarray)
+        Kind and unit tangent of each supported edge by its vertices, the smaller first.
+
+    Raises
+    ------
+    ValueError
+        If a kind is unknown, or no boundary of the mesh lies along an `EdgeSupport`.
+    """
+    for kind in (supports.outline, supports.holes, *(edge.kind for edge in supports.edges)):
+        if kind not in EDGE_KINDS:
+            raise ValueError(f"support {kind!r} of an edge; allowed is {', '.join(EDGE_KINDS)}")
+    held, edges = [], {}
+    loops = boundary_loops(mesh.vertices, mesh.cells)
+    kinds = [
+        np.full(
+            len(loop),
+            supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes,
+            dtype=object,
+        )
+        for loop in loops
+    ]
+    for support in supports.edges:
+        _mark(mesh, loops, kinds, support)
+    for loop, kind_of in zip(loops, kinds, strict=True):
+        step = np.roll(mesh.vertices[loop], -1, axis=0) - mesh.vertices[loop]
+        length = np.linalg.norm(step, axis=1)
+        tangent = step / length[:, None]
+        for k, vertex in enumerate(loop):
+            # edge k leaves the vertex, edge k - 1 arrives
+            if kind_of[k] != "free":
+                edges[tuple(sorted((vertex, loop[(k + 1) % len(loop)])))] = kind_of[k], tangent[k]
+            cosine = float(tangent[k] @ tangent[k - 1])
+            if kind_of[k] == kind_of[k - 1] and cosine > np.cos(SMOOTH_TURN):
+                mean = tangent[k] + tangent[k - 1]
+                turn = (tangent[k] - tangent[k - 1]) / (0.5 * (length[k] + length[k - 1]))
+                here = [(kind_of[k], mean / np.linalg.norm(mean), turn)]
+            else:
+                here = [(kind_of[j], tangent[j], np.zeros(2)) for j in (k - 1, k)]
+            here = [edge for edge in here if edge[0] != "free"]
+            if here:
+                held.append(HeldVertex(int(vertex), here))
+    return held, edges
+
+
+def _mark(
+    mesh: PanelMesh,
+    loops: Sequence[NDArray[np.int64]],
+    kinds: Sequence[NDArray[np.object_]],
+    support: EdgeSupport,
+) -> None:
+    """Give the edges of the boundary that lie between two points the kind of a support."""
+    start, end = np.array(support.start), np.array(support.end)
+    length = float(np.linalg.norm(end - start))
+    covered = 0.0
+    slack = 1e-6 * float(np.ptp(mesh.vertices, axis=0).max())
+    if length > slack:
+        along = (end - start) / length
+        for loop, kind in zip(loops, kinds, strict=True):
+            offset = mesh.vertices[loop] - start
+            s = offset @ along
+            aside = offset @ np.array([-along[1], along[0]])
+            on = (np.abs(aside) < slack) & (s > -slack) & (s < length + slack)
+            both = on & np.roll(on, -1)
+            kind[both] = support.kind
+            covered += float(np.abs(np.roll(s, -1) - s)[both].sum())
+    if abs(covered - length) > 2 * slack or length <= slack:
+        raise ValueError(
+            f"support from ({start[0]:g}, {start[1]:g}) to ({end[0]:g}, {end[1]:g}) m: edges of"
+            f" the panel's boundary cover {covered:g} of its {length:g} m; both ends must lie on"
+            " one straight edge, at vertices of the mesh"
+        )
+
+
+def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
+    """Number of the vertex at a position.
+
+    Raises
+    ------
+    ValueError
+        If there is none within 1e-6 of the panel's extent.
+    """
+    distance = np.linalg.norm(mesh.vertices - np.array(position), axis=1)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
+        x, y = mesh.vertices[nearest]
+        raise ValueError(
+            f"{name} at ({position[0]:g}, {position[1]:g}) m: no vertex of the mesh is there, the"
+            f" nearest is ({x:g}, {y:g}) m"
+        )
+    return nearest
+
+
+def foot_cells(mesh: PanelMesh, support: PointSupport) -> NDArray[np.int64]:
+    """Cells whose centre lies within the foot of a support."""
+    centre = mesh.vertices[mesh.cells].mean(axis=1)
+    return np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
+
+
+def foot_motion(rigid: Array, foot: PointSupport) -> Array:
+    """Rigid motions that a foot allows: turning about its centre for a hinge, none otherwise.
+
+    Parameters
+    ----------
+    rigid : ndarray, shape (n, 3)
+        Coordinates of the deflections 1, x and y.
+    foot : PointSupport
+
+    Returns
+    -------
+    ndarray, shape (n, 2) or (n, 0)
+    """
+    if foot.kind == "hold_down":
+        return rigid[:, :0]
+    return rigid[:, 1:] - rigid[:, :1] * np.array(foot.position)
+
+
+def vertex_spacing(mesh: PanelMesh) -> Array:
+    """Mean length of the cell edges at each vertex [m]."""
+    after = np.roll(mesh.cells, -1, axis=1)
+    length = np.linalg.norm(mesh.vertices[after] - mesh.vertices[mesh.cells], axis=2)
+    ends = np.concatenate([mesh.cells.ravel(), after.ravel()])
+    both = np.concatenate([length.ravel()] * 2)
+    return np.bincount(ends, both) / np.bincount(ends)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Coordinates of the elements that move together: they span `columns` only.
+
+    Attributes
+    ----------
+    name : str
+        What holds them, for messages.
+    dofs : ndarray of int, shape (n,)
+    columns : ndarray, shape (n, m)
+    """
+
+    name: str
+    dofs: NDArray[np.int64]
+    columns: Array
+
+
+def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
+    """Matrix (n_dofs, n) from the free coordinates to those of the elements.
+
+    Raises
+    ------
+    ValueError
+        If two supports hold the same coordinate.
+    """
+    held = np.concatenate([np.zeros(0, dtype=np.int64), *(block.dofs for block in blocks)])
+    if len(np.unique(held)) < len(held):
+        taken: dict[int, str] = {}
+        for block in blocks:
+            for dof in block.dofs.tolist():
+                if dof in taken:
+                    raise ValueError(f"{block.name} and {taken[dof]} hold the same place")
+                taken[dof] = block.name
+    untouched = np.setdiff1d(np.arange(n_dofs), held)
+    identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])
+    if not blocks:
+        return identity
+    local = sp.coo_array(sp.block_diag([block.columns for block in blocks]))
+    columns = sp.csr_array((local.data, (held[local.row], local.col)), (n_dofs, local.shape[1]))
+    return sp.csr_array(sp.hstack([identity, columns]))
+
+
+def null_space(rows: Array) -> Array:
+    """Orthonormal null space, shape (n_columns, n_free), of a few rows of order one.
+
+    Two edges of the outline count as one straight line if their directions differ by less
+    than 1e-6: beyond what a mesh file rounds, below any corner meant.
+    """
+    _, values, right = np.linalg.svd(rows)
+    rank = int(np.sum(values > 1e-6))
+    return right[rank:].T

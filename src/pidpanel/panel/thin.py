@@ -1,0 +1,243 @@
+"""Thin (Kirchhoff) plate in C1 elements (scikit-fem).
+
+Bogner-Fox-Schmit (bicubic) on axis-parallel rectangles, Argyris (quintic) on triangles.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    Element,
+    ElementQuadBFS,
+    ElementTriArgyris,
+    LinearForm,
+    Mesh,
+    MeshQuad,
+    MeshTri,
+)
+from skfem.helpers import dd
+
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.plate import (
+    AssembledPlate,
+    assembled_plate,
+    at_quadrature,
+    corner_basis,
+    corner_mean,
+    overlap_form,
+)
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.supports import (
+    Block,
+    HeldVertex,
+    Supports,
+    foot_cells,
+    foot_motion,
+    free_coordinates,
+    held_vertices,
+    null_space,
+    vertex_at,
+    vertex_spacing,
+)
+
+# Exact integration: of products of two bicubics (degree 6 in each of x and y), of two quintics.
+EXACT_ORDER = {"quadrilaterals": 6, "triangles": 10}
+SIMPLY_SUPPORTED = Supports()
+# int v, int x v, int y v: loads that find the coordinates of the deflections 1, x and y
+RIGID_LOADS = (lambda v, w: v, lambda v, w: w.x[0] * v, lambda v, w: w.x[1] * v)
+DERIVATIVES = ("u", "u_x", "u_y", "u_xx", "u_xy", "u_yy")
+
+
+@BilinearForm
+def bending_form(w, v, section):  # type: ignore[no-untyped-def]
+    """int kappa(v) . D kappa(w) dA: virtual work of bending."""
+    return np.einsum("i...,ij,j...->...", _bent(v), section.bending, _bent(w))
+
+
+def _bent(w):  # type: ignore[no-untyped-def]
+    """-kappa = (w_,xx, w_,yy, 2 w_,xy)."""
+    H = dd(w)
+    return np.array([H[0, 0], H[1, 1], 2 * H[0, 1]])
+
+
+def assemble_thin_plate(
+    mesh: PanelMesh, section: ThinSection, supports: Supports = SIMPLY_SUPPORTED
+) -> AssembledPlate:
+    """Assemble a thin plate.
+
+    Deflections and slopes that a support forbids are essential conditions, with what follows
+    from them along the edge; moments and forces vanish by themselves (natural conditions).
+    Hard and soft simple support are one: a thin plate's normals follow its slope.
+
+    Parameters
+    ----------
+    mesh : PanelMesh
+        Quadrilaterals must be axis-parallel rectangles.
+    section : ThinSection
+    supports : Supports, optional
+        By default the whole outline is simply supported, holes are free.
+
+    Returns
+    -------
+    AssembledPlate
+
+    Raises
+    ------
+    ValueError
+        If a quadrilateral is no axis-parallel rectangle, or a support does not fit the mesh.
+    """
+    skmesh: Mesh
+    element: Element
+    vertices, cells = np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T)
+    if mesh.cell_kind == "quadrilaterals":
+        _check_rectangles(mesh)
+        skmesh, element = MeshQuad(vertices, cells), _CentredBFS()
+    else:
+        skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
+    basis = CellBasis(skmesh, element, intorder=EXACT_ORDER[mesh.cell_kind])
+    free = free_coordinates(basis.N, _held(mesh, basis, supports))
+    stiffness = sp.csr_array(bending_form.assemble(basis, bending=section.bending))
+    mass = sp.csr_array(section.mass_per_area * overlap_form.assemble(basis))
+    return assembled_plate(
+        mesh,
+        basis,
+        free,
+        stiffness=sp.csr_array(free.T @ stiffness @ free),
+        mass=sp.csr_array(free.T @ mass @ free),
+        curvature_at_vertices=_curvature_at_vertices(skmesh, element, free),
+        shear_at_vertices=(sp.csr_array((len(mesh.vertices), free.shape[1])),) * 2,
+        section=section,
+    )
+
+
+def _curvature_at_vertices(
+    mesh: Mesh, element: Element, free: sp.csr_array
+) -> tuple[sp.csr_array, ...]:
+    """kappa = -(w_,xx, w_,yy, 2 w_,xy) at the vertices."""
+    corners = corner_basis(mesh, element)
+    mean = corner_mean(mesh)
+    return tuple(
+        sp.csr_array(
+            mean
+            @ at_quadrature(
+                corners, [-factor * function[0].hess[i, j] for function in corners.basis]
+            )
+            @ free
+        )
+        for factor, i, j in ((1, 0, 0), (1, 1, 1), (2, 0, 1))
+    )
+
+
+class _CellCentred:
+    """Let scikit-fem build a global C1 element in coordinates centred on each cell.
+
+    scikit-fem inverts, cell by cell, a Vandermonde matrix of monomials in the global x and y.
+    Away from the origin the monomials of a small cell are nearly dependent: for cells of 0.1 m
+    10 m from the origin the mass of Argyris elements is wrong by 5e-4. Centred on the cell it
+    is right to rounding wherever the panel lies.
+    """
+
+    def gdof(self, F, w, i):  # type: ignore[no-untyped-def]
+        """Degree of freedom i, with vertices v and edge midpoints e seen from the centre."""
+        centre = w["v"].mean(axis=0)
+        return super().gdof(F, {**w, "v": w["v"] - centre, "e": w["e"] - centre}, i)
+
+    def gbasis(self, mapping, X, i, tind=None):  # type: ignore[no-untyped-def]
+        """Basis function i at the local points X, seen from the centre."""
+        return super().gbasis(_CentredMapping(mapping), X, i, tind)
+
+
+class _CentredMapping:
+    """A scikit-fem mapping whose positions are seen from the centre of each cell."""
+
+    def __init__(self, mapping) -> None:  # type: ignore[no-untyped-def]
+        self.mapping = mapping
+        self.mesh = mapping.mesh
+
+    def F(self, X, tind=None):  # type: ignore[no-untyped-def]
+        cells = self.mesh.t if tind is None else self.mesh.t[:, tind]
+        centre = self.mesh.p[:, cells].mean(axis=1)
+        return self.mapping.F(X, tind=tind) - centre[:, :, None]
+
+
+class _CentredBFS(_CellCentred, ElementQuadBFS):
+    """Bogner-Fox-Schmit: w, w_x, w_y, w_xy at the vertices."""
+
+
+class _CentredArgyris(_CellCentred, ElementTriArgyris):
+    """Argyris: w, its gradient and its Hessian at the vertices, w_n at the edge midpoints."""
+
+
+def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
+    """Blocks of coordinates that the supports hold."""
+    at_vertex = {name: basis.nodal_dofs[k] for k, name in enumerate(basis.elem.dofnames[:6])}
+    names = [name for name in DERIVATIVES if name in at_vertex]
+    columns = [DERIVATIVES.index(name) for name in names]
+    order = np.array([name.count("x") + name.count("y") for name in names])
+    held, edges = held_vertices(mesh, supports)
+    spacing = vertex_spacing(mesh)
+    rows = {vertex.vertex: _forbidden(vertex, spacing[vertex.vertex]) for vertex in held}
+    owner = dict.fromkeys(rows, "a supported edge")
+    for name, point in supports.points.items():
+        if point.radius == 0:
+            vertex = vertex_at(mesh, name, point.position)
+            forbidden = np.eye(6)[: 1 if point.kind == "hinge" else 3]
+            rows[vertex] = np.vstack([rows.get(vertex, np.zeros((0, 6))), forbidden])
+            owner[vertex] = name
+    blocks = []
+    for vertex, forbidden in rows.items():
+        dofs = np.array([at_vertex[name][vertex] for name in names])
+        # rows are for h^k times the k-th derivatives, which have one unit
+        span = null_space(forbidden[:, columns]) / spacing[vertex] ** order[:, None]
+        blocks.append(Block(owner[vertex], dofs, span))
+
+    clamped = [edge for edge, (kind, _) in edges.items() if kind == "clamped"]
+    if clamped and basis.facet_dofs.size:
+        pairs = np.sort(basis.mesh.facets, axis=0).T.tolist()
+        facet = {tuple(pair): k for k, pair in enumerate(pairs)}
+        slopes = basis.facet_dofs[0, [facet[edge] for edge in clamped]]
+        blocks.append(Block("a clamped edge", slopes, np.zeros((len(slopes), 0))))
+
+    feet = {name: point for name, point in supports.points.items() if point.radius > 0}
+    if feet:
+        loads = [LinearForm(load).assemble(basis) for load in RIGID_LOADS]
+        mass = sp.csc_matrix(overlap_form.assemble(basis))
+        rigid = spla.splu(mass).solve(np.column_stack(loads))
+        for name, foot in feet.items():
+            dofs = np.unique(basis.element_dofs[:, foot_cells(mesh, foot)])
+            blocks.append(Block(name, dofs, foot_motion(rigid[dofs], foot)))
+    return blocks
+
+
+def _forbidden(held: HeldVertex, h: float) -> NDArray[np.float64]:
+    """Rows on (w, h w_x, h w_y, h^2 w_xx, h^2 w_xy, h^2 w_yy) that vanish at a vertex.
+
+    With t along the edge and s the length along it: w = 0, so w_,t = 0 and
+    d^2 w/ds^2 = w_,ab t_a t_b + w_,a dt_a/ds = 0. Clamped, grad w = 0, so w_,ab t_b = 0.
+    """
+    rows = [[1.0, 0, 0, 0, 0, 0]]
+    for kind, (tx, ty), turn in held.edges:
+        if kind == "clamped":
+            rows += [[0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
+            rows += [[0, 0, 0, tx, ty, 0], [0, 0, 0, 0, tx, ty]]
+        else:
+            rows += [[0, tx, ty, 0, 0, 0], [0, *(h * turn), tx * tx, 2 * tx * ty, ty * ty]]
+    return np.array(rows)
+
+
+def _check_rectangles(mesh: PanelMesh) -> None:
+    """Refuse quadrilaterals on which the Bogner-Fox-Schmit element is not C1."""
+    corners = mesh.vertices[mesh.cells]
+    extent = np.ptp(corners, axis=1)
+    edges = np.abs(np.roll(corners, -1, axis=1) - corners)
+    # each edge runs along x or along y: its smaller component vanishes
+    skew = np.min(edges, axis=2).max(axis=1) / extent.min(axis=1)
+    worst = int(np.argmax(skew))
+    if skew[worst] > 1e-9:
+        raise ValueError(
+            f"cell {worst} with corners {corners[worst].tolist()} m is no axis-parallel"
+            " rectangle; quadrilaterals of a thin plate must be, or use triangles"
+        )
