@@ -15,7 +15,8 @@ from pidpanel.coupon.solver import check_installed
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.damping.surface import DampingError
 from pidpanel.damping.tables import read_surface
-from pidpanel.panel.mesh import Rectangle, check_grid
+from pidpanel.panel.grid import check_grid
+from pidpanel.polygon import Rectangle
 from pidpanel.sound.spectrum import SpectrumError
 from pidpanel.sound.table import read_spl_table
 from pidpanel.study import Coupon, CouponStudy, Study, StudyError, load_any_study

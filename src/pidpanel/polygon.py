@@ -1,6 +1,6 @@
 """Plane shapes as polygons: outlines, holes and patches, and whether one lies on another.
 
-Circles and rounded corners are drawn by straight pieces that turn by at most 15 degrees each.
+Circles and rounded corners are drawn by straight pieces that turn by at most 7.5 degrees each.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Position = tuple[float, float]
 
-PIECE_TURN = np.radians(15.0)
+PIECE_TURN = np.radians(7.5)
 # Of the extent of a panel: far above rounding, far below anything meant.
 SLACK = 1e-9
 
@@ -80,7 +80,7 @@ class Circle:
 
     @property
     def corners(self) -> Array:
-        """Of the regular polygon, (24, 2) [m]."""
+        """Of the regular polygon, (48, 2) [m]."""
         count = round(2 * np.pi / PIECE_TURN)
         angle = 2 * np.pi * np.arange(count) / count
         equal_area = self.radius * np.sqrt(PIECE_TURN / np.sin(PIECE_TURN))

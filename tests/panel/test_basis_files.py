@@ -8,10 +8,11 @@ import pytest
 import xarray as xr
 
 from pidpanel.panel.basis_files import read_basis, write_basis, write_shapes
-from pidpanel.panel.mesh import mesh_triangles
 from pidpanel.panel.modes import panel_basis
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Polygon
 
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
 
@@ -19,7 +20,7 @@ SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
 @pytest.fixture
 def bare_triangles(tmp_path):
     """A basis without patches and points, on triangles."""
-    outline = [(0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)]
+    outline = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))
     mesh = mesh_triangles(tmp_path / "m.msh", outline, 0.5, {}, {})
     return panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 200.0)
 

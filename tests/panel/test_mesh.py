@@ -8,12 +8,15 @@ import meshio
 import numpy as np
 import pytest
 
-from pidpanel.panel.mesh import Rectangle, mesh_quadrilaterals, mesh_triangles, read_mesh
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.mesh import read_mesh
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Polygon, Rectangle
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)
-OUTLINE = [(0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)]
-L_SHAPE = [(0.0, 0.0), (1.5, 0.0), (1.5, 0.5), (0.75, 0.5), (0.75, 1.0), (0.0, 1.0)]
+OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))
+L_SHAPE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 0.5), (0.75, 0.5), (0.75, 1.0), (0.0, 1.0)))
 PID = Rectangle((0.75, 0.50), (0.2, 0.2))
 
 
@@ -85,7 +88,7 @@ def test_overlapping_patches_and_coinciding_points_keep_their_own_groups(tmp_pat
 
 
 def test_triangles_fill_an_l_shape_with_edges_of_the_asked_length(tmp_path):
-    mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.1, {}, {"p": (0.3, 0.3)})
+    mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.1, {}, {"p": (0.3, 0.3)}, corner_size=0.1)
     assert areas(mesh).sum() == pytest.approx(1.5 - 0.75 * 0.5, rel=1e-10)
     corners = mesh.vertices[mesh.cells]
     length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -161,13 +164,13 @@ def test_quadrilaterals_refuse(tmp_path, arguments, message):
             " (0, 0), (1.5, 0), (1.5, 0.5), (0.75, 0.5), (0.75, 1), (0, 1) m",
         ),
         ({"element_size": 0.0}, "element_size is 0 m; it must be positive"),
-        ({"outline": OUTLINE[:2]}, "outline has 2 corners; it needs at least 3"),
+        ({"outline": Polygon(OUTLINE.points[:2])}, "outline has 2 corners; it needs at least 3"),
         (
-            {"outline": [(0, 0), (1, 1), (2, 2)]},
+            {"outline": Polygon(((0, 0), (1, 1), (2, 2)))},
             "outline (0, 0), (1, 1), (2, 2) m encloses no area",
         ),
         (
-            {"outline": [(0, 0), (1, 1), (1, 0), (0, 2)]},
+            {"outline": Polygon(((0, 0), (1, 1), (1, 0), (0, 2)))},
             "outline crosses itself: the edge from (0, 0) m meets the edge from (1, 0) m",
         ),
     ],

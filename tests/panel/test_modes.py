@@ -8,7 +8,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.panel import modes as modes_module
-from pidpanel.panel.mesh import Rectangle, mesh_quadrilaterals
+from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import (
     count_modes_below,
     normal_modes,
@@ -19,6 +19,7 @@ from pidpanel.panel.navier import mode_orders
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.polygon import Rectangle
 
 A, B = 1.5, 1.0
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)

@@ -5,13 +5,16 @@ import pytest
 import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuadBFS, MeshQuad
 
-from pidpanel.panel.mesh import PanelMesh, Rectangle, mesh_quadrilaterals, mesh_triangles
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate, bending_form
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Polygon, Rectangle
 
 A, B = 1.5, 1.0
-OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]
+OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))
 # elongated and off the middle, so that x and y cannot be taken for one another
 PATCH = Rectangle((0.4, 0.6), (0.4, 0.2))
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0, poissons_ratio=0.25)

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
-from pidpanel.panel.mesh import mesh_quadrilaterals, mesh_triangles
+from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import panel_basis
 from pidpanel.panel.recovery import core_stress_shapes, strain_shapes, stress_shapes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Polygon
 
 A, B = 1.5, 1.0
-OUTLINE = [(0.0, 0.0), (A, 0.0), (A, B), (0.0, B)]
+OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))
 CENTRE = {"centre": (0.75, 0.5)}
 E, NU, T = 200e9, 0.3, 0.005  # Pa, 1, m
 STEEL = ThinSection(E * T**3 / 12 / (1 - NU**2), 8000 * T, NU, T)

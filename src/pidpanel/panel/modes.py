@@ -19,6 +19,12 @@ from pidpanel.panel.plate import AssembledPlate
 
 # Modes requested beyond those counted, so that the last ones counted converge quickly.
 SPARE_MODES = 8
+# The shift of the eigenvalue problem lies below zero by the square of this share of the highest
+# frequency, so that a panel that can move as a rigid body has no singular matrix.
+SHIFT = 0.01
+# A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
+# is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
+RIGID = 1e-12
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,7 @@ class PanelBasis:
     Attributes
     ----------
     natural_frequency : ndarray, shape (n,)
-        f_i [Hz]; (2 pi f_i)^2 m_i = phi_i^T K phi_i.
+        f_i [Hz], 0 for rigid-body modes; (2 pi f_i)^2 m_i = phi_i^T K phi_i.
     modal_mass : ndarray, shape (n,)
         m_i = phi_i^T M phi_i [kg].
     is_residual : ndarray of bool, shape (n,)
@@ -213,7 +219,7 @@ def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
 def normal_modes(
     plate: AssembledPlate, frequency_limit: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All modes below a frequency, (K - (2 pi f_i)^2 M) phi_i = 0.
+    """All modes below a frequency, (K - (2 pi f_i)^2 M) phi_i = 0, rigid-body modes at 0 Hz first.
 
     Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
     modes, also where two frequencies coincide; none is missed, by Sylvester's count.
@@ -257,20 +263,29 @@ def normal_modes(
         plate.stiffness,
         k=wanted,
         M=plate.mass,
-        sigma=0.0,
+        sigma=-((2 * np.pi * SHIFT * frequency_limit) ** 2),
         v0=np.random.default_rng(0).standard_normal(n_free),
         # a Krylov space this wide finds both modes of a pair before it stops
         ncv=min(n_free, 3 * wanted),
     )
     order = np.argsort(eigenvalue)
-    frequency = np.sqrt(eigenvalue[order]) / (2 * np.pi)
+    eigenvalue, modes = eigenvalue[order], modes[:, order]
+    eigenvalue[_is_rigid(plate, modes)] = 0.0
+    frequency = np.sqrt(eigenvalue) / (2 * np.pi)
     below = frequency < frequency_limit
     if np.sum(below) != count:
         raise RuntimeError(
             f"{np.sum(below)} modes were found below {frequency_limit:g} Hz, where"
             f" {count} exist by Sylvester's count"
         )
-    return frequency[below], _normalise(plate, modes[:, order[below]])
+    return frequency[below], _normalise(plate, modes[:, below])
+
+
+def _is_rigid(plate: AssembledPlate, modes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether the elastic energy of each mode is mere rounding."""
+    energy = np.einsum("ki,ki->i", modes, plate.stiffness @ modes)
+    terms = np.einsum("ki,ki->i", abs(modes), abs(plate.stiffness) @ abs(modes))
+    return energy < RIGID * terms
 
 
 def residual_vectors(
@@ -280,7 +295,8 @@ def residual_vectors(
 
     X = K^-1 [D_1 Phi, D_2 Phi, ...], made M-orthogonal to the modes (and with that
     K-orthogonal), reduced to its strongest directions in elastic energy and diagonalised in M
-    and K.
+    and K. Where the panel can move as a rigid body, K + (2 pi f)^2 M stands for the singular K,
+    with f its first frequency above 0 Hz.
 
     Parameters
     ----------
@@ -309,9 +325,14 @@ def residual_vectors(
     if not plate.patch_overlap:
         return np.zeros(0), np.zeros((n_free, 0))
     forces = np.hstack([overlap @ modes for overlap in plate.patch_overlap.values()])
-    static = spla.splu(sp.csc_matrix(plate.stiffness)).solve(forces)
-
     modal_mass = np.einsum("ki,ki->i", modes, plate.mass @ modes)
+    invertible = plate.stiffness
+    if (rigid := _is_rigid(plate, modes)).any():
+        elastic = modes[:, ~rigid][:, :1]
+        first = (elastic.T @ (plate.stiffness @ elastic)) / (elastic.T @ (plate.mass @ elastic))
+        invertible = invertible + first.item() * plate.mass
+    static = spla.splu(sp.csc_matrix(invertible)).solve(forces)
+
     # twice: one pass of Gram-Schmidt leaves cancellation errors where X is nearly all modes
     for _ in range(2):
         static -= modes @ ((modes.T @ (plate.mass @ static)) / modal_mass[:, None])

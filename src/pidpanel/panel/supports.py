@@ -12,9 +12,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from pidpanel.panel.mesh import PanelMesh
+from pidpanel.polygon import Position, signed_area
 
 Array = NDArray[np.float64]
-Position = tuple[float, float]
 
 POINT_KINDS = ("hinge", "hold_down")
 EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
@@ -138,12 +138,6 @@ def boundary_loops(vertices: Array, cells: NDArray[np.int64]) -> list[NDArray[np
             loop.append(after)
         loops.append(np.array(loop))
     return loops
-
-
-def signed_area(corners: Array) -> float:
-    """Area of a polygon (n, 2) [m^2], negative if clockwise."""
-    x, y = (corners - corners[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:

@@ -1,0 +1,111 @@
+"""Springs and masses on the panel: what is added to K and M of an assembled plate."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.polygon import Position
+
+# Gauss points on each piece of a line mass; pieces are a quarter of an element long.
+LINE_POINTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring from the panel to the ground, along z.
+
+    Attributes
+    ----------
+    position : tuple of float
+        (x, y) [m].
+    stiffness : float
+        [N/m].
+    """
+
+    position: Position
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A mass at a point.
+
+    Attributes
+    ----------
+    position : tuple of float
+        (x, y) [m].
+    mass : float
+        [kg].
+    """
+
+    position: Position
+    mass: float
+
+
+@dataclass(frozen=True)
+class LineMass:
+    """A mass spread evenly along a straight line, such as a harness.
+
+    Attributes
+    ----------
+    start, end : tuple of float
+        Ends (x, y) [m].
+    mass : float
+        Of the whole line [kg].
+    """
+
+    start: Position
+    end: Position
+    mass: float
+
+
+def with_attachments(
+    plate: AssembledPlate,
+    attachments: Iterable[Spring | PointMass | LineMass],
+    element_size: float,
+) -> AssembledPlate:
+    """Add springs and masses: K += k N^T N, M += m N^T N, M += int mu N^T N ds.
+
+    Parameters
+    ----------
+    plate : AssembledPlate
+    attachments : iterable of Spring, PointMass or LineMass
+        They act on the deflection w; masses have no rotary inertia.
+    element_size : float
+        Length of the shorter element edges [m], which sets the quadrature along lines.
+
+    Returns
+    -------
+    AssembledPlate
+
+    Raises
+    ------
+    ValueError
+        If a position is off the panel.
+    """
+    stiffness, mass = plate.stiffness, plate.mass
+    for attached in attachments:
+        if isinstance(attached, LineMass):
+            position, share = _along(attached, element_size)
+            N = plate.interpolate(position)
+            mass = mass + N.T @ sp.diags_array(attached.mass * share) @ N
+        else:
+            N = plate.interpolate(np.array([attached.position]))
+            if isinstance(attached, Spring):
+                stiffness = stiffness + attached.stiffness * (N.T @ N)
+            else:
+                mass = mass + attached.mass * (N.T @ N)
+    return replace(plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass))
+
+
+def _along(line: LineMass, element_size: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points (n, 2) along a line [m], and weights that sum to 1."""
+    start, end = np.array(line.start), np.array(line.end)
+    pieces = max(1, int(np.ceil(4 * np.linalg.norm(end - start) / element_size)))
+    points, weights = LINE_POINTS
+    share = ((np.arange(pieces)[:, None] + (points + 1) / 2) / pieces).ravel()
+    return start + share[:, None] * (end - start), np.tile(weights / 2 / pieces, pieces)

@@ -1,0 +1,286 @@
+"""Meshes that others drew: read from a file, checked, turned into triangles.
+
+What would spoil the modes without a word is refused in one line: positions that are not finite
+or off the plane, nodes that no element uses, two nodes at one place (a crack), elements without
+area or turned over.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from pidpanel.panel.mesh import PanelMesh, gmsh_session
+from pidpanel.polygon import Position, Shape, location, show, signed_area
+
+GMSH_CORNERS = {2: 3, 3: 4}
+# Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
+PATCH_AREA_TOLERANCE = 0.02
+# Of the extent: two nodes closer than this are one, a node further than this is off the plane.
+CLOSE = 1e-7
+
+
+@dataclass(frozen=True)
+class FlatMesh:
+    """A checked plane mesh as its file has it.
+
+    Attributes
+    ----------
+    path : Path
+    node : ndarray of int, shape (n_nodes,)
+        Numbers of the nodes in the file.
+    position : ndarray, shape (n_nodes, 2)
+        [m].
+    triangles : ndarray of int, shape (n_triangles, 3)
+        Counter-clockwise, by the order of the nodes; quadrilaterals are cut along their shorter
+        diagonal.
+    groups : ndarray of str, shape (n_triangles,)
+        Group of the element each triangle comes from.
+    """
+
+    path: Path
+    node: NDArray[np.int64]
+    position: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    groups: NDArray[np.str_]
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        node: Sequence[int],
+        position: NDArray[np.float64],
+        element: Sequence[int],
+        corners: Sequence[Sequence[int]],
+        group: NDArray[np.str_],
+    ) -> "FlatMesh":
+        """Check and triangulate.
+
+        Parameters
+        ----------
+        path : Path
+        node : sequence of int
+            Numbers of the nodes.
+        position : ndarray, shape (n_nodes, 3)
+            In the unit of the file.
+        element : sequence of int
+            Numbers of the elements.
+        corners : sequence of sequence of int
+            Node numbers of each element, three or four.
+        group : ndarray of str
+            Group of each element.
+
+        Raises
+        ------
+        ValueError
+            One line: file, node or element, what is wrong.
+        """
+        numbers = np.asarray(node, dtype=np.int64)
+        for what, found in (("node", numbers), ("element", np.asarray(element))):
+            values, count = np.unique(found, return_counts=True)
+            if count.max(initial=0) > 1:
+                raise ValueError(f"{path}: {what} {values[np.argmax(count)]} stands twice")
+        if not np.all(np.isfinite(position)):
+            bad = numbers[~np.isfinite(position).all(axis=1)][0]
+            raise ValueError(f"{path}: node {bad}: its position is not a number")
+        extent = float(np.ptp(position, axis=0).max(initial=0.0))
+        off_plane = np.abs(position[:, 2] - position[0, 2])
+        if off_plane.max() > CLOSE * extent:
+            raise ValueError(
+                f"{path}: node {numbers[np.argmax(off_plane)]}: z = "
+                f"{position[np.argmax(off_plane), 2]:g}, others have {position[0, 2]:g}; the panel"
+                " must be plane, in x and y"
+            )
+        index = {int(number): k for k, number in enumerate(numbers)}
+        triangles, origin = [], []
+        for k, nodes in enumerate(corners):
+            for number in nodes:
+                if number not in index:
+                    raise ValueError(f"{path}: element {element[k]}: node {number} is not there")
+            places = [index[number] for number in nodes]
+            triangles += _cut(path, element[k], places, position[places, :2])
+            origin += [k] * (len(nodes) - 2)
+        cells = np.array(triangles)
+        _check_orientation(path, np.asarray(element)[origin], position[:, :2][cells])
+        unused = np.setdiff1d(np.arange(len(numbers)), cells)
+        if unused.size:
+            raise ValueError(f"{path}: node {numbers[unused[0]]} belongs to no element")
+        cells = np.where(signed_area(position[cells[0], :2]) > 0, cells, cells[:, ::-1])
+        _check_apart(path, numbers, position[:, :2], CLOSE * extent)
+        return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
+
+    def scaled(self, unit: float) -> "FlatMesh":
+        """The mesh in metres, if the file counts lengths in `unit` [m]."""
+        return replace(self, position=self.position * unit)
+
+    def at_node(self, number: int) -> Position:
+        """Position of a node [m].
+
+        Raises
+        ------
+        ValueError
+            If the file has no such node.
+        """
+        found = np.flatnonzero(self.node == number)
+        if not found.size:
+            raise ValueError(
+                f"{self.path}: no node {number}; it has {len(self.node)} nodes from"
+                f" {self.node.min()} to {self.node.max()}"
+            )
+        x, y = self.position[found[0]]
+        return float(x), float(y)
+
+    def panel_mesh(
+        self, patches: Mapping[str, Shape | str], points: Mapping[str, Position]
+    ) -> PanelMesh:
+        """Name the patches and the points.
+
+        Parameters
+        ----------
+        patches : mapping of str to Shape or str
+            A shape holds the triangles whose centre lies in it; text names a group of the file.
+        points : mapping of str to tuple of float
+            Positions of nodes [m].
+
+        Raises
+        ------
+        ValueError
+            If a group is not there, elements do not follow a shape, or a point is at no node.
+        """
+        centre = self.position[self.triangles].mean(axis=1)
+        area = np.array([signed_area(corners) for corners in self.position[self.triangles]])
+        extent = float(np.ptp(self.position, axis=0).max())
+        patch_cells = {}
+        for name, patch in patches.items():
+            if isinstance(patch, str):
+                members = self.groups == patch
+                if not members.any():
+                    known = ", ".join(sorted(set(self.groups)))
+                    raise ValueError(
+                        f"patch {name!r}: {self.path} has no group {patch}, but {known}"
+                    )
+            else:
+                members = location(centre, patch.corners, 0.0) > 0
+                asked, found = abs(signed_area(patch.corners)), area[members].sum()
+                if abs(found / asked - 1) > PATCH_AREA_TOLERANCE:
+                    raise ValueError(
+                        f"patch {name!r} = {patch}: the elements with their centre in it cover"
+                        f" {found:.4g} m2 of its {asked:.4g} m2; it must lie on the panel and the"
+                        " mesh must follow its edges"
+                    )
+            patch_cells[name] = np.flatnonzero(members)
+        point_vertices = {}
+        for name, point in points.items():
+            distance = np.linalg.norm(self.position - point, axis=1)
+            nearest = int(np.argmin(distance))
+            if distance[nearest] > 1e-6 * extent:
+                raise ValueError(
+                    f"point {name!r} = {show(point)}: no node is there; the nearest is"
+                    f" {self.node[nearest]} at {show(self.position[nearest])}"
+                )
+            point_vertices[name] = nearest
+        return PanelMesh(self.position, self.triangles, "triangles", patch_cells, point_vertices)
+
+
+def read_gmsh(path: Path) -> FlatMesh:
+    """Read a plane mesh from a gmsh file.
+
+    Parameters
+    ----------
+    path : Path
+        A ``.msh`` file of triangles and quadrilaterals of first order.
+
+    Returns
+    -------
+    FlatMesh
+        Groups are the names of the physical surfaces, or their numbers where they have none.
+
+    Raises
+    ------
+    ValueError
+        One line: file, what is wrong, what is allowed.
+    """
+    with gmsh_session():
+        try:
+            gmsh.merge(str(path))
+        except Exception as error:
+            raise ValueError(f"{path}: no gmsh mesh: {error}") from None
+        node, position, _ = gmsh.model.mesh.getNodes()
+        element, corners, group = [], [], []
+        for dimension, surface in gmsh.model.getEntities():
+            tags = gmsh.model.getPhysicalGroupsForEntity(dimension, surface)
+            name = ""
+            if len(tags):
+                name = gmsh.model.getPhysicalName(dimension, tags[0]) or str(tags[0])
+            kinds, numbers, nodes = gmsh.model.mesh.getElements(dimension, surface)
+            for kind, own, of_own in zip(kinds, numbers, nodes, strict=True):
+                if dimension < 2:
+                    continue
+                if kind not in GMSH_CORNERS:
+                    what = gmsh.model.mesh.getElementProperties(kind)[0]
+                    raise ValueError(
+                        f"{path}: element {own[0]} is a {what}; allowed are triangles and"
+                        " quadrilaterals of first order"
+                    )
+                element += own.tolist()
+                corners += of_own.reshape(len(own), -1).tolist()
+                group += [name] * len(own)
+    if not element:
+        raise ValueError(f"{path}: no triangles or quadrilaterals; a mesh needs them")
+    return FlatMesh.of(
+        path, node.tolist(), position.reshape(-1, 3), element, corners, np.array(group)
+    )
+
+
+def _cut(
+    path: Path, element: int, places: list[int], corners: NDArray[np.float64]
+) -> list[list[int]]:
+    """Triangles of an element; a quadrilateral is cut along its shorter diagonal."""
+    if len(set(places)) < len(places):
+        raise ValueError(f"{path}: element {element}: a node stands twice in it")
+    if len(places) == 3:
+        return [places]
+    a, b, c, d = places
+    turns = [signed_area(np.roll(corners, -k, axis=0)[:3]) for k in range(4)]
+    if min(turns) <= 0 <= max(turns):
+        raise ValueError(
+            f"{path}: element {element}: its corners do not go round a convex quadrilateral"
+        )
+    if np.linalg.norm(corners[0] - corners[2]) <= np.linalg.norm(corners[1] - corners[3]):
+        return [[a, b, c], [a, c, d]]
+    return [[a, b, d], [b, c, d]]
+
+
+def _check_orientation(
+    path: Path, element: NDArray[np.int64], corners: NDArray[np.float64]
+) -> None:
+    """Refuse triangles without area, and those turned over against the first."""
+    x, y = corners.transpose(2, 1, 0)
+    area = 0.5 * ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]))
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    flat = np.abs(area) < 1e-6 * longest**2
+    if flat.any():
+        raise ValueError(f"{path}: element {element[flat][0]} is degenerate: it has no area")
+    turned = np.sign(area) != np.sign(np.median(np.sign(area)) or area[0])
+    if turned.any():
+        raise ValueError(
+            f"{path}: element {element[turned][0]} is inverted: its nodes go round the other way"
+            " than those of most others"
+        )
+
+
+def _check_apart(
+    path: Path, node: NDArray[np.int64], position: NDArray[np.float64], close: float
+) -> None:
+    """Refuse two nodes at one place."""
+    pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
+    if len(pairs):
+        one, other = node[pairs[0]]
+        raise ValueError(
+            f"{path}: nodes {min(one, other)} and {max(one, other)} are at one place"
+            f" {show(position[pairs[0, 0]])}: the panel is cracked there; merge them"
+        )

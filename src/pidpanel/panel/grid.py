@@ -1,0 +1,206 @@
+"""The structured mesh of a rectangle by quadrilaterals."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import gmsh
+
+from pidpanel.panel.mesh import (
+    PANEL_GROUP,
+    PanelMesh,
+    add_group,
+    check_names,
+    gmsh_session,
+    read_mesh,
+    write_mesh,
+)
+from pidpanel.polygon import Rectangle, show
+
+
+def check_grid(
+    size: tuple[float, float],
+    elements: tuple[int, int],
+    patches: Mapping[str, Rectangle],
+    points: Mapping[str, tuple[float, float]],
+) -> tuple[list[int], list[int]]:
+    """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made.
+
+    Parameters are those of `mesh_quadrilaterals`.
+
+    Returns
+    -------
+    columns, rows : list of int
+        Grid lines, by number, at which gmsh must have a line of its own.
+
+    Raises
+    ------
+    ValueError
+        As `mesh_quadrilaterals`.
+    """
+    check_names(patches, points)
+    _check_panel_size(size)
+    for direction, count in zip("xy", elements, strict=True):
+        if count < 1:
+            raise ValueError(
+                f"number of elements along {direction} is {count}; it must be at least 1"
+            )
+    for name, patch in patches.items():
+        _check_patch_size(name, patch)
+        _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
+    for name, point in points.items():
+        _check_inside_rectangle(f"point {name!r} = {show(point)}", (point,), size)
+
+    columns, rows = (
+        _cut_lines(k, size[k] / elements[k], elements[k], patches, points) for k in (0, 1)
+    )
+    return columns, rows
+
+
+def mesh_quadrilaterals(
+    path: Path,
+    size: tuple[float, float],
+    elements: tuple[int, int],
+    patches: Mapping[str, Rectangle],
+    points: Mapping[str, tuple[float, float]],
+) -> PanelMesh:
+    """Mesh the rectangle [0, a] x [0, b] by a regular grid of quadrilaterals.
+
+    The rectangle is cut along every patch edge and through every point, so that in gmsh each
+    patch is a set of whole surfaces and each point is a corner of one.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.msh`` file to write.
+    size : tuple of float
+        Edge lengths (a, b) [m] along x and y.
+    elements : tuple of int
+        Number of elements along x and y.
+    patches : mapping of str to Rectangle
+        Damper patches; their edges lie on element edges. They may touch or overlap.
+    points : mapping of str to tuple of float
+        Response points (x, y) [m]; each is a grid point.
+
+    Returns
+    -------
+    PanelMesh
+        The mesh as read back from `path`.
+
+    Raises
+    ------
+    ValueError
+        If a size or a number of elements is not positive, a patch or a point leaves the panel,
+        a patch edge is not on an element edge, a point is not at a grid point, or two groups
+        share a name.
+    """
+    columns, rows = check_grid(size, elements, patches, points)
+    spacing = (size[0] / elements[0], size[1] / elements[1])
+    with gmsh_session():
+        corners, surfaces = _draw_blocks(columns, rows, spacing)
+        add_group(2, list(surfaces), PANEL_GROUP)
+        for name, patch in patches.items():
+            add_group(2, [s for s, centre in surfaces.items() if _covers(patch, centre)], name)
+        for name, point in points.items():
+            at = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
+            add_group(0, [corners[at]], name)
+        gmsh.model.mesh.generate(2)
+        write_mesh(path)
+    return read_mesh(path, patches, points)
+
+
+def _cut_lines(
+    axis: int,
+    spacing: float,
+    elements: int,
+    patches: Mapping[str, Rectangle],
+    points: Mapping[str, tuple[float, float]],
+) -> list[int]:
+    """Numbers of the grid lines across one axis that bound patches or carry points."""
+    lines = {0, elements}
+    for name, patch in patches.items():
+        for edge in (patch.lower[axis], patch.upper[axis]):
+            complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
+            lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
+    for name, point in points.items():
+        complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
+        lines.add(_grid_line(point[axis], spacing, f"point {name!r} = {show(point)}: {complaint}"))
+    return sorted(lines)
+
+
+def _draw_blocks(
+    columns: list[int], rows: list[int], spacing: tuple[float, float]
+) -> tuple[dict[tuple[int, int], int], dict[int, tuple[float, float]]]:
+    """Draw the blocks between grid lines, to be meshed by one quadrilateral a grid cell.
+
+    Returns
+    -------
+    corners : dict
+        gmsh point at each crossing (column, row).
+    surfaces : dict
+        Centre (x, y) [m] of each gmsh surface.
+    """
+    draw = gmsh.model.geo
+    corners = {
+        (i, j): draw.addPoint(i * spacing[0], j * spacing[1], 0.0) for j in rows for i in columns
+    }
+    along_x, along_y = {}, {}
+    for i, i_next in pairwise(columns):
+        for j in rows:
+            along_x[i, j] = draw.addLine(corners[i, j], corners[i_next, j])
+            draw.mesh.setTransfiniteCurve(along_x[i, j], i_next - i + 1)
+    for j, j_next in pairwise(rows):
+        for i in columns:
+            along_y[i, j] = draw.addLine(corners[i, j], corners[i, j_next])
+            draw.mesh.setTransfiniteCurve(along_y[i, j], j_next - j + 1)
+    surfaces = {}
+    for i, i_next in pairwise(columns):
+        for j, j_next in pairwise(rows):
+            loop = [along_x[i, j], along_y[i_next, j], -along_x[i, j_next], -along_y[i, j]]
+            surface = draw.addPlaneSurface([draw.addCurveLoop(loop)])
+            draw.mesh.setTransfiniteSurface(surface)
+            draw.mesh.setRecombine(2, surface)
+            surfaces[surface] = ((i + i_next) / 2 * spacing[0], (j + j_next) / 2 * spacing[1])
+    draw.synchronize()
+    return corners, surfaces
+
+
+def _grid_line(position: float, spacing: float, complaint: str) -> int:
+    """Return the number of the grid line at a position, or refuse a position between two."""
+    line = round(position / spacing)
+    # 1e-6 of an element: far above rounding, far below anything meant
+    if abs(position / spacing - line) > 1e-6:
+        raise ValueError(f"{complaint}; allowed are multiples of {spacing:g} m")
+    return line
+
+
+def _covers(patch: Rectangle, position: tuple[float, float]) -> bool:
+    """Tell if a position lies in a rectangle."""
+    return all(patch.lower[k] < position[k] < patch.upper[k] for k in (0, 1))
+
+
+def _check_panel_size(size: tuple[float, float]) -> None:
+    """Refuse a panel without area."""
+    if min(size) <= 0:
+        raise ValueError(f"panel size is {size[0]:g} x {size[1]:g} m; both must be positive")
+
+
+def _check_patch_size(name: str, patch: Rectangle) -> None:
+    """Refuse a patch without area."""
+    if min(patch.size) <= 0:
+        raise ValueError(
+            f"patch {name!r} has size {patch.size[0]:g} x {patch.size[1]:g} m;"
+            " both must be positive"
+        )
+
+
+def _check_inside_rectangle(
+    what: str, corners: Sequence[tuple[float, float]], size: tuple[float, float]
+) -> None:
+    """Refuse corners outside [0, a] x [0, b]."""
+    slack = 1e-9 * max(size)
+    for corner in corners:
+        if not all(-slack <= corner[k] <= size[k] + slack for k in (0, 1)):
+            raise ValueError(
+                f"{what} leaves the panel; allowed is [0, {size[0]:g}] x [0, {size[1]:g}] m"
+            )

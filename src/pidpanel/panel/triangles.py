@@ -1,0 +1,187 @@
+"""The mesh of any outline by unstructured triangles."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+
+from pidpanel.panel.mesh import (
+    PANEL_GROUP,
+    PanelMesh,
+    add_group,
+    check_names,
+    gmsh_session,
+    read_mesh,
+    write_mesh,
+)
+from pidpanel.panel.supports import SMOOTH_TURN
+from pidpanel.polygon import Position, Shape, check_panel, signed_area
+
+# Element edges grow by this times the distance from a re-entrant corner.
+GROWTH = 0.5
+# Of the element size, at re-entrant corners: 0.1 mm where elements measure 5 cm. The frequency of
+# a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
+CORNER_SHARE = 2e-3
+NOTHING: Mapping[str, Any] = {}
+
+
+def mesh_triangles(
+    path: Path,
+    outline: Shape,
+    element_size: float,
+    patches: Mapping[str, Shape],
+    points: Mapping[str, Position],
+    *,
+    holes: Mapping[str, Shape] = NOTHING,
+    imprints: Mapping[str, Shape] = NOTHING,
+    anchors: Mapping[str, Position] = NOTHING,
+    corner_size: float | None = None,
+) -> PanelMesh:
+    """Mesh a polygon by unstructured triangles with embedded patches and points.
+
+    At re-entrant corners the slope of the deflection is singular, and elements shrink towards
+    them.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.msh`` file to write.
+    outline : Shape
+    element_size : float
+        Target length of the element edges [m].
+    patches : mapping of str to Shape
+        Damper patches; they may touch the outline and each other, or overlap.
+    points : mapping of str to tuple of float
+        Response points (x, y) [m] anywhere on the panel.
+    holes : mapping of str to Shape, optional
+    imprints : mapping of str to Shape, optional
+        Shapes whose edges elements follow, such as the feet of supports.
+    anchors : mapping of str to tuple of float, optional
+        Positions [m] of further vertices, such as ends of supported edges.
+    corner_size : float, optional
+        Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
+
+    Returns
+    -------
+    PanelMesh
+        The mesh as read back from `path`.
+
+    Raises
+    ------
+    ValueError
+        If the outline or a shape crosses itself or has no area, the element size is not
+        positive, a hole, a patch, an imprint or a point leaves the panel, or two groups share a
+        name.
+    """
+    check_names(patches, points)
+    if element_size <= 0:
+        raise ValueError(f"element_size is {element_size:g} m; it must be positive")
+    check_panel(outline, holes, {**patches, **imprints}, {**points, **anchors})
+    smallest = CORNER_SHARE * element_size if corner_size is None else corner_size
+
+    with gmsh_session():
+        occ = gmsh.model.occ
+        loops = [_draw_loop(shape) for shape in (outline, *holes.values())]
+        panel = (2, occ.addPlaneSurface(loops))
+        tools = [
+            (2, occ.addPlaneSurface([_draw_loop(shape)]))
+            for shape in (*patches.values(), *imprints.values())
+        ]
+        tools += [(0, occ.addPoint(x, y, 0.0)) for x, y in (*points.values(), *anchors.values())]
+        pieces = [[panel]]
+        if tools:
+            _, pieces = occ.fragment([panel], tools)
+        occ.synchronize()
+
+        add_group(2, sorted({tag for dim, tag in pieces[0] if dim == 2}), PANEL_GROUP)
+        pieces_of = iter(pieces[1:])
+        for name in patches:
+            add_group(2, sorted({tag for _, tag in next(pieces_of)}), name)
+        for _ in imprints:
+            next(pieces_of)
+        for name in points:
+            add_group(0, sorted({tag for _, tag in next(pieces_of)}), name)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
+        _refine([outline, *holes.values()], smallest, element_size)
+        gmsh.model.mesh.generate(2)
+        write_mesh(path)
+    mesh = read_mesh(path, patches, points)
+    check_patch_areas(mesh, patches, 1e-6)
+    return mesh
+
+
+def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: float) -> None:
+    """Refuse cells that do not add up to the area of a patch.
+
+    Raises
+    ------
+    ValueError
+    """
+    area = np.array([signed_area(corners) for corners in mesh.vertices[mesh.cells]])
+    for name, patch in patches.items():
+        asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
+        if abs(found / asked - 1) > tolerance:
+            raise ValueError(
+                f"patch {name!r} = {patch}: its cells cover {found:g} m2 of its {asked:g} m2;"
+                " the mesh must follow its edges"
+            )
+
+
+def reentrant_corners(shapes: Iterable[Shape]) -> NDArray[np.float64]:
+    """Corners of an outline and its holes at which the panel spans more than 180 degrees.
+
+    Parameters
+    ----------
+    shapes : iterable of Shape
+        The outline, then the holes. Turns below 30 degrees are those of a smooth curve.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        [m].
+    """
+    found = [np.zeros((0, 2))]
+    for number, shape in enumerate(shapes):
+        corners = np.asarray(shape.corners)
+        # the panel to the left of the edges: counter-clockwise outline, clockwise holes
+        if (signed_area(corners) > 0) == (number > 0):
+            corners = corners[::-1]
+        after = np.roll(corners, -1, axis=0) - corners
+        before = np.roll(after, 1, axis=0)
+        cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        turn = np.arctan2(cross, np.sum(before * after, axis=1))
+        found.append(corners[turn < -SMOOTH_TURN])
+    return np.concatenate(found)
+
+
+def _draw_loop(shape: Shape) -> int:
+    """Draw the edges of a polygon; the gmsh curve loop."""
+    occ = gmsh.model.occ
+    corners = [occ.addPoint(x, y, 0.0) for x, y in shape.corners]
+    return int(
+        occ.addCurveLoop(
+            [
+                occ.addLine(start, end)
+                for start, end in zip(corners, corners[1:] + corners[:1], strict=True)
+            ]
+        )
+    )
+
+
+def _refine(shapes: Iterable[Shape], smallest: float, largest: float) -> None:
+    """Let elements grow linearly with the distance from re-entrant corners."""
+    fields = []
+    for x, y in reentrant_corners(shapes):
+        fields.append(gmsh.model.mesh.field.add("MathEval"))
+        # gmsh reads no exponents here
+        distance = f"Sqrt((x - ({x:.12f}))^2 + (y - ({y:.12f}))^2)"
+        size = f"{smallest:.12f} + {GROWTH:g} * {distance}"
+        gmsh.model.mesh.field.setString(fields[-1], "F", size)
+    if fields:
+        least = gmsh.model.mesh.field.add("Min")
+        gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
+        gmsh.model.mesh.field.setAsBackgroundMesh(least)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", min(smallest, largest))
