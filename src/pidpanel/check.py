@@ -15,8 +15,7 @@ from pidpanel.coupon.solver import check_installed
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.damping.surface import DampingError
 from pidpanel.damping.tables import read_surface
-from pidpanel.panel.grid import check_grid
-from pidpanel.polygon import Rectangle
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.sound.spectrum import SpectrumError
 from pidpanel.sound.table import read_spl_table
 from pidpanel.study import Coupon, CouponStudy, Study, StudyError, load_any_study
@@ -60,14 +59,7 @@ def _check(study: Study) -> None:
             )
     if study.damping.table is not None:
         read_surface(study.damping.table)
-    panel = study.panel
-    if panel.mesh.kind == "quadrilaterals":
-        check_grid(
-            panel.outline_m,
-            panel.mesh.elements,
-            {name: Rectangle(p.centre_m, p.size_m) for name, p in panel.patches.items()},
-            dict(panel.points),
-        )
+    StudiedPanel(study.panel).check(high)
 
 
 def _check_decks(coupon: Coupon) -> None:

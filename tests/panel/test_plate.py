@@ -222,7 +222,7 @@ def test_argyris_converges_to_navier_from_above_at_order_8():
 
 def test_oblique_supports_reproduce_the_right_isosceles_triangle(tmp_path):
     """Its modes are the antisymmetric ones of the square, sin m sin n - sin n sin m."""
-    mesh = mesh_triangles(tmp_path / "t.msh", [(0, 0), (1, 0), (0, 1)], 0.25, {}, {})
+    mesh = mesh_triangles(tmp_path / "t.msh", Polygon(((0, 0), (1, 0), (0, 1))), 0.25, {}, {})
     frequency, _ = normal_modes(assemble_thin_plate(mesh, SECTION), 700.0)
     unit = np.pi / 2 * np.sqrt(SECTION.bending_stiffness / SECTION.mass_per_area)
     expected = unit * np.array([5, 10, 13])  # 1 + 4, 1 + 9, 4 + 9

@@ -98,6 +98,7 @@ def basis(study, modes):
         layer_strain=np.zeros((1, 3, 3)),
         layer_stress=np.zeros((1, 3, 3)),
         core_stress=np.zeros((2, 2)),
+        point_position=np.array([[0.75, 0.5], [0.2, 0.3]]),
         cell_in_patch=np.array(
             [
                 np.hypot(x[corner] + 0.05 - x0, y[corner] + 0.05 - y0) < 0.1
@@ -176,7 +177,15 @@ def bands():
 
 
 @pytest.fixture(scope="session")
-def inputs(study, modes, basis, bands, printed):
+def section():
+    """``panel/section.csv`` of the thin plate."""
+    rows = [("bending", 1, 1, 3273.07, "N m"), ("mass_per_area", 0, 0, 4.0, "kg/m2")]
+    rows += [("area", 0, 0, 1.5, "m2"), ("mass", 0, 0, 6.0, "kg")]
+    return pd.DataFrame(rows, columns=["quantity", "row", "column", "value", "unit"])
+
+
+@pytest.fixture(scope="session")
+def inputs(study, modes, basis, section, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
     return Inputs(
         study=study,
@@ -185,6 +194,7 @@ def inputs(study, modes, basis, bands, printed):
         psd=psd,
         modes=modes,
         basis=basis,
+        section=section,
         bands=bands,
         printed=printed,
         coupon=None,

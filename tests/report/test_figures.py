@@ -147,7 +147,7 @@ def test_the_spectrum_and_the_mesh_have_units(bands, basis):
     # red: a label without its unit
     spectrum = figures.spectrum_figure(bands, 100, 400)
     mesh = figures.mesh_figure(
-        basis.vertex_position, basis.cells, {"A": (0.6, 0.9, 0.4, 0.6)}, {"326": (0.75, 0.5)}
+        basis.vertex_position, basis.cells, {"A": basis.cell_in_patch[0]}, {"326": (0.75, 0.5)}
     )
     for figure in (spectrum, mesh):
         assert_units(figure)

@@ -8,6 +8,7 @@ from pidpanel.report import findings
 from pidpanel.report.tables import READINGS
 
 POINTS = ["middle", "corner"]
+DISTANCE = pd.DataFrame([[0.0, 0.585], [0.585, 0.0]], ["A", "B"], POINTS)
 
 
 def by_fill(*rows):
@@ -98,7 +99,7 @@ def test_a_shift_is_linear_where_every_band_rises_with_the_sound():
 def verdict_of(study, summary, psd, reading, words):
     (found,) = (
         v
-        for v in findings.verdicts(study, summary, psd)
+        for v in findings.verdicts(study, summary, psd, DISTANCE)
         if v.reading == reading and words in v.claim
     )
     return found.finding
@@ -119,7 +120,7 @@ def test_verdicts_turn_with_the_responses(study, respond):
         summary, psd = respond(scale)
         told[name] = {
             verdict.claim: verdict.finding.holds
-            for verdict in findings.verdicts(study, summary, psd)
+            for verdict in findings.verdicts(study, summary, psd, DISTANCE)
             if verdict.reading == "paper_corrected"
         }
     flat_spectrum = told["as claimed"].pop("The effect is larger at high frequency")
@@ -207,3 +208,10 @@ def test_coupon_cases_that_count_less_are_told(cases, column, value, words):
     (said,) = findings.coupon_warnings(cases)
     assert words in said
     assert said.startswith("1 ")
+
+
+def test_distances_are_from_the_centres_of_the_patches(basis):
+    # red: patches and points swapped. 0.05 m: the cells of the trial mesh measure 0.1 m
+    distance = findings.patch_distance(basis)
+    assert distance.loc["A", "middle"] < 0.05 > distance.loc["B", "corner"]
+    assert distance.loc["A", "corner"] == pytest.approx(np.hypot(0.55, 0.2), abs=0.05)

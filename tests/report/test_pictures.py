@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import bed
+from pidpanel.panel.supports import boundary_edges
 from pidpanel.report import pictures
 
 
@@ -51,7 +52,7 @@ def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
     # red: the first shape drawn for all
     images = pictures.mode_pictures(
         basis.vertex_position, basis.cells, basis.shape_at_vertices[:, :2],
-        [(0.65, 0.85, 0.4, 0.6)], [(0.75, 0.5)], size=(200, 130),
+        boundary_edges(basis.cells), np.array([[0.75, 0.5]]), size=(200, 130),
     )  # fmt: skip
     red, blue = (
         np.array([np.mean(i[..., a].astype(int) - i[..., b] > 60) for i in images])

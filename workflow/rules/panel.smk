@@ -2,16 +2,19 @@
 
 
 rule panel:
+    input:
+        mesh=STUDY.panel.mesh.file or [],
     output:
         results("panel/modes.nc"),
         results("panel/modes.csv"),
         results("panel/modes.vtu"),
         results("panel/mesh.msh"),
+        results("panel/section.csv"),
     log:
         results("panel/panel.log"),
     params:
         file=STUDY_FILE,
         study=section("panel", "response"),
-        code=code("panel"),
+        code=code("panel", "polygon.py"),
     shell:
         "python -m scripts.panel {params.file} {output} 2> {log}"

@@ -10,6 +10,7 @@ rule report:
         beside=BESIDE,
         modes=results("panel/modes.nc"),
         mode_table=results("panel/modes.csv"),
+        section=results("panel/section.csv"),
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
         printed=str(PROJECT / "workflow/data/paper/table_1.csv"),

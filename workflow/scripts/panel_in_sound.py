@@ -10,6 +10,7 @@ from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.tables import read_surface
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.modes import patch_areas
 from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import bare_panels
@@ -98,8 +99,8 @@ class PanelInSound:
 
     def patch(self, name):
         index = self.basis.patch_names.index(name)
-        area = np.prod(self.study.panel.patches[name].size_m)
-        return Patches(self.basis.patch_overlap[index : index + 1], np.array([area]))
+        area = patch_areas(self.basis)[index : index + 1]
+        return Patches(self.basis.patch_overlap[index : index + 1], area)
 
     @cached_property
     def motion_at_points(self):

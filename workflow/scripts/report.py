@@ -52,6 +52,7 @@ if __name__ == "__main__":
         psd=psd,
         modes=pd.read_csv(folder / "panel" / "modes.csv"),
         basis=read_basis(folder / "panel" / "modes.nc"),
+        section=pd.read_csv(folder / "panel" / "section.csv"),
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         printed=pd.read_csv(printed, comment="#"),
         coupon=read_coupon(study, folder / "coupon" / "cases.csv", Path(coupon))
@@ -67,6 +68,7 @@ if __name__ == "__main__":
         (
             f"Tables and fields behind this page lie in results/{study.name}: coupon/cases.csv, "
             "damping/surface.nc, panel/modes.csv, panel/modes.vtu, panel/mesh.msh, "
+            "panel/section.csv, "
             "sound/spectrum.csv, response/psd.nc, response/summary.csv; the figures in report/. "
             "Files carry the hash of the study and the versions, no time stamps.",
             "",

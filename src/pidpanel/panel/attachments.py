@@ -7,7 +7,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.supports import vertex_spacing
 from pidpanel.polygon import Position
 
 # Gauss points on each piece of a line mass; pieces are a quarter of an element long.
@@ -66,7 +68,7 @@ class LineMass:
 def with_attachments(
     plate: AssembledPlate,
     attachments: Iterable[Spring | PointMass | LineMass],
-    element_size: float,
+    mesh: PanelMesh,
 ) -> AssembledPlate:
     """Add springs and masses: K += k N^T N, M += m N^T N, M += int mu N^T N ds.
 
@@ -75,8 +77,8 @@ def with_attachments(
     plate : AssembledPlate
     attachments : iterable of Spring, PointMass or LineMass
         They act on the deflection w; masses have no rotary inertia.
-    element_size : float
-        Length of the shorter element edges [m], which sets the quadrature along lines.
+    mesh : PanelMesh
+        The plate's; its element edges set the quadrature along lines.
 
     Returns
     -------
@@ -88,6 +90,7 @@ def with_attachments(
         If a position is off the panel.
     """
     stiffness, mass = plate.stiffness, plate.mass
+    element_size = float(np.median(vertex_spacing(mesh)))
     for attached in attachments:
         if isinstance(attached, LineMass):
             position, share = _along(attached, element_size)

@@ -51,6 +51,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "layer_strain": (("layer", "strain", "curvature"), "m", "strain of a layer per curvature"),
     "layer_stress": (("layer", "strain", "curvature"), "Pa m", "stress of a layer per curvature"),
     "core_stress": (("core", "shear"), "Pa", "shear stress of the core per shear angle"),
+    "point_position": (("point", "axis"), "m", "positions of the response points"),
     "cell_in_patch": (("patch", "cell"), "1", "whether a cell belongs to a patch"),
     "point_names": (("point",), "1", "names of the response points"),
     "patch_names": (("patch",), "1", "names of the damper patches"),

@@ -112,6 +112,12 @@ def read_mesh(
     return PanelMesh(vertices, cells[order], CELL_KINDS[kind], patch_cells, point_vertices)
 
 
+def write_triangles(path: Path, mesh: PanelMesh) -> None:
+    """Write a mesh of triangles to a ``.msh`` file, without groups, to look at."""
+    position = np.pad(mesh.vertices, ((0, 0), (0, 1)))
+    meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)
+
+
 @contextmanager
 def gmsh_session() -> Iterator[None]:
     """Open gmsh without terminal output, configuration files or signal handlers; close it."""

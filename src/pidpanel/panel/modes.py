@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.polygon import signed_area
 
 # Modes requested beyond those counted, so that the last ones counted converge quickly.
 SPARE_MODES = 8
@@ -72,6 +73,8 @@ class PanelBasis:
         Strain [m] and stress [Pa m] of the layers per curvature.
     core_stress : ndarray, shape (2, 2)
         Shear stress of the core per shear angle [Pa].
+    point_position : ndarray, shape (n_points, 2)
+        Positions of the response points [m].
     cell_in_patch : ndarray of bool, shape (n_patches, n_cells)
         The cells of each patch.
     point_names : tuple of str
@@ -99,6 +102,7 @@ class PanelBasis:
     layer_strain: NDArray[np.float64]
     layer_stress: NDArray[np.float64]
     core_stress: NDArray[np.float64]
+    point_position: NDArray[np.float64]
     cell_in_patch: NDArray[np.bool_]
     point_names: tuple[str, ...]
     patch_names: tuple[str, ...]
@@ -169,12 +173,19 @@ def panel_basis(
         layer_strain=np.array([layer.strain for layer in layers]),
         layer_stress=np.array([layer.stress for layer in layers]),
         core_stress=plate.section.core_stress,
+        point_position=mesh.vertices[points],
         cell_in_patch=np.array(
             [np.isin(cells, mesh.patch_cells[name]) for name in plate.patch_overlap]
         ).reshape(-1, len(cells)),
         point_names=tuple(mesh.point_vertices),
         patch_names=tuple(plate.patch_overlap),
     )
+
+
+def patch_areas(basis: PanelBasis) -> NDArray[np.float64]:
+    """Area of each patch [m^2], shape (n_patches,)."""
+    area = np.array([signed_area(corners) for corners in basis.vertex_position[basis.cells]])
+    return basis.cell_in_patch @ area
 
 
 def count_modes_below(plate: AssembledPlate, frequency: float) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
+from pidpanel.panel.mindlin import ShearSection
 from pidpanel.panel.modes import PanelBasis
 
 
@@ -88,6 +89,64 @@ def sandwich_frequency(
     D, S = bending_stiffness, shear_stiffness
     k2 = wave_number_squared(m, n, size)
     return np.sqrt(D * k2**2 / (mass_per_area * (1 + D * k2 / S))) / (2 * np.pi)
+
+
+def shear_plate_frequency(
+    m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ShearSection
+) -> NDArray[np.float64]:
+    """First natural frequency of each order of a rectangle with transverse shear.
+
+    Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and
+    b_y = Y sin(px) cos(qy), p = m pi/a and q = n pi/b, the equations of motion are a 3 x 3
+    eigenproblem K (W, X, Y) = omega^2 M (W, X, Y) with M = diag(m'', I, I) and I the rotary
+    inertia (Whitney and Pagano, J. Appl. Mech. 37, 1970).
+
+    Parameters
+    ----------
+    m, n : array_like of int
+        Half waves along x and y, from 1.
+    size : tuple of float
+        Edge lengths (a, b) [m].
+    section : ShearSection
+        Orthotropic along the edges: D_16, D_26 and S_12 are zero.
+
+    Returns
+    -------
+    ndarray
+        [Hz], in the common shape of `m` and `n`.
+
+    Raises
+    ------
+    ValueError
+        If the section is not orthotropic along the edges: there is no closed form.
+    """
+    D, S = section.bending, section.shear
+    if not is_aligned(section):
+        raise ValueError(
+            "bending and twist or both shears couple; allowed is D_16 = D_26 = S_12 = 0"
+        )
+    m, n = np.broadcast_arrays(m, n)
+    mass = np.array([section.mass_per_area, section.rotary_inertia, section.rotary_inertia])
+    frequency = np.empty(m.shape)
+    for index in np.ndindex(m.shape):
+        p, q = m[index] * np.pi / size[0], n[index] * np.pi / size[1]
+        twist = (D[0, 1] + D[2, 2]) * p * q
+        K = np.array(
+            [
+                [S[0, 0] * p**2 + S[1, 1] * q**2, -S[0, 0] * p, -S[1, 1] * q],
+                [-S[0, 0] * p, D[0, 0] * p**2 + D[2, 2] * q**2 + S[0, 0], twist],
+                [-S[1, 1] * q, twist, D[2, 2] * p**2 + D[1, 1] * q**2 + S[1, 1]],
+            ]
+        )
+        lowest = np.linalg.eigvalsh(K / np.sqrt(np.outer(mass, mass)))[0]
+        frequency[index] = np.sqrt(lowest) / (2 * np.pi)
+    return frequency
+
+
+def is_aligned(section: ShearSection) -> bool:
+    """Whether bending does not couple to twist, nor one shear to the other."""
+    D, S = section.bending, section.shear
+    return bool(np.abs(D[:2, 2]).max() < 1e-9 * D.max() and abs(S[0, 1]) < 1e-9 * S.max())
 
 
 def wave_number_squared(

@@ -111,3 +111,64 @@ class ThinSection:
     def core_stress(self) -> Array:
         """None: a thin plate has no shear angle to tell it from."""
         return np.zeros((2, 2))
+
+
+@dataclass(frozen=True)
+class SolidSection:
+    """Thick plate of one isotropic material, with transverse shear and rotary inertia.
+
+    Attributes
+    ----------
+    youngs_modulus : float
+        E [Pa].
+    poissons_ratio : float
+        nu [-].
+    density : float
+        [kg/m^3].
+    thickness : float
+        t [m].
+    shear_correction : float
+        kappa in S = kappa G t [-]: 5/6 (Reissner); Mindlin's pi^2/12 is close by.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    thickness: float
+    shear_correction: float = 5 / 6
+
+    @property
+    def _thin(self) -> ThinSection:
+        E, nu, t = self.youngs_modulus, self.poissons_ratio, self.thickness
+        return ThinSection(E * t**3 / (12 * (1 - nu**2)), self.density * t, nu, t)
+
+    @property
+    def mass_per_area(self) -> float:
+        """rho t [kg/m^2]."""
+        return self.density * self.thickness
+
+    @property
+    def rotary_inertia(self) -> float:
+        """rho t^3 / 12 [kg]."""
+        return self.density * self.thickness**3 / 12
+
+    @property
+    def bending(self) -> Array:
+        """As of a thin plate [N m]."""
+        return self._thin.bending
+
+    @property
+    def shear(self) -> Array:
+        """kappa G t [N/m]."""
+        shear_modulus = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
+        return self.shear_correction * shear_modulus * self.thickness * np.eye(2)
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """Both surfaces."""
+        return self._thin.layers
+
+    @property
+    def core_stress(self) -> Array:
+        """The greatest shear stress, in the middle: 3/2 of the mean, S gamma / t."""
+        return 1.5 * self.shear / self.thickness

@@ -15,14 +15,14 @@ import pandas as pd
 from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.panel.supports import boundary_edges
 from pidpanel.report import style
 
 Array = NDArray[np.float64]
@@ -328,7 +328,7 @@ def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
 def mesh_figure(
     vertices: Array,
     cells: NDArray[np.int64],
-    patches: Mapping[str, tuple[float, float, float, float]],
+    patches: Mapping[str, NDArray[np.bool_]],
     points: Mapping[str, tuple[float, float]],
 ) -> Figure:
     """The mesh with its patches and response points.
@@ -340,7 +340,7 @@ def mesh_figure(
     cells
         (nc, k) numbers of vertices.
     patches
-        (x_min, x_max, y_min, y_max) in m by name.
+        (nc,) whether a cell belongs to the patch, by name.
     points
         (x, y) in m by name.
     """
@@ -350,16 +350,21 @@ def mesh_figure(
     axes.add_collection(
         PolyCollection(list(vertices[cells]), facecolor="none", edgecolor="#9aa4ae", lw=0.4)
     )
-    for name, (x0, x1, y0, y1) in patches.items():
+    axes.add_collection(
+        LineCollection(list(vertices[boundary_edges(cells)]), colors="black", linewidths=0.9)
+    )
+    for name, inside in patches.items():
         colour = style.place_colour(name, list(patches))
-        axes.add_patch(
-            Rectangle((x0, y0), x1 - x0, y1 - y0, facecolor=colour, alpha=0.35, edgecolor="none")
+        corners = vertices[cells[inside]]
+        axes.add_collection(
+            PolyCollection(list(corners), facecolor=colour, alpha=0.35, edgecolor="none")
         )
-        axes.add_patch(
-            Rectangle((x0, y0), x1 - x0, y1 - y0, facecolor="none", edgecolor=colour, lw=1.3)
-        )
+        edges = vertices[boundary_edges(cells[inside])]
+        axes.add_collection(LineCollection(list(edges), colors=colour, linewidths=1.3))
+        lowest = corners[..., 1].min()
+        middle = (corners[..., 0].min() + corners[..., 0].max()) / 2
         axes.annotate(
-            name, ((x0 + x1) / 2, y0), xytext=(0, -3), textcoords="offset points",
+            name, (middle, lowest), xytext=(0, -3), textcoords="offset points",
             ha="center", va="top", fontweight="bold", color=colour, bbox=_PLATE,
         )  # fmt: skip
     for name, (x, y) in points.items():

@@ -17,6 +17,8 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from pidpanel.panel.modes import PanelBasis
+from pidpanel.polygon import signed_area
 from pidpanel.report.bands import band_rms, reduction, third_octaves
 from pidpanel.study import Study
 
@@ -264,7 +266,9 @@ def scenario_band_rms(
     return centre, band_rms(frequency, values, edge).transpose(1, 0, 2)
 
 
-def verdicts(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> list[Verdict]:
+def verdicts(
+    study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
+) -> list[Verdict]:
     """Every claim of the paper that the study's scenarios can put to a test, in each reading.
 
     Parameters
@@ -273,17 +277,24 @@ def verdicts(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> list[Verdi
         The study.
     summary, psd
         ``response/summary.csv`` (points as text) and ``response/psd.nc``.
+    distance
+        Of patches and points, see `patch_distance`.
     """
     return [
         verdict
         for name in study.scenarios
         for reading in study.damping.readings
-        for verdict in _family_verdicts(study, name, reading, summary, psd)
+        for verdict in _family_verdicts(study, name, reading, summary, psd, distance)
     ]
 
 
 def _family_verdicts(
-    study: Study, name: str, reading: str, summary: pd.DataFrame, psd: xr.Dataset
+    study: Study,
+    name: str,
+    reading: str,
+    summary: pd.DataFrame,
+    psd: xr.Dataset,
+    distance: pd.DataFrame,
 ) -> Iterator[Verdict]:
     scenarios = study.family_scenarios(name)
     points = list(study.panel.points)
@@ -322,17 +333,17 @@ def _family_verdicts(
                 fills_are_alike(rms) if whole else None,
             )
     elif varied == "patch":
-        distance = patch_distance(study).loc[list(rms.index), points]
+        away = distance.loc[list(rms.index), points]
         gained = pd.DataFrame(
             reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
         )
         yield verdict(
             "At each point the damper nearest to it gives the lowest response",
-            nearest_damper_is_best(rms, distance) if whole else None,
+            nearest_damper_is_best(rms, away) if whole else None,
         )
         yield verdict(
             "Each damper lowers the point nearest to it most",
-            own_point_gains_most(gained, distance) if whole else None,
+            own_point_gains_most(gained, away) if whole else None,
         )
     else:
         oaspl = np.array([s.oaspl_db for s in scenarios], float)
@@ -342,17 +353,13 @@ def _family_verdicts(
         )
 
 
-def patch_distance(study: Study) -> pd.DataFrame:
+def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     """Distance of patch centres (index) and points (columns), m."""
-    return pd.DataFrame(
-        {
-            point: {
-                name: float(np.hypot(*np.subtract(patch.centre_m, position)))
-                for name, patch in study.panel.patches.items()
-            }
-            for point, position in study.panel.points.items()
-        }
-    )
+    corners = basis.vertex_position[basis.cells]
+    weight = basis.cell_in_patch * np.array([signed_area(cell) for cell in corners])
+    centre = weight @ corners.mean(axis=1) / weight.sum(axis=1, keepdims=True)
+    away = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
+    return pd.DataFrame(away, basis.patch_names, basis.point_names)
 
 
 # --------------------------------------------------------------------------- in sentences

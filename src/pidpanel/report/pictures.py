@@ -6,14 +6,10 @@ Functions return images as arrays. On a machine without a display VTK needs
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from scipy.interpolate import LinearNDInterpolator
 
 from pidpanel.coupon import bed
 
@@ -132,13 +128,13 @@ def mode_pictures(
     vertices: Array,
     cells: NDArray[np.int64],
     shapes: Array,
-    patches: Sequence[tuple[float, float, float, float]],
-    points: Sequence[tuple[float, float]],
+    lines: NDArray[np.int64],
+    points: Array,
     *,
     colormap: str = "RdBu_r",
     size: tuple[int, int] = (660, 400),
 ) -> list[Image]:
-    """Mode shapes, warped and coloured from −1 to 1, with patches and points on them.
+    """Mode shapes, warped and coloured from −1 to 1, with lines and points on them.
 
     Parameters
     ----------
@@ -148,10 +144,10 @@ def mode_pictures(
         (nc, 4) or (nc, 3) numbers of vertices.
     shapes
         (nv, n) deflections; each is scaled to a largest deflection of 1.
-    patches
-        (x_min, x_max, y_min, y_max) in m.
+    lines
+        (nl, 2) numbers of the vertices that lines join: outlines of panel and patches.
     points
-        (x, y) in m.
+        (np, 2) m, at vertices.
     colormap
         Name of the colour map.
     size
@@ -165,6 +161,7 @@ def mode_pictures(
     rise = 0.1 * float(np.min(high - low))
     faces = np.hstack([np.full((len(cells), 1), cells.shape[1]), cells]).ravel()
     flat = np.pad(vertices, ((0, 0), (0, 1)))
+    at_points = np.linalg.norm(vertices[:, None] - points, axis=-1).argmin(axis=0)
     images = []
     plotter = pv.Plotter(off_screen=True, window_size=list(size))
     plotter.background_color = pv.Color("white")
@@ -178,15 +175,13 @@ def mode_pictures(
             panel, scalars="deflection", cmap=mpl.colormaps[colormap], clim=[-1, 1],
             show_scalar_bar=False, smooth_shading=True, ambient=0.35, diffuse=0.7,
         )  # fmt: skip
-        height = LinearNDInterpolator(vertices, rise * scaled)
-        for line in (_outline((low[0], high[0], low[1], high[1])), *map(_outline, patches)):
-            lifted = np.column_stack([line, height(line) + 0.05 * rise])
-            plotter.add_mesh(
-                pv.lines_from_points(lifted), color="black", line_width=2, lighting=False
-            )
-        marks = np.array(points)
+        drawn = pv.PolyData(
+            panel.points + np.array([0.0, 0.0, 0.05 * rise]),
+            lines=np.pad(lines, ((0, 0), (1, 0)), constant_values=2).ravel(),
+        )
+        plotter.add_mesh(drawn, color="black", line_width=2, lighting=False)
         plotter.add_points(
-            np.column_stack([marks, height(marks) + 0.15 * rise]),
+            panel.points[at_points] + np.array([0.0, 0.0, 0.15 * rise]),
             color="black", point_size=10, render_points_as_spheres=True, lighting=False,
         )  # fmt: skip
         middle = np.array([*(low + high) / 2, 0.0])
@@ -199,12 +194,3 @@ def mode_pictures(
         images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
     plotter.close()
     return images
-
-
-def _outline(bounds: tuple[float, float, float, float]) -> Array:
-    """Closed line round a rectangle, twenty points to a side, (n, 2) m."""
-    x0, x1, y0, y1 = bounds
-    along = np.linspace(0, 1, 20)
-    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
-    parts = [a + along[:, None] * (b - a) for a, b in itertools.pairwise(corners)]
-    return np.concatenate(parts)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report import figures, findings, pictures, radiation, style, tables
+from pidpanel.report import figures, findings, panel, pictures, radiation, style, tables
 from pidpanel.report.bands import reduction
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
@@ -41,8 +41,6 @@ OVERSTATED = (
     "spectrum, Γ = √2 a_rms/g, which is an assumption of its own."
 )
 
-MODES_SHOWN = 9
-
 
 @dataclass(frozen=True)
 class Coupon:
@@ -63,8 +61,8 @@ class Inputs:
         The study, and what its results are stamped with.
     summary, psd
         ``response/summary.csv`` (points as text), ``response/psd.nc``.
-    modes, basis
-        ``panel/modes.csv``, ``panel/modes.nc``.
+    modes, basis, section
+        ``panel/modes.csv``, ``panel/modes.nc``, ``panel/section.csv``.
     bands
         ``sound/spectrum.csv``.
     printed
@@ -81,6 +79,7 @@ class Inputs:
     psd: xr.Dataset
     modes: pd.DataFrame
     basis: PanelBasis
+    section: pd.DataFrame
     bands: pd.DataFrame
     printed: pd.DataFrame
     coupon: Coupon | None
@@ -90,7 +89,10 @@ class Inputs:
 def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     """The whole report."""
     study = inputs.study
-    sections = [panel_section(inputs), sound_section(inputs)]
+    sections = [
+        panel.panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
+        sound_section(inputs),
+    ]
     if inputs.coupon is not None:
         sections.append(coupon_section(study, inputs.coupon))
     sections += [response_section(inputs, name) for name in study.scenarios]
@@ -111,7 +113,11 @@ def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         assumptions=study.assumptions,
         summary=findings.outcome(study, inputs.summary, tables.READINGS),
         warnings=warnings(inputs),
-        claims=tables.verdict_table(findings.verdicts(study, inputs.summary, inputs.psd)),
+        claims=tables.verdict_table(
+            findings.verdicts(
+                study, inputs.summary, inputs.psd, findings.patch_distance(inputs.basis)
+            )
+        ),
         sections=sections,
         steps=steps,
     )
@@ -134,8 +140,6 @@ def warnings(inputs: Inputs) -> list[str]:
 def facts(inputs: Inputs) -> list[tuple[str, str]]:
     """What was computed and with what."""
     study, stamp = inputs.study, inputs.stamp
-    length, width = study.panel.outline_m
-    section = study.panel.section
     low, high = study.response.frequency_hz
     good = inputs.summary[inputs.summary["status"] == "ok"]
     level = study.damping.level
@@ -145,13 +149,7 @@ def facts(inputs: Inputs) -> list[tuple[str, str]]:
         else f"a stated Γ = {level.acceleration_g:g} (level.kind: stated)"
     )
     rows = [
-        (
-            "Panel",
-            f"{length:g} m × {width:g} m, {section.mass_per_area_kg_m2:g} kg/m², "
-            f"D = {section.bending_stiffness_n_m:g} N·m, ζ = {study.panel.damping_ratio:g}, "
-            f"{study.panel.supports.replace('_', ' ')}; {len(inputs.modes)} modes and "
-            f"{int(inputs.basis.is_residual.sum())} residual vectors",
-        ),
+        ("Panel", panel.panel_text(study, inputs.basis, inputs.section)),
         (
             "Sound",
             f"{study.sound.field} field, {study.sound.spectrum.name}, "
@@ -187,56 +185,7 @@ def facts(inputs: Inputs) -> list[tuple[str, str]]:
     return rows
 
 
-# --------------------------------------------------------------------------- panel, sound
-
-
-def panel_section(inputs: Inputs) -> Section:
-    """Mesh, modes, Table 1 where the panel is the paper's."""
-    study, basis = inputs.study, inputs.basis
-    patches = {name: patch.bounds for name, patch in study.panel.patches.items()}
-    points = dict(study.panel.points)
-    blocks: list[Block] = [
-        Picture(
-            "mesh",
-            _drawn(figures.mesh_figure(basis.vertex_position, basis.cells, patches, points)),
-            f"The mesh of {len(basis.cells)} elements with the patches that may be filled and the "
-            "points listened to.",
-        )
-    ]
-    if tables.is_papers_panel(inputs.modes, inputs.printed):
-        blocks += tables.paper_mode_tables(inputs.modes, inputs.printed)
-        blocks.append(tables.mode_table(inputs.modes, folded=True))
-    else:
-        blocks.append(tables.mode_table(inputs.modes))
-    count = min(MODES_SHOWN, len(inputs.modes))
-    images = pictures.mode_pictures(
-        basis.vertex_position,
-        basis.cells,
-        basis.shape_at_vertices[:, :count],
-        list(patches.values()),
-        list(points.values()),
-    )
-    titles = [
-        f"{row['mode']}: ({row['m']}, {row['n']}), {row['frequency_hz']:.2f} Hz"
-        for row in tables.records(inputs.modes.head(count))
-    ]
-    figure = figures.pictures_figure(
-        images,
-        titles,
-        columns=3,
-        colormap="RdBu_r",
-        limits=(-1, 1),
-        label="deflection over its largest value",
-    )
-    blocks.append(
-        Picture(
-            "mode_shapes",
-            _drawn(figure),
-            f"The first {count} modes with their half waves (m, n) along x and y. Squares: "
-            "patches; dots: response points.",
-        )
-    )
-    return Section("panel", "Panel", blocks)
+# --------------------------------------------------------------------------- sound
 
 
 def sound_section(inputs: Inputs) -> Section:

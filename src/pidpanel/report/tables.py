@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -79,6 +79,8 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
     printed
         ``workflow/data/paper/table_1.csv``.
     """
+    if "navier_hz" not in modes:
+        return False
     both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
     if len(both) < len(printed):
         return False
@@ -127,7 +129,7 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
 
 
 def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
-    """All modes with their closed forms.
+    """All modes, with their orders and closed forms where they have them.
 
     Parameters
     ----------
@@ -136,19 +138,19 @@ def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
     folded
         Whether to hide the rows behind the caption.
     """
+    columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
+        ("mode", lambda row: str(row["mode"]))
+    ]
+    if "m" in modes:
+        columns.append(("(m, n)", lambda row: f"({row['m']}, {row['n']})"))
+    columns.append(("computed, Hz", lambda row: f"{row['frequency_hz']:.2f}"))
+    if "navier_hz" in modes:
+        columns.append(("closed form (Navier), Hz", lambda row: f"{row['navier_hz']:.2f}"))
+    columns.append(("modal mass, kg", lambda row: f"{row['modal_mass_kg']:.4f}"))
     return Table(
         f"All {len(modes)} modes of the panel",
-        ["mode", "(m, n)", "computed, Hz", "closed form (Navier), Hz", "modal mass, kg"],
-        [
-            [
-                str(row["mode"]),
-                f"({row['m']}, {row['n']})",
-                f"{row['frequency_hz']:.2f}",
-                f"{row['navier_hz']:.2f}",
-                f"{row['modal_mass_kg']:.4f}",
-            ]
-            for row in records(modes)
-        ],
+        [name for name, _ in columns],
+        [[shown(row) for _, shown in columns] for row in records(modes)],
         folded=folded,
     )
 

@@ -1,0 +1,270 @@
+"""The panel of a study as the objects of this stage: SI in, arrays out."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.panel import layup, supports
+from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
+from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
+from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
+from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
+from pidpanel.panel.nastran import read_nastran
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.resolution import check_resolution
+from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
+from pidpanel.study_panel import Material, Node, Panel, Ply
+
+
+def section_of(panel: Panel) -> ThinSection | ShearSection:
+    """The section in SI."""
+    spec = panel.section
+    if spec.kind == "thin":
+        return ThinSection(
+            spec.bending_stiffness_n_m,
+            spec.mass_per_area_kg_m2,
+            spec.poissons_ratio,
+            spec.thickness,
+        )
+    if spec.kind == "solid":
+        return SolidSection(
+            spec.youngs_modulus_gpa * 1e9,
+            spec.poissons_ratio,
+            spec.density_kg_m3,
+            spec.thickness,
+        )
+    materials = {name: _material(material) for name, material in spec.materials.items()}
+    shear_l, shear_w, density = spec.core.properties
+
+    def face(plies: tuple[Ply, ...]) -> tuple[layup.Ply, ...]:
+        return tuple(
+            layup.Ply(materials[p.material], p.thickness_mm * 1e-3, np.radians(p.angle_deg))
+            for p in plies
+        )
+
+    return layup.SandwichSection(
+        face(spec.plies("top")),
+        face(spec.plies("bottom")),
+        layup.Core(
+            shear_l,
+            shear_w,
+            density,
+            spec.core.thickness_mm * 1e-3,
+            np.radians(spec.core.ribbon_deg),
+        ),
+        spec.extra_mass_per_area_kg_m2,
+    )
+
+
+def _material(spec: Material) -> layup.Material:
+    if spec.youngs_modulus_gpa is not None and spec.poissons_ratio is not None:
+        return layup.Material.isotropic(
+            spec.youngs_modulus_gpa * 1e9, spec.poissons_ratio, spec.density_kg_m3
+        )
+    E1, E2, G12 = ((modulus or 0.0) * 1e9 for modulus in (spec.e1_gpa, spec.e2_gpa, spec.g12_gpa))
+    return layup.Material(E1, E2, G12, spec.nu12 or 0.0, spec.density_kg_m3)
+
+
+@dataclass(frozen=True)
+class StudiedPanel:
+    """A panel with every place of it found, before or after it is meshed.
+
+    Attributes
+    ----------
+    panel : Panel
+        Of the study.
+    """
+
+    panel: Panel
+
+    @cached_property
+    def foreign(self) -> FlatMesh | None:
+        """The mesh of a file, None where the mesh is ours."""
+        spec = self.panel.mesh
+        if spec.file is None:
+            return None
+        read = read_gmsh if spec.file.suffix == ".msh" else read_nastran
+        return read(spec.file).scaled(spec.unit_m)
+
+    @cached_property
+    def section(self) -> ThinSection | ShearSection:
+        """Of the whole panel."""
+        return section_of(self.panel)
+
+    @cached_property
+    def patches(self) -> dict[str, Shape | str]:
+        """Shapes [m], or groups of the file."""
+        return {name: p.shape or str(p.group) for name, p in self.panel.patches.items()}
+
+    @cached_property
+    def shapes(self) -> dict[str, Shape]:
+        """Patches that have a shape."""
+        return {name: shape for name, shape in self.patches.items() if not isinstance(shape, str)}
+
+    @cached_property
+    def points(self) -> dict[str, Position]:
+        """Response points [m]."""
+        return {
+            name: self._place(None, at.grid) if isinstance(at, Node) else at
+            for name, at in self.panel.points.items()
+        }
+
+    @cached_property
+    def supports(self) -> supports.Supports:
+        """Edges, hinges and hold-downs."""
+        held = self.panel.held
+        return supports.Supports(
+            held.outline,
+            held.holes,
+            [supports.EdgeSupport(edge.from_m, edge.to_m, edge.kind) for edge in held.edges],
+            {
+                name: supports.PointSupport(self._place(p.at_m, p.grid), p.kind, p.radius_m)
+                for name, p in held.points.items()
+                if p.kind != "spring"
+            },
+        )
+
+    @cached_property
+    def attachments(self) -> dict[str, Spring | PointMass | LineMass]:
+        """Springs and masses."""
+        found: dict[str, Spring | PointMass | LineMass] = {
+            name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
+            for name, p in self.panel.held.points.items()
+            if p.stiffness_n_m is not None
+        }
+        for name, mass in self.panel.masses.items():
+            if mass.from_m is not None and mass.to_m is not None:
+                found[name] = LineMass(mass.from_m, mass.to_m, mass.mass_kg)
+            else:
+                found[name] = PointMass(self._place(mass.at_m, mass.grid), mass.mass_kg)
+        return found
+
+    @property
+    def navier_size(self) -> tuple[float, float] | None:
+        """Edge lengths [m] where Navier's closed form holds, None elsewhere."""
+        held = self.panel.held
+        plain = held.outline == "simply_supported" and not (held.edges or held.points)
+        return self.panel.size if plain and not self.attachments else None
+
+    def check(self, frequency: float) -> None:
+        """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
+
+        Raises
+        ------
+        ValueError
+            One line: name, value, what is allowed.
+        """
+        spec = self.panel.mesh
+        check_names(self.patches, self.points)
+        if spec.kind == "quadrilaterals":
+            a, b = self._size
+            check_grid(
+                self._size, spec.elements, self._rectangles, {**self.points, **self._anchors}
+            )
+            edge = max(a / spec.elements[0], b / spec.elements[1])
+        elif self.foreign is not None:
+            mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
+            supports.held_vertices(mesh, self.supports)
+            sides = mesh.vertices[mesh.cells] - mesh.vertices[np.roll(mesh.cells, 1, axis=1)]
+            edge = float(np.linalg.norm(sides, axis=2).max())
+        else:
+            check_panel(
+                self._outline, self._holes, {**self.shapes, **self._feet},
+                {**self.points, **self._anchors, **self._attached},
+            )  # fmt: skip
+            edge = spec.size_m or 0.0
+        shape = "quadrilaterals" if spec.kind == "quadrilaterals" else "triangles"
+        element = f"thin {shape}" if isinstance(self.section, ThinSection) else shape
+        check_resolution(element, edge, self.section, frequency)
+
+    def mesh(self, path: Path) -> PanelMesh:
+        """Mesh the panel and write the mesh to a ``.msh`` file."""
+        spec = self.panel.mesh
+        if spec.kind == "quadrilaterals":
+            return mesh_quadrilaterals(
+                path, self._size, spec.elements, self._rectangles, self.points
+            )
+        if self.foreign is not None:
+            mesh = self.foreign.panel_mesh(self.patches, self.points)
+            write_triangles(path, mesh)
+            return mesh
+        return mesh_triangles(
+            path,
+            self._outline,
+            spec.size_m or 0.0,
+            self.shapes,
+            self.points,
+            holes=self._holes,
+            imprints=self._feet,
+            anchors=self._anchors,
+            corner_size=spec.corner_size_m,
+        )
+
+    def plate(self, mesh: PanelMesh) -> AssembledPlate:
+        """Assemble the supported plate with its springs and masses."""
+        if isinstance(self.section, ThinSection):
+            plate = assemble_thin_plate(mesh, self.section, self.supports)
+        else:
+            plate = assemble_shear_plate(mesh, self.section, self.supports)
+        return with_attachments(plate, self.attachments.values(), mesh)
+
+    @property
+    def _size(self) -> tuple[float, float]:
+        a, b = self._outline.corners[2]
+        return float(a), float(b)
+
+    @property
+    def _outline(self) -> Shape:
+        outline = self.panel.outline
+        if outline is None:
+            raise ValueError("the outline of this panel is in its mesh file")
+        return outline
+
+    @property
+    def _rectangles(self) -> dict[str, Rectangle]:
+        return {name: s for name, s in self.shapes.items() if isinstance(s, Rectangle)}
+
+    @property
+    def _holes(self) -> dict[str, Shape]:
+        return {name: hole.shape for name, hole in self.panel.holes.items() if hole.shape}
+
+    @property
+    def _feet(self) -> dict[str, Shape]:
+        return {
+            f"foot of {name}": Circle(point.position, point.radius)
+            for name, point in self.supports.points.items()
+            if point.radius > 0
+        }
+
+    @property
+    def _anchors(self) -> dict[str, Position]:
+        """Where vertices must be: point supports, ends of supported edges."""
+        found = {f"support {name}": p.position for name, p in self.supports.points.items()}
+        for number, edge in enumerate(self.supports.edges, 1):
+            found[f"supports.edges {number} from_m"] = edge.start
+            found[f"supports.edges {number} to_m"] = edge.end
+        return found
+
+    @property
+    def _attached(self) -> dict[str, Position]:
+        found: dict[str, Position] = {}
+        for name, attached in self.attachments.items():
+            if isinstance(attached, LineMass):
+                found |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
+            else:
+                found[name] = attached.position
+        return found
+
+    def _place(self, at: Position | None, grid: int | None) -> Position:
+        """A position [m], given as such or as a node of the file."""
+        if at is not None:
+            return at
+        if self.foreign is None or grid is None:
+            raise ValueError(f"node {grid}: this panel has no mesh file")
+        return self.foreign.at_node(grid)

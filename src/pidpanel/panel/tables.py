@@ -1,0 +1,91 @@
+"""Tables of the panel stage: its modes, and what its section came out as."""
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.panel.layup import SandwichSection
+from pidpanel.panel.mindlin import ShearSection
+from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.navier import (
+    is_aligned,
+    mode_orders,
+    shear_plate_frequency,
+    thin_plate_frequency,
+)
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.section import ThinSection
+
+
+def mode_table(
+    basis: PanelBasis, size: tuple[float, float] | None, section: ThinSection | ShearSection
+) -> pd.DataFrame:
+    """Modes with their frequencies, beside the closed form where there is one.
+
+    Parameters
+    ----------
+    basis : PanelBasis
+    size : tuple of float or None
+        Edge lengths [m] of a simply supported rectangle without holes, masses and springs.
+    section : ThinSection or ShearSection
+
+    Returns
+    -------
+    DataFrame
+        mode, frequency_hz, modal_mass_kg; for a rectangle also m, n, share_of_sine, and
+        navier_hz unless its section couples bending and twist.
+    """
+    count = int(np.sum(~basis.is_residual))
+    table = pd.DataFrame(
+        {
+            "mode": range(1, count + 1),
+            "frequency_hz": basis.natural_frequency[:count],
+            "modal_mass_kg": basis.modal_mass[:count],
+        }
+    )
+    if size is None:
+        return table
+    orders, share = mode_orders(basis, size)
+    m, n = orders.T
+    table.insert(1, "m", m)
+    table.insert(2, "n", n)
+    table["share_of_sine"] = share
+    if isinstance(section, ThinSection):
+        stiffness, mass = section.bending_stiffness, section.mass_per_area
+        table.insert(4, "navier_hz", thin_plate_frequency(m, n, size, stiffness, mass))
+    elif is_aligned(section):
+        table.insert(4, "navier_hz", shear_plate_frequency(m, n, size, section))
+    return table
+
+
+def section_table(section: ThinSection | ShearSection, plate: AssembledPlate) -> pd.DataFrame:
+    """Matrices and masses of the section, an entry a row; total mass and area of the panel.
+
+    Parameters
+    ----------
+    section : ThinSection or ShearSection
+    plate : AssembledPlate
+
+    Returns
+    -------
+    DataFrame
+        quantity, row, column (from 1; 0 for a scalar), value, unit.
+    """
+    area = float(plate.quadrature_weight.sum())
+    entries: list[tuple[str, np.ndarray | float, str]] = []
+    if isinstance(section, SandwichSection):
+        for name, matrix, unit in zip("ABD", section.abd, ("N/m", "N", "N m"), strict=True):
+            entries.append((name, matrix, unit))
+    entries.append(("bending", section.bending, "N m"))
+    if not isinstance(section, ThinSection):
+        entries.append(("shear", section.shear, "N/m"))
+        entries.append(("rotary_inertia", section.rotary_inertia, "kg"))
+    entries.append(("mass_per_area", section.mass_per_area, "kg/m2"))
+    entries.append(("area", area, "m2"))
+    entries.append(("mass", area * section.mass_per_area, "kg"))
+    rows = []
+    for name, value, unit in entries:
+        if isinstance(value, float):
+            rows.append((name, 0, 0, value, unit))
+        else:
+            rows += [(name, i + 1, j + 1, v, unit) for (i, j), v in np.ndenumerate(value)]
+    return pd.DataFrame(rows, columns=["quantity", "row", "column", "value", "unit"])
