@@ -24,10 +24,9 @@ from pydantic import (
     model_validator,
 )
 
+from pidpanel.coupon.bed import Sizes
 from pidpanel.study_base import PROJECT_DATA, Model, Positive
 from pidpanel.study_panel import Panel
-
-from pidpanel.coupon.bed import Sizes
 
 
 class StudyError(ValueError):

@@ -222,6 +222,7 @@ class Area(Model):
     corners_m: Annotated[tuple[Position, ...], Field(min_length=3)] | None = None
     corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
     _kinds: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
+    _pieces: ClassVar[int] = 48
 
     @model_validator(mode="after")
     def _one_shape(self) -> Area:
@@ -246,7 +247,7 @@ class Area(Model):
             return None
         if self.size_m is not None:
             return Rectangle(self.centre_m, self.size_m)
-        return Circle(self.centre_m, (self.diameter_m or 0.0) / 2)
+        return Circle(self.centre_m, (self.diameter_m or 0.0) / 2, self._pieces)
 
 
 class Patch(Area):
@@ -254,6 +255,7 @@ class Patch(Area):
 
     group: str | None = None
     _kinds: ClassVar[str] = f"{Area._kinds}, or group"
+    _pieces: ClassVar[int] = 24  # of equal area; nothing is supported at its edge
 
     @model_validator(mode="before")
     @classmethod

@@ -237,7 +237,7 @@ class StudiedPanel:
     @property
     def _feet(self) -> dict[str, Shape]:
         return {
-            f"foot of {name}": Circle(point.position, point.radius)
+            f"foot of {name}": Circle(point.position, point.radius, 24)
             for name, point in self.supports.points.items()
             if point.radius > 0
         }
