@@ -442,6 +442,8 @@ class Response(Model):
     """Sides of a baffled panel that radiate into the air and carry its mass; the paper has none."""
     radiation_beside: Radiation = "none"
     """Everything once more with this radiation, shown in a table beside."""
+    maps: tuple[str, ...] = ()
+    """Scenarios, by their names in summary.csv, to map over the panel; left out, the first bare."""
 
     @model_validator(mode="after")
     def _air(self) -> Response:
@@ -564,6 +566,10 @@ class Study(CouponStudy):
                             f"scenarios.{name}.fill_fraction = {fill:g}: within the fills of "
                             f"coupon.sweep, {min(run):g} to {max(run):g}"
                         )
+        labels = [s.label for s in self.all_scenarios()]
+        for label in self.response.maps:
+            if label not in labels:
+                raise ValueError(f"response.maps: {label}: one of {', '.join(labels)}")
         return self
 
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
@@ -582,6 +588,11 @@ class Study(CouponStudy):
         families = [s for name in self.scenarios for s in self.family_scenarios(name)]
         ordered = dict.fromkeys([s.bare for s in families] + families)
         return tuple(ordered)
+
+    def mapped_scenarios(self) -> tuple[Scenario, ...]:
+        """The scenarios of ``response.maps``."""
+        labels = self.response.maps or (self.all_scenarios()[0].label,)
+        return tuple(s for s in self.all_scenarios() if s.label in labels)
 
 
 def _as_tuple(value: Any) -> tuple[Any, ...]:

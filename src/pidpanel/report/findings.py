@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.polygon import signed_area
-from pidpanel.report.bands import band_rms, reduction, third_octaves
+from pidpanel.response.bands import band_rms, reduction, third_octaves
 from pidpanel.study import Study
 
 Array = NDArray[np.float64]

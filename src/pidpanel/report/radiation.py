@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from pidpanel.report.bands import reduction
 from pidpanel.report.html import Paragraph, Section, Table
+from pidpanel.response.bands import reduction
 
 SIDES = {"none": "no side", "one_side": "one side", "two_sides": "both sides"}
 """What the values of ``response.radiation`` are called on the page."""

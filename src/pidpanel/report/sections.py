@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.report import figures, findings, panel, pictures, radiation, style, tables
-from pidpanel.report.bands import reduction
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
 from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table
+from pidpanel.response.bands import reduction
 from pidpanel.study import Scenario, Study
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import doctest
 import numpy as np
 import pytest
 
-from pidpanel.report import bands, tables
+from pidpanel.response import bands, tables
 
 
 def test_bands_that_adjoin_add_up_to_the_whole():

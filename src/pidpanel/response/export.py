@@ -1,0 +1,140 @@
+"""Responses in the formats of other programs: Nastran TABRND1 and Universal File 58.
+
+Units are those of the PSD handed in; the formats carry none, so they stand in titles and comments.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyuff
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response.bands import band_rms, reduction, third_octaves
+from pidpanel.response.model import Floats
+
+PSD, FREQUENCY, ACCELERATION = 9, 18, 12
+"""Codes of Universal File 58: function type, kind of abscissa and of ordinate."""
+
+NORMAL_TO_PANEL = 3
+"""Code of the direction +z."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One acceleration PSD.
+
+    Parameters
+    ----------
+    reading, scenario, point
+        What it is the PSD of.
+    node
+        Number of the point, from 1.
+    acceleration_psd
+        (nf,) one-sided [(m/s²)²/Hz].
+    """
+
+    reading: str
+    scenario: str
+    point: str
+    node: int
+    acceleration_psd: Floats
+
+
+def write_tabrnd1(path: Path, frequency: Floats, curves: Sequence[Curve], title: str) -> None:
+    """Write bulk data cards TABRND1, large field, linear in both axes, in (m/s²)²/Hz.
+
+    Lines of the response are close enough for straight lines between them, which is what the
+    rms values here are integrals of. Tables are numbered from 1 in the order given.
+
+    Parameters
+    ----------
+    path
+        The ``.bdf`` file.
+    frequency
+        (nf,) rising [Hz].
+    curves
+        What to write.
+    title
+        Comment at the head.
+    """
+    with path.open("w", encoding="ascii", errors="replace") as file:
+        file.write(f"$ {title}\n$ one-sided acceleration PSD, (m/s**2)**2/Hz over Hz\n")
+        for number, curve in enumerate(curves, start=1):
+            file.write(f"$ {curve.reading}, {curve.scenario}, point {curve.point}\n")
+            file.write(f"TABRND1*{number:16d}{'LINEAR':>16}{'LINEAR':>16}{'':16}\n*\n")
+            pairs = np.stack([frequency, curve.acceleration_psd], axis=1).ravel()
+            cells = [f"{value:16.9E}" for value in pairs] + [f"{'ENDT':>16}"]
+            for start in range(0, len(cells), 4):
+                file.write("*       " + "".join(cells[start : start + 4]) + "\n")
+
+
+def write_uff58(path: Path, frequency: Floats, curves: Sequence[Curve], title: str) -> None:
+    """Write data sets 58 (function at nodal degree of freedom), ASCII, double precision.
+
+    Parameters are those of `write_tabrnd1`; the file ends in ``.uff``.
+    """
+    sets = [
+        pyuff.prepare_58(
+            id1=f"{curve.reading}, {curve.scenario}, point {curve.point}"[:80],
+            id2=title[:80],
+            id3="one-sided acceleration PSD, (m/s**2)**2/Hz",
+            func_type=PSD,
+            rsp_ent_name=curve.point[:10],
+            rsp_node=curve.node,
+            rsp_dir=NORMAL_TO_PANEL,
+            ref_node=0,
+            ref_dir=0,
+            abscissa_spacing=0,
+            abscissa_spec_data_type=FREQUENCY,
+            abscissa_axis_units_lab="Hz",
+            ordinate_spec_data_type=ACCELERATION,
+            ordinate_axis_units_lab="(m/s**2)**2/Hz",
+            orddenom_spec_data_type=0,
+            z_axis_spec_data_type=0,
+            x=frequency,
+            data=curve.acceleration_psd,
+        )
+        for curve in curves
+    ]
+    pyuff.UFF(str(path)).write_sets(sets, mode="overwrite")
+
+
+def third_octave_rows(
+    frequency: Floats, curves: Sequence[Curve], bare: Mapping[tuple[str, str], Floats]
+) -> pd.DataFrame:
+    """Rms and mean PSD of every curve in third octaves, with the reduction against bare.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising [Hz].
+    curves
+        Scenarios, the bare panel among them.
+    bare
+        (scenario, point) → PSD (nf,) of the bare panel under the same sound.
+    """
+    center, edge = third_octaves(frequency[0], frequency[-1])
+    width = np.diff(edge, axis=1)[:, 0]
+    frames = []
+    for curve in curves:
+        rms = band_rms(frequency, curve.acceleration_psd, edge)
+        of_bare = band_rms(frequency, bare[curve.scenario, curve.point], edge)
+        frames.append(
+            pd.DataFrame(
+                {
+                    "reading": curve.reading,
+                    "scenario": curve.scenario,
+                    "point": curve.point,
+                    "center_hz": center,
+                    "lower_hz": edge[:, 0],
+                    "upper_hz": edge[:, 1],
+                    "acceleration_rms_g": rms / STANDARD_GRAVITY,
+                    "mean_acceleration_psd_g2_hz": (rms / STANDARD_GRAVITY) ** 2 / width,
+                    "reduction_db": reduction(of_bare, rms),
+                }
+            )
+        )
+    return pd.concat(frames, ignore_index=True)

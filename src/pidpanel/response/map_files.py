@@ -1,0 +1,93 @@
+"""Files of the maps: NetCDF to compute with, VTU and one PVD for ParaView."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pidpanel.response.model import Floats
+from pidpanel.response.stress import QUANTITIES
+
+UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
+    name: {"1": "1", "Pa": "Pa"}[unit] for name, unit in QUANTITIES.items()
+}
+"""Unit of each map; strains and stresses have one for each layer."""
+
+
+def map_dataset(
+    found: Mapping[tuple[str, str], Mapping[str, Floats]],
+    vertex_position: Floats,
+    cells: NDArray[np.int64],
+    layers: Sequence[str],
+) -> xr.Dataset:
+    """Rms maps of some scenarios over the vertices of the mesh.
+
+    Parameters
+    ----------
+    found
+        (reading, scenario label) → name of `UNITS` → (n_vertices,) or (n_layers, n_vertices).
+    vertex_position, cells
+        The mesh: (n_vertices, 2) [m], vertex numbers of the cells.
+    layers
+        Names of the layers.
+    """
+    variables = {}
+    for name, unit in UNITS.items():
+        values = np.array([maps[name] for maps in found.values()])
+        dims = ("case", "layer", "vertex") if values.ndim == 3 else ("case", "vertex")
+        variables[f"{name}_rms"] = (dims, values, {"units": unit, "long_name": f"rms of {name}"})
+    position = {"units": "m", "long_name": "vertices of the mesh"}
+    return xr.Dataset(
+        variables
+        | {
+            "vertex_position": (("vertex", "axis"), vertex_position, position),
+            "cells": (("cell", "corner"), cells, {"units": "1", "long_name": "vertex numbers"}),
+        },
+        coords={
+            "reading": ("case", [reading for reading, _ in found]),
+            "scenario": ("case", [label for _, label in found]),
+            "layer": list(layers),
+        },
+    )
+
+
+def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
+    """Write a VTU file for each case and ``maps.pvd`` that holds them all as steps.
+
+    Parameters
+    ----------
+    folder
+        Made where it is not there.
+    dataset
+        From `map_dataset`.
+    """
+    folder.mkdir(exist_ok=True)
+    position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
+    cells = dataset["cells"].to_numpy()
+    kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
+    entries = []
+    for step in range(dataset.sizes["case"]):
+        one = dataset.isel(case=step)
+        data = {}
+        for name in UNITS:
+            values = one[f"{name}_rms"]
+            unit = values.attrs["units"].replace(" ", "_")
+            if "layer" not in values.dims:
+                data[f"{name}_rms_{unit}"] = values.to_numpy()
+                continue
+            for layer in one["layer"].to_numpy():
+                key = f"{name}_rms_{unit}_{layer}".replace(" ", "_")
+                data[key] = values.sel(layer=layer).to_numpy()
+        name = f"{one['reading'].item()}_{one['scenario'].item()}.vtu"
+        meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)
+        entries.append(f'<DataSet timestep="{step}" part="0" file={quoteattr(name)}/>')
+    (folder / "maps.pvd").write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+        + "\n".join(entries)
+        + "\n</Collection>\n</VTKFile>\n",
+        encoding="utf-8",
+    )

@@ -1,0 +1,119 @@
+"""Rms of motion, strain and stress all over the panel.
+
+What is wanted at hundreds of places is cheapest through the modal coordinates: with
+
+    Σ_a = ∫ ω⁴ Re S_q df,    Σ_w = ∫ Re S_q df,
+
+the mean square of any motion c q is c Σ cᵀ, so the lines are run through once for all places.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.response.dampers import attach_dampers
+from pidpanel.response.modal import LINES_AT_ONCE, MatrixInput, bare_panels
+from pidpanel.response.model import Floats, ModalBasis, Patches
+from pidpanel.response.stress import VON_MISES, Layers
+
+MAP_CUTOFF = 1e-4
+"""Eigenvalues of D dropped, see `bare_panels`: 5e-4 in a PSD, which no map shows."""
+
+
+@dataclass(frozen=True)
+class ModalCovariance:
+    """Mean squares of the modal coordinates of one scenario.
+
+    Parameters
+    ----------
+    acceleration, displacement
+        (n, n) Σ_a [m²/s⁴] and Σ_w [m²].
+    """
+
+    acceleration: Floats
+    displacement: Floats
+
+
+def modal_covariances(
+    frequency: Floats,
+    basis: ModalBasis,
+    patches: Patches,
+    pressure_psd: Floats,
+    modal_force: MatrixInput,
+    dampers: Sequence[tuple[Floats, Floats, float]],
+    air_stiffness: MatrixInput | None = None,
+) -> list[ModalCovariance]:
+    """Return Σ_a and Σ_w of several dampers on the same patches.
+
+    Parameters
+    ----------
+    frequency, basis, patches, pressure_psd, modal_force, air_stiffness
+        As of `bare_panels`, the latter two as functions of frequency or one matrix; three lines
+        per half-power bandwidth give rms values within 1e-3 (`lines.frequency_grid`).
+    dampers
+        For each scenario C_e and m_a (n_patches, nf), and S_p over that given.
+    """
+    n = basis.natural_frequency.size
+    weight = np.zeros(frequency.size)  # of the trapezoidal rule
+    weight[1:] += np.diff(frequency) / 2
+    weight[:-1] += np.diff(frequency) / 2
+    omega4 = (2 * np.pi * frequency) ** 4
+    total = np.zeros((len(dampers), 2, n, n))
+    for start in range(0, frequency.size, LINES_AT_ONCE):
+        lines = slice(start, min(start + LINES_AT_ONCE, frequency.size))
+        (bare,) = bare_panels(
+            frequency[lines],
+            basis,
+            [patches],
+            np.eye(n)[None],
+            pressure_psd[lines],
+            modal_force,
+            air_stiffness,
+            MAP_CUTOFF,
+        )
+        for index, (damping, mass, factor) in enumerate(dampers):
+            modal_psd = attach_dampers(bare, damping[:, lines], mass[:, lines]).cross_psd[:, 0].real
+            both = factor * np.stack([weight[lines] * omega4[lines], weight[lines]])
+            total[index] += np.tensordot(both, modal_psd, axes=1)
+    return [ModalCovariance(*one) for one in total]
+
+
+def rms_map(covariance: Floats, motion: Floats) -> Floats:
+    """Return the rms of a motion at every place.
+
+    Parameters
+    ----------
+    covariance
+        (n, n) Σ.
+    motion
+        (n_places, n) the motion as rows over the shapes.
+    """
+    mean_square: Floats = np.einsum("vi,ij,vj->v", motion, covariance, motion, optimize=True)
+    return np.sqrt(np.maximum(mean_square, 0.0))
+
+
+def layer_maps(displacement: Floats, curvature: Floats, layers: Layers) -> dict[str, Floats]:
+    """Return the rms of strain, stress and von Mises stress at every place.
+
+    Parameters
+    ----------
+    displacement
+        (n, n) Σ_w [m²].
+    curvature
+        (n_places, 3, n) of the shapes [1/m].
+    layers
+        The section's.
+
+    Returns
+    -------
+    (n_layers, n_places) each, by the names of `stress.QUANTITIES`.
+    """
+    mean = np.einsum("vai,ij,vbj->vab", curvature, displacement, curvature, optimize=True)
+    maps = {}
+    for kind, matrices in (("strain", layers.strain), ("stress", layers.stress)):
+        of = matrices[:, None] @ mean @ matrices[:, None].swapaxes(2, 3)
+        for index, name in enumerate(("xx", "yy", "xy")):
+            maps[f"{kind}_{name}"] = np.sqrt(np.maximum(of[..., index, index], 0.0))
+    maps["von_mises"] = np.sqrt(np.maximum(np.einsum("ij,lvji->lv", VON_MISES, of), 0.0))
+    return maps

@@ -1,0 +1,76 @@
+"""Files for other programs, read back."""
+
+import numpy as np
+import pytest
+import pyuff
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
+
+FREQUENCY = np.geomspace(50.0, 200.0, 101)
+CURVES = [
+    Curve("dem", "bare", "326", 1, 1e3 / FREQUENCY),
+    Curve("dem", "PID-1_r0.5", "middle", 2, 3.21098765e-7 * FREQUENCY**2),
+]
+
+
+def cards(text):
+    """{table: (x, y)} of large-field TABRND1 cards, as Nastran reads them: fields of 16."""
+    tables = {}
+    for line in text.splitlines():
+        if line.startswith("$"):
+            continue
+        fields = [line[8 + 16 * i : 24 + 16 * i].strip() for i in range(4)]
+        if line.startswith("TABRND1*"):
+            values = tables[int(fields[0])] = []
+        elif line.startswith("*"):
+            values += [field for field in fields if field]
+    for number, values in tables.items():
+        assert values.pop() == "ENDT"
+        tables[number] = np.array(values, dtype=float).reshape(-1, 2).T
+    return tables
+
+
+def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
+    # red: f"{value:16.9E}" → f"{value:16.3E}"; ENDT left out
+    path = tmp_path / "tabrnd1.bdf"
+    write_tabrnd1(path, FREQUENCY, CURVES, "study")
+    text = path.read_text()
+    assert max(len(line) for line in text.splitlines()) <= 72  # a card of large fields
+    tables = cards(text)
+    assert list(tables) == [1, 2]
+    for curve, (x, y) in zip(CURVES, tables.values(), strict=True):
+        np.testing.assert_allclose(x, FREQUENCY, rtol=1e-9)
+        np.testing.assert_allclose(y, curve.acceleration_psd, rtol=1e-9)
+
+
+def test_universal_files_are_read_back_with_node_direction_and_units(tmp_path):
+    # the format holds uneven abscissae to six figures
+    # red: rsp_node=curve.node → rsp_node=1; PSD = 2
+    path = tmp_path / "psd.uff"
+    write_uff58(path, FREQUENCY, CURVES, "study")
+    for curve, read in zip(CURVES, pyuff.UFF(str(path)).read_sets(), strict=True):
+        np.testing.assert_allclose(read["x"], FREQUENCY, rtol=1e-5)
+        np.testing.assert_allclose(read["data"], curve.acceleration_psd, rtol=1e-10)
+        assert (read["rsp_node"], read["rsp_dir"], read["func_type"]) == (curve.node, 3, 9)
+        assert read["rsp_ent_name"].strip() == curve.point
+        assert read["ordinate_axis_units_lab"].strip() == "(m/s**2)**2/Hz"
+        assert curve.scenario in read["id1"]
+
+
+def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
+    # bands that adjoin add up to ∫ S df where they cover the range; straight lines in both: 1e-3
+    # red: (rms / g) ** 2 / width → * width; reduction(rms, of_bare)
+    bare = {
+        ("bare", "326"): CURVES[0].acceleration_psd,
+        ("PID-1_r0.5", "middle"): 4 * CURVES[1].acceleration_psd,
+    }
+    rows = third_octave_rows(FREQUENCY, CURVES, bare)
+    for curve, gained in zip(CURVES, (0.0, 20 * np.log10(2)), strict=True):
+        own = rows[rows["scenario"] == curve.scenario]
+        covered = (own["lower_hz"].min(), own["upper_hz"].max())
+        lines = np.linspace(*covered, 20001)
+        whole = np.trapezoid(np.interp(lines, FREQUENCY, curve.acceleration_psd), lines)
+        total = (own["mean_acceleration_psd_g2_hz"] * (own["upper_hz"] - own["lower_hz"])).sum()
+        assert total * STANDARD_GRAVITY**2 == pytest.approx(whole, rel=1e-4)
+        np.testing.assert_allclose(own["reduction_db"], gained, atol=1e-9)
