@@ -2,6 +2,12 @@
 
 CASES_CSV = [results("coupon/cases.csv")] if STUDY.coupon else []
 
+DAMPING_FILES = (
+    [results(f"damping/{name}") for name in ("surface.nc", "law.csv", "forms.csv")]
+    if "dem" in STUDY.damping.readings
+    else []
+)
+
 
 rule report:
     input:
@@ -13,6 +19,7 @@ rule report:
         section=results("panel/section.csv"),
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
+        damping=DAMPING_FILES,
         printed=str(PROJECT / "workflow/data/paper/table_1.csv"),
         template=str(PROJECT / "templates/report/report.html.j2"),
     output:
@@ -24,7 +31,7 @@ rule report:
         file=STUDY_FILE,
         folder=lambda wildcards, output: str(Path(output.page).parent),
         study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
-        code=code("report"),
+        code=code("damping", "report"),
     shell:
         "python -m scripts.report {params.file} {params.folder} results/coupon"
         " {input.printed} 2> {log}"

@@ -8,8 +8,10 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.coupon.cases import cases_of
+from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report import evidence, html, sections, style
+from pidpanel.report.damping_section import DampingResults
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
@@ -32,6 +34,19 @@ def read_coupon(study, table, folder):
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
         evidence.read_beads(known[pictured], folder),
+    )
+
+
+def read_damping(study, folder):
+    """What the damping stage left."""
+    with xr.open_dataset(folder / "damping" / "surface.nc", engine="scipy") as dataset:
+        surface = DampingSurface.from_dataset(dataset.load())
+    return DampingResults(
+        surface,
+        pd.read_csv(folder / "damping" / "law.csv"),
+        pd.read_csv(folder / "damping" / "forms.csv"),
+        pd.read_csv(folder / "coupon" / "cases.csv", keep_default_na=True),
+        study.coupon.cell.depth,
     )
 
 
@@ -59,6 +74,7 @@ if __name__ == "__main__":
         if study.coupon
         else None,
         radiation=pd.read_csv(beside, dtype={"point": str}) if asked else None,
+        damping=read_damping(study, folder) if "dem" in study.damping.readings else None,
     )
     file = Path(study_path).resolve()
     if file.is_relative_to(PROJECT):
@@ -67,8 +83,8 @@ if __name__ == "__main__":
         ("From the root of the project:", f"make run STUDY={file}"),
         (
             f"Tables and fields behind this page lie in results/{study.name}: coupon/cases.csv, "
-            "damping/surface.nc, panel/modes.csv, panel/modes.vtu, panel/mesh.msh, "
-            "panel/section.csv, "
+            "damping/surface.nc, damping/law.csv, damping/forms.csv, panel/modes.csv, "
+            "panel/modes.vtu, panel/mesh.msh, panel/section.csv, "
             "sound/spectrum.csv, response/psd.nc, response/summary.csv; the figures in report/. "
             "Files carry the hash of the study and the versions, no time stamps.",
             "",

@@ -193,6 +193,13 @@ def _estimate(constants: Array, residual: Array, variance: Array, units: Array) 
     )
 
 
+def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> Estimate:
+    """At a fill where there is one, over fill where there are several."""
+    if np.ptp(fill_fraction) == 0:
+        return fit_at_fill(frequency, damping, error)
+    return fit_over_fill(frequency, fill_fraction, damping, error)
+
+
 def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
     """The form's constants at every amplitude of a sweep, and at every fill of it.
 
@@ -212,16 +219,16 @@ def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
     for level, of_level in cases.groupby("acceleration_g"):
         for fill, of in [(np.nan, of_level), *of_level.groupby("fill_fraction")]:
             frequency, value = of["frequency_hz"].to_numpy(), of[VALUE].to_numpy()
-            error = (of[ERROR] / of[VALUE]).to_numpy()
+            error, r = (of[ERROR] / of[VALUE]).to_numpy(), of["fill_fraction"].to_numpy()
             try:
-                if np.isnan(fill):
-                    r = of["fill_fraction"].to_numpy()
-                    found = fit_over_fill(frequency, r, value, error)
-                else:
-                    found = fit_at_fill(frequency, value, error)
+                # where the form misses by more than the errors of the cases, what it misses by
+                # belongs to all alike, or the few best known would decide
+                scatter = float(_fit(frequency, r, value, np.ones(len(of))).scatter)
+                lack = max(scatter**2 - float(np.mean(error**2)), 0.0)
+                found = _fit(frequency, r, value, np.sqrt(error**2 + lack))
             except ValueError:
                 continue  # too few cases
-            names = OVER_FILL if np.isnan(fill) else AT_FILL
+            names = OVER_FILL if found.value.shape[-1] == len(OVER_FILL) else AT_FILL
             rows += [
                 (level, fill, name, *numbers, float(found.scatter), len(of))
                 for name, *numbers in zip(names, found.value, found.low, found.high, strict=True)

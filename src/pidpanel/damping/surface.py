@@ -12,7 +12,7 @@ onset the bed rides along, with all its mass and without dissipation. g_C and g_
 processes (`gaussian_process`). C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the
 share of it that the cases themselves reach (a single elastic sphere can exceed it).
 
-Chosen by leaving out one case after the other, 86 cases of the paper's study (5 fills, 5
+Chosen by leaving out one case after the other, 83 cases of the paper's study (5 fills, 5
 frequencies, 4 levels; rms and largest error of ln C_e):
 
 ======================================================  =====  =======

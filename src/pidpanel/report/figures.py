@@ -7,7 +7,7 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import matplotlib as mpl
 import numpy as np
@@ -51,6 +51,8 @@ class Curve:
         dashed there; None where it knows no run points.
     width
         Of the line, points.
+    log_error
+        (nf,) standard error of ln of the values, drawn as a band; None where there is none.
     """
 
     label: str
@@ -58,6 +60,7 @@ class Curve:
     colour: str
     inside: NDArray[np.bool_] | None = None
     width: float = 0.9
+    log_error: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,12 @@ def _frequency_axis(axes: Axes, low: float, high: float) -> None:
 
 
 def _draw(axes: Axes, x: Array, curve: Curve) -> None:
-    """The curve, solid on run points and dashed past them."""
+    """The curve, solid on run points and dashed past them, in its band."""
+    if curve.log_error is not None:
+        factor = np.exp(curve.log_error)
+        axes.fill_between(
+            x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.18, lw=0
+        )
     if curve.inside is None or curve.inside.all():
         axes.plot(x, curve.values, color=curve.colour, lw=curve.width, label=curve.label)
         return
@@ -181,10 +189,7 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
     bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     for axes, panel in zip(grid, panels, strict=True):
         for curve in panel.curves:
-            scaled = curve.values / STANDARD_GRAVITY**2
-            _draw(
-                axes, frequency, Curve(curve.label, scaled, curve.colour, curve.inside, curve.width)
-            )
+            _draw(axes, frequency, replace(curve, values=curve.values / STANDARD_GRAVITY**2))
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
         _frequency_axis(axes, frequency[0], frequency[-1])

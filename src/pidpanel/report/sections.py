@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.report import figures, findings, panel, pictures, radiation, style, tables
+from pidpanel.report.damping_section import DampingResults, damping_section
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
 from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table
@@ -40,6 +41,8 @@ OVERSTATED = (
     "frequency. The level is that of the sine with the patch's rms acceleration over the whole "
     "spectrum, Γ = √2 a_rms/g, which is an assumption of its own."
 )
+
+BANDS = "Bands: one standard error by that of C_e and m_a, where they have one. "
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,8 @@ class Inputs:
         None for a study without a coupon.
     radiation
         ``response/radiation.csv`` (points as text); None where nothing was asked beside.
+    damping
+        None for a study that does not read its own cases.
     """
 
     study: Study
@@ -84,6 +89,7 @@ class Inputs:
     printed: pd.DataFrame
     coupon: Coupon | None
     radiation: pd.DataFrame | None = None
+    damping: DampingResults | None = None
 
 
 def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
@@ -95,6 +101,8 @@ def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     ]
     if inputs.coupon is not None:
         sections.append(coupon_section(study, inputs.coupon))
+    if inputs.damping is not None:
+        sections.append(damping_section(inputs.damping))
     sections += [response_section(inputs, name) for name in study.scenarios]
     if inputs.radiation is not None:
         sections.append(
@@ -260,8 +268,7 @@ def coupon_section(study: Study, coupon: Coupon) -> Section:
     blocks: list[Block] = [
         Paragraph(
             f"{len(cases)} cases, {len(good)} of them ok; the median standard error of C_e is "
-            f"{relative.median():.1%}, the largest {relative.max():.0%}. It is not carried into "
-            "the responses."
+            f"{relative.median():.1%}, the largest {relative.max():.0%}."
         ),
         beads_block(coupon.beads),
         Picture(
@@ -337,7 +344,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
         ]
         caption = (
             f"{title}: acceleration PSD at point {point}, one-sided. Steps lie at the edges of the "
-            f"sound's bands. {text}"
+            f"sound's bands. {BANDS}{text}"
         )
         figure = figures.psd_figure(frequency, panels)
         blocks.append(Picture(f"psd_{name}_{point}", _drawn(figure), caption))
@@ -388,8 +395,19 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
     for scenario in scenarios:
         label, colour = _known_as(inputs, name, scenario)
         values = psd.sel(scenario=scenario.label).to_numpy()
-        curves.append(Curve(label, values, colour, _inside(inputs, reading, scenario.label)))
+        error = _log_error(inputs, reading, scenario.label, point)
+        inside = _inside(inputs, reading, scenario.label)
+        curves.append(Curve(label, values, colour, inside, log_error=error))
     return curves
+
+
+def _log_error(inputs: Inputs, reading: str, label: str, point: str) -> Array | None:
+    """Standard error of ln of a PSD by that of its damping; None where it has none."""
+    if "acceleration_psd_log_error" not in inputs.psd:
+        return None
+    of = inputs.psd["acceleration_psd_log_error"]
+    error = of.sel(reading=reading, scenario=label, point=point).to_numpy()
+    return error if np.isfinite(error).all() else None
 
 
 def _levels(inputs: Inputs, name: str, reading: str) -> dict[str, float]:

@@ -227,20 +227,27 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                     row += [str(one["status"]), "–", "–", "–"]
                     continue
                 row += [
-                    number(one["acceleration_rms_g"]),
+                    _maybe_with_error(one, "acceleration_rms_g", "acceleration_rms_error_g"),
                     number(one["displacement_rms_mm"]) + " †" * bool(one["beyond_linear_plate"]),
-                    f"{one['reduction_db']:.2f}",
+                    _maybe_with_error(one, "reduction_db", "reduction_error_db"),
                     number(one["damping_read_at_g"])
                     + " ‡" * bool(one["outside_run_points_share"] > 0),
                 ]
             rows.append(row)
     return Table(
         "Rms over the frequencies looked at, and the reduction against the bare panel under the "
-        "same sound. † beyond linear plate theory (w rms above a tenth of the thickness); ‡ partly "
+        "same sound; ±: one standard error by that of C_e and m_a. † beyond linear plate theory "
+        "(w rms above a tenth of the thickness); ‡ partly "
         "outside the run points of the coupon.",
         columns,
         rows,
     )
+
+
+def _maybe_with_error(row: dict[str, Any], value: str, error: str) -> str:
+    """The value of a row, with its error where it has one."""
+    own = row.get(error, math.nan)
+    return with_error(row[value], own) if own > 0 else number(row[value])
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:

@@ -1,0 +1,73 @@
+"""The damping on the page says what its tables hold."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.damping import fit, forms
+from pidpanel.damping.laws import equation_5
+from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.report import style
+from pidpanel.report.damping_section import DampingResults, damping_section
+from pidpanel.report.html import Paragraph, Picture, Table
+
+TRUE = np.array([np.log(20.0), 0.8, -0.3, 1.9, -0.2, 1e-5, -5e-6])
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Cases of a law in the paper's form, which falls with Γ: 3 fills, 4 frequencies, 2 levels."""
+    r, f, level = (
+        g.ravel()
+        for g in np.meshgrid([0.2, 0.5, 0.8], [50, 150, 450, 1300], [5, 50], indexing="ij")
+    )
+    a1, a2, a3 = fit.constants_at(r, TRUE)
+    noise = np.exp(0.02 * np.random.default_rng(0).normal(size=24))
+    value = equation_5(2 * np.pi * f, a1, a2, a3) * (level / 5.0) ** -0.8 * noise
+    cases = pd.DataFrame(
+        {"fill_fraction": r, "frequency_hz": f, "acceleration_g": level.astype(float),
+         VALUE: value, ERROR: 0.02 * value, "particle_mass_per_area_kg_m2": 14 * r,
+         "apparent_mass_kg_m2": 0.1 * r, "status": "ok",
+         "normal_share": 0.6, "tangential_share": 0.4}
+    )  # fmt: skip
+    surface = DampingSurface.from_frame(cases)
+    comparison, _ = forms.compare(surface, 0.025)
+    law = fit.fit_levels(surface.cases).assign(form="paper")
+    return DampingResults(surface, law, comparison, cases, 0.025)
+
+
+@pytest.fixture(scope="module")
+def section(results):
+    with style.context():
+        return damping_section(results)
+
+
+def test_the_law_is_quoted_with_the_constants_that_made_the_cases(section):
+    (text,) = (b.text for b in section.blocks if isinstance(b, Paragraph) and "a₂ =" in b.text)
+    assert "Γ = 5" in text or "Γ = 50" in text
+    value, slope = re.search(r"a₂ = ([\d.]+) ([−+] [\d.]+) r", text).groups()
+    # 2 % of noise on 12 cases
+    assert float(value) == pytest.approx(1.9, abs=0.1)
+    assert float(slope.replace("− ", "-").replace("+ ", "")) == pytest.approx(-0.2, abs=0.2)
+
+
+def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
+    (table,) = (b for b in section.blocks if isinstance(b, Table) and "structure" in b.caption)
+    assert [row[0] for row in table.rows] == ["5", "50"]
+    low, high = re.search(r"\[([\d.]+), ([\d.]+)\]", table.rows[0][4]).groups()
+    assert float(low) < 1.9 < float(high)
+
+
+def test_the_forms_are_ranked_with_the_surface_among_them(section):
+    (table,) = (b for b in section.blocks if isinstance(b, Table) and "AICc" in b.caption)
+    assert any("surface" in row[0] for row in table.rows)
+    assert any("the paper's law, corrected" in row[0] for row in table.rows)
+
+
+def test_the_pictures_are_there_with_the_split_of_the_loss(section):
+    names = {b.name for b in section.blocks if isinstance(b, Picture)}
+    wanted = {"map_frequency_level", "map_fill_frequency", "damping_left_out", "damping_law",
+              "damping_collapse"}  # fmt: skip
+    assert names == wanted | {"loss_split"}
