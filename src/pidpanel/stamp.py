@@ -4,10 +4,10 @@ import hashlib
 from importlib.metadata import version
 
 from pidpanel.coupon.solver import VERSION
-from pidpanel.study import Study
+from pidpanel.study import CouponStudy
 
 
-def stamp(study: Study) -> dict[str, str]:
+def stamp(study: CouponStudy) -> dict[str, str]:
     """Attributes of a result file: study, its hash, versions of pidpanel and LIGGGHTS."""
     return {
         "study": study.name,

@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from pidpanel.coupon.bed import Sizes
-from pidpanel.study_base import PROJECT_DATA, Model, Positive
+from pidpanel.study_base import Model, Positive
 from pidpanel.study_panel import Panel
 
 
@@ -668,11 +668,11 @@ def _with_found_files(study: Study | CouponStudy, path: Path) -> Study | CouponS
     """Replace the files a study names by their paths; refuse those that are not there."""
 
     def find(key: str, name: Path, folder: str) -> Path:
-        project = PROJECT_DATA / folder
-        for base in (path.parent, Path.cwd(), project):
+        shipped = Path(__file__).resolve().parents[2] / folder
+        for base in (path.parent, Path.cwd(), shipped):
             if (base / name).is_file():
                 return base / name
-        known = ", ".join(sorted(p.name for p in project.glob("*.*")))
+        known = ", ".join(sorted(p.name for p in shipped.glob("*.*")))
         raise StudyError(
             f"{path}: {key} = {name}: no such file; a file beside the study"
             + (f" or one of {known}" if known else "")
@@ -681,11 +681,11 @@ def _with_found_files(study: Study | CouponStudy, path: Path) -> Study | CouponS
     coupon = study.coupon
     if coupon is not None:
         if coupon.deck is not None:
-            deck = find("coupon.deck", coupon.deck, "decks")
+            deck = find("coupon.deck", coupon.deck, "templates")
             coupon = coupon.model_copy(update={"deck": deck})
         if "deck" in coupon.vary:
             decks = tuple(
-                name if name is None else find("coupon.vary.deck", Path(name), "decks")
+                name if name is None else find("coupon.vary.deck", Path(name), "templates")
                 for name in coupon.vary["deck"]
             )
             coupon = coupon.model_copy(update={"vary": {**coupon.vary, "deck": decks}})
@@ -693,12 +693,12 @@ def _with_found_files(study: Study | CouponStudy, path: Path) -> Study | CouponS
     if not isinstance(study, Study):
         return study
     sound = study.sound.model_copy(
-        update={"spectrum": find("sound.spectrum", study.sound.spectrum, "spl")}
+        update={"spectrum": find("sound.spectrum", study.sound.spectrum, "workflow/data/spl")}
     )
     damping = study.damping
     if damping.table is not None:
         damping = damping.model_copy(
-            update={"table": find("damping.table", damping.table, "damping")}
+            update={"table": find("damping.table", damping.table, "workflow/data/damping")}
         )
     panel = study.panel
     if panel.mesh.file is not None:

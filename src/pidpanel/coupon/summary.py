@@ -82,7 +82,7 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
         "velocity_m_s": point.speed,
         "diameter_mm": packing.diameter * 1e3,
         **{key: value for key, value in case.varied.items()},
-        "run_modulus_mpa": point.constants.youngs_modulus / 1e6,
+        "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
         "seeds": len(kept),
         "cells": packing.count,
         "spheres_per_cell": spheres,

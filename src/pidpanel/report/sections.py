@@ -23,6 +23,7 @@ from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
 from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table
 from pidpanel.response.bands import reduction
+from pidpanel.report.losses import losses_picture
 from pidpanel.study import Scenario, Study
 
 Array = NDArray[np.float64]
@@ -279,6 +280,7 @@ def coupon_section(study: Study, coupon: Coupon) -> Section:
             "cycles after it ± one standard error (blocking).",
         ),
         *(Picture(name, _drawn(figure), caption) for name, figure, caption in drawn),
+        *([losses] if (losses := losses_picture(good)) else []),
         tables.case_table(cases),
     ]
     return Section("coupon", "Coupon", blocks)

@@ -158,21 +158,24 @@ def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
 # --------------------------------------------------------------------------- coupon
 
 
-def case_table(cases: pd.DataFrame) -> Table:
+def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
     """Every case of the coupon with its errors and its status.
 
     Parameters
     ----------
     cases
         ``coupon/cases.csv``.
+    varied
+        Further columns that tell the cases apart.
     """
     columns = [
-        "r", "f, Hz", "Γ, g", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
+        *varied, "r", "f, Hz", "Γ, g", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
         "share of bound", "spheres a cell", "modulus, MPa", "cycles run (used)",
-        "error as asked", "status",
+        "error as asked", "energy missing, %", "lost along normal, %", "status",
     ]  # fmt: skip
     rows = [
         [
+            *(str(row[key]) for key in varied),
             f"{row['fill_fraction']:g}",
             f"{row['frequency_hz']:g}",
             f"{row['acceleration_g']:g}",
@@ -185,6 +188,8 @@ def case_table(cases: pd.DataFrame) -> Table:
             f"{row['youngs_modulus_mpa']:g}",
             f"{row['cycles_run']} ({row['cycles_used']})",
             "yes" if row["target_met"] else "no",
+            number(100 * row["closure"], 2),
+            number(100 * row["normal_share"], 2),
             row["status"],
         ]
         for row in records(cases)
