@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pidpanel.study import StudyError, load_study
+from pidpanel.check import checked_study
+from pidpanel.study import StudyError, load_any_study, load_study
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+TEMPLATES = Path(__file__).parents[1] / "templates"
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 
 
@@ -42,7 +44,7 @@ def setter(path, value):
 
 @pytest.mark.parametrize("name", sorted(p.name for p in STUDIES.glob("*.yaml")))
 def test_every_shipped_study_is_accepted(name):
-    assert load_study(STUDIES / name).name == name.removesuffix(".yaml")
+    assert load_any_study(STUDIES / name).name == name.removesuffix(".yaml")
 
 
 @pytest.mark.parametrize(
@@ -50,7 +52,18 @@ def test_every_shipped_study_is_accepted(name):
     [
         ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: less than or equal to 1"),
         ("coupon.sweep.frequency_hz", [100, 100.0], "frequency_hz = 100 stands twice: two cases would carry one label"),
-        ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: 'hexagon'"),
+        ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: 'hexagon', 'square' or 'circle'"),
+        ("coupon.particles.distribution", {"kind": "normal"}, "coupon.particles.distribution.deviation_mm: missing"),
+        ("coupon.particles.distribution", {"kind": "binary", "second_mm": 0.5, "second_share": 0.5},
+         "the smallest sphere, 0.5 mm, is below 0.4 of the largest, 2.5 mm"),
+        ("coupon.particles.shell_mm", 1.5, "shell_mm = 1.5: below half of diameter_mm = 2.5"),
+        ("coupon.gravity_direction", [0, 0, 0], "gravity_direction = [0, 0, 0]: a direction"),
+        ("coupon.sweep.displacement_mm", [0.1], "acceleration_g or displacement_mm: one of them"),
+        ("coupon.vary", {"particles.friction": [0.1]}, "coupon.vary: for a study of the coupon alone"),
+        ("coupon.vary", {"particles.colour": ["red"]}, "vary.particles.colour: no such key of the coupon; there are diameter_mm"),
+        ("coupon.vary", {"particles.friction": [0.1, 7]}, "vary: particles.friction = 7: less than or equal to 5"),
+        ("coupon.vary", {"sweep.fill_fraction": [0.1]}, "vary.sweep.fill_fraction: not this one"),
+        ("coupon.deck", "mine.in.j2", "coupon.deck = mine.in.j2: no such file; a file beside the study or one of"),
         ("coupon.particles.diameter_mm", 8, "particles.diameter_mm = 8: at most 0.9 of the cell's"),
         ("panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}},
          "patches.PID-1 covers x 1.3…1.6 m, y 0.4…0.6 m: it must lie on the panel, x 0…1.5 m"),
@@ -142,3 +155,41 @@ def test_every_level_brings_its_bare_panel_first():
     assert bare == ["bare_162dB", "bare_142dB", "bare_152dB"]
     assert [s.patch for s in scenarios[:3]] == [None] * 3
     assert len({s.label for s in scenarios}) == len(scenarios)
+
+
+def test_a_study_of_the_coupon_alone_needs_no_panel(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump({"coupon": SMOKE["coupon"]}))
+    study = load_any_study(path)
+    assert study.name == "mine"
+    assert study.coupon is not None
+    with pytest.raises(StudyError, match="a study of the coupon alone"):
+        load_study(path)
+
+
+def with_deck(tmp_path, text):
+    (tmp_path / "own.in.j2").write_text(text)
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump({"coupon": {**SMOKE["coupon"], "deck": "own.in.j2"}}))
+    return path
+
+
+def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path):
+    text = (TEMPLATES / "shake.in.j2").read_text()
+    study = checked_study(with_deck(tmp_path, text))
+    assert study.coupon.deck == tmp_path / "own.in.j2"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{{ cycles_file }} {{ steps_per_cycle }} {{ viscosity }}", "no variable viscosity; there"),
+        ("{{ cycles_file }}", "steps_per_cycle is not used; the deck must write one row per cycle"),
+        ("\n{% if %}", r"own.in.j2:2: "),
+    ],
+)
+def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, says):
+    with pytest.raises(StudyError, match=says) as caught:
+        checked_study(with_deck(tmp_path, text))
+    assert "coupon.deck = " in str(caught.value)
+    assert "\n" not in str(caught.value)

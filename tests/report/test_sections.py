@@ -116,6 +116,6 @@ def test_a_coupon_brings_its_figures_and_its_table(study, cases):
     section = sections.coupon_section(study, sections.Coupon(cases, [[record]], beads))
     names = [block.name for block in section.blocks if isinstance(block, html.Picture)]
     assert names == ["beads", "steadiness", "damping_over_frequency", "damping_over_level",
-                     "loss_factor", "apparent_mass"]  # fmt: skip
+                     "loss_factor", "apparent_mass", "losses"]  # fmt: skip
     assert section.blocks[-1].rows[2][-1] == "NotSteady"
     assert section.blocks[-1].folded

@@ -36,7 +36,9 @@ def smoke(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", ["paper", "launch", "paper_full"])
+@pytest.mark.parametrize(
+    "name", ["paper", "launch", "paper_full", "coupon_friction", "coupon_frame"]
+)
 def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
     result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")
     assert result.returncode == 0, said(result)
