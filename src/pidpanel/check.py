@@ -18,7 +18,8 @@ from pidpanel.damping.tables import read_surface
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.sound.spectrum import SpectrumError
 from pidpanel.sound.table import read_spl_table
-from pidpanel.study import Coupon, CouponStudy, Study, StudyError, load_any_study
+from pidpanel.study import CouponStudy, Study, StudyError, load_any_study
+from pidpanel.study_coupon import Coupon
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:

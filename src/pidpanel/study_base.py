@@ -15,3 +15,5 @@ class Model(BaseModel):
 
 
 Positive = Annotated[float, Field(gt=0)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Fill = Annotated[float, Field(ge=0.02, le=1)]

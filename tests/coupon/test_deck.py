@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.coupon import beds, deck
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study import Coupon
+from pidpanel.study_coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "golden" / "shake"
 

@@ -17,7 +17,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import bed, beds, cycles, deck, log, runs, solver, summary
 from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.solver import Liggghts
-from pidpanel.study import Coupon
+from pidpanel.study_coupon import Coupon
 
 pytestmark = pytest.mark.liggghts
 

@@ -9,7 +9,7 @@ import pytest
 from pidpanel.coupon.cases import cases_of
 from pidpanel.report import evidence
 from pidpanel.report.sections import beads_block
-from pidpanel.study import Cell, Coupon, Particles, Sweep
+from pidpanel.study_coupon import Cell, Coupon, Particles, Sweep
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import bed, contact, deck
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
-    from pidpanel.study import Coupon
+    from pidpanel.study_coupon import Coupon
 
 POUR_MODULUS = 20e6
 """Pa; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
