@@ -22,8 +22,8 @@ from pidpanel.report.damping_section import DampingResults, damping_section
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
 from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table
-from pidpanel.response.bands import reduction
 from pidpanel.report.losses import losses_picture
+from pidpanel.response.bands import reduction
 from pidpanel.study import Scenario, Study
 
 Array = NDArray[np.float64]
