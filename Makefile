@@ -6,10 +6,13 @@ export PATH := $(CURDIR)/.venv/bin:$(PATH)
 export OMP_NUM_THREADS := 1
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run test check lock ready
+.PHONY: run verification test check lock ready
 
 run: ready
 	snakemake -j$(CORES) --configfile $(STUDY)
+
+verification: ready
+	snakemake -j$(CORES) verification
 
 test: ready
 	pytest

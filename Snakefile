@@ -1,6 +1,7 @@
 # pidpanel: from a study file to the acceleration PSDs of a panel with particle dampers.
 #
 #   snakemake -j2 --configfile workflow/studies/mine.yaml
+#   snakemake -j2 verification        what is computed against what is known; of no study
 
 
 # `docker build -t pidpanel .` makes it; needed only with --software-deployment-method apptainer
@@ -9,6 +10,8 @@ container: "docker-daemon://pidpanel:latest"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/coupon.smk"
+
+
 if HAS_PANEL:
 
     include: "workflow/rules/damping.smk"
@@ -20,6 +23,9 @@ if HAS_PANEL:
 else:
 
     include: "workflow/rules/coupon_report.smk"
+
+
+include: "workflow/rules/verification.smk"
 
 
 rule all:

@@ -24,9 +24,11 @@ MODULUS = 5e7
 FRICTION = 0.3
 RAYLEIGH = contact.rayleigh_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
 
+COLLISION = "Head-on collision of two spheres"
 COLLISION_TOLERANCE = 0.02
 """At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %."""
 
+SLIDING = "Sphere set sliding on a floor"
 SLIDING_TOLERANCE = 1e-3
 """No time constant is in the answer, only momentum; 3e-5 was seen."""
 
@@ -108,7 +110,7 @@ def rolling_speed(folder: Path, speed: float = 0.2) -> float:
 
 
 def _step_text(step: float) -> str:
-    return f"time step {step * RAYLEIGH * 1e6:.2g} µs = {step:g} Rayleigh times"
+    return f"step {step * RAYLEIGH * 1e6:.2g} µs ({step:g} Rayleigh)"
 
 
 def collision_rows(folder: Path) -> list[Row]:
@@ -121,8 +123,8 @@ def collision_rows(folder: Path) -> list[Row]:
             tolerance = COLLISION_TOLERANCE if truth else LOSSLESS_TOLERANCE
             rows.append(
                 Row(
-                    case="Head-on collision of two spheres",
-                    quantity=f"share of the kinetic energy lost, e = {restitution:g}",
+                    case=COLLISION,
+                    quantity=f"share of energy lost, e = {restitution:g}",
                     computed=float(lost[np.argmax(np.abs(lost - truth))]),
                     reference=truth,
                     unit="1",
@@ -140,7 +142,7 @@ def sliding_rows(folder: Path) -> list[Row]:
     """A sphere that friction brings from sliding to rolling."""
     return [
         Row(
-            case="Sphere set sliding on a floor",
+            case=SLIDING,
             quantity="speed when it rolls, over the first",
             computed=rolling_speed(folder),
             reference=5 / 7,

@@ -101,6 +101,7 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
     )
 
 
+BALL = "Ball on a shaken floor under gravity, landing once a period"
 BALL_TOLERANCE = 0.02
 """Its contact lasts 1 % of the period, so that much may be off."""
 
@@ -138,13 +139,13 @@ def ball_rows(folder: Path) -> list[Row]:
     run, energy = ball(folder, restitution, gamma)
     return [
         Row(
-            case="Ball on a shaken floor under gravity, landing once a period",
-            quantity=f"E/(m A²ω²) per cycle, e = {restitution:g}, Γ = {gamma:g}",
+            case=BALL,
+            quantity=f"E/(m A²ω²), e = {restitution:g}, Γ = {gamma:g}",
             computed=energy,
             reference=inelastic.ball_energy(gamma, restitution),
             unit="1",
             tolerance=BALL_TOLERANCE,
-            method=f"1 sphere, {_drive_text(run)}; mean of cycles 11 to 20",
+            method=f"1 sphere, {_drive_text(run)}; cycles 11–20",
             source="½ m (gT)² (1 − e)/(1 + e); Luck & Mehta, Phys. Rev. E 48, 3988 (1993)",
         )
     ]
@@ -158,11 +159,13 @@ BED_FRICTION = 0.5
 BED_SIZES = (1, 12, 48)
 """Spheres that stand for the body: a single one, one layer, four layers of the cell."""
 
+SLUG = "Inelastic slug between shaken walls without gravity"
 SLUG_FREQUENCY, SLUG_AMPLITUDE, SLUG_MODULUS = 20.0, 8 * BED_DIAMETER, 2e8
 """Hz, m, Pa. The spheres have to be hard: where their overlaps reach the gaps between them, a
 bed rebounds as one spring, the more the more layers it has, and not like many impacts. Here the
 deepest overlap is 2 % of a diameter and 0.2 % of the amplitude."""
 
+FLOOR = "Inelastic bed on a shaken floor under gravity"
 FLOOR_FREQUENCY, FLOOR_MODULUS = 8.0, 3.2e7
 """Hz, Pa: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5."""
 
@@ -254,7 +257,7 @@ def floor_bed(
 def _drive_text(run: Run) -> str:
     return (
         f"{run.steps_per_cycle} steps of {run.time_step * 1e6:.2g} µs a cycle, "
-        f"E = {run.constants.youngs_modulus / 1e6:g} MPa"
+        f"{run.constants.youngs_modulus / 1e6:g} MPa"
     )
 
 
@@ -272,14 +275,13 @@ def slug_rows(folder: Path) -> list[Row]:
             held = spheres == BED_SIZES[-1] and gap <= SLUG_HELD
             rows.append(
                 Row(
-                    case="Inelastic slug between shaken walls without gravity",
-                    quantity=f"E/(m A²ω²) per cycle, L/A = {gap:g}",
+                    case=SLUG,
+                    quantity=f"E/(m A²ω²), L/A = {gap:g}",
                     computed=energy,
                     reference=inelastic.slug_energy(gap),
                     unit="1",
                     tolerance=SLUG_TOLERANCE if held else math.nan,
-                    method=f"{_spheres_text(spheres)}, e = {BED_RESTITUTION:g}, "
-                    f"{_drive_text(run)}; mean of cycles 3 to 8",
+                    method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 3–8",
                     source="collect and collide: Sack et al., Phys. Rev. Lett. 111, 018001 (2013)",
                     at=gap,
                     resolution=spheres,
@@ -299,14 +301,13 @@ def floor_rows(folder: Path) -> list[Row]:
             tolerance = FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE
             rows.append(
                 Row(
-                    case="Inelastic bed on a shaken floor under gravity",
-                    quantity=f"E/(m A²ω²) per cycle, Γ = {gamma:g}",
+                    case=FLOOR,
+                    quantity=f"E/(m A²ω²), Γ = {gamma:g}",
                     computed=energy,
                     reference=inelastic.floor_energy(gamma),
                     unit="1",
                     tolerance=tolerance if held else math.nan,
-                    method=f"{_spheres_text(spheres)}, e = {BED_RESTITUTION:g}, "
-                    f"{_drive_text(run)}; mean of cycles 5 to 14",
+                    method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 5–14",
                     source="Mehta & Luck, Phys. Rev. Lett. 65, 393 (1990)",
                     at=gamma,
                     resolution=spheres,

@@ -1,0 +1,38 @@
+# What is computed against what is known, stage by stage, and one page of it; of no study.
+
+# a stage's cases are the keys of CASES in pidpanel.<stage>.verification
+VERIFIED = {
+    "coupon": ["collision", "sliding", "ball", "slug", "floor"],
+}
+
+
+rule verify:
+    input:
+        lambda wildcards: sorted((PROJECT / "templates").rglob("*.in.j2")),
+    output:
+        "results/verification/{stage}/{case}.csv",
+    log:
+        "results/verification/{stage}/{case}.log",
+    params:
+        code=lambda wildcards: code(wildcards.stage),
+    shell:
+        "python -m scripts.verify {wildcards.stage} {wildcards.case} {output} 2> {log}"
+
+
+rule verification:
+    input:
+        rows=[
+            f"results/verification/{stage}/{case}.csv"
+            for stage, cases in VERIFIED.items()
+            for case in cases
+        ],
+        template=str(PROJECT / "templates/report/report.html.j2"),
+    output:
+        page="results/verification/verification.html",
+        figures=directory("results/verification/figures"),
+    log:
+        "results/verification/verification.log",
+    params:
+        code=code("report", "verification.py"),
+    shell:
+        "python -m scripts.verification {output.page} {output.figures} {input.rows} 2> {log}"
