@@ -200,7 +200,7 @@ SHOWN = {
         "spheres are hard, so that the deepest overlap is 0.2 % of the amplitude: soft ones "
         "rebound together as one spring. Beyond L = πA the body of the closed form leaves a wall "
         "in the moment in which it lands; a bed of spheres does not stay together there, and "
-        "dissipates far less.",
+        "dissipates less.",
         "Left: energy per cycle against the clear gap, closed form and LIGGGHTS; the largest, 4, "
         "is at L = πA and is the bound that every case of a study is shown against. Right: how the "
         "difference falls with the number of spheres.",
