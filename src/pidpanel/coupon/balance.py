@@ -58,6 +58,8 @@ class Spheres:
     """(frames, k, 3) m/s"""
     spin: Array
     """(frames, k, 3) rad/s"""
+    earlier_velocity: Array
+    """(frames, k, 3) m/s, half a step before: the one that the damping of the step saw."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,9 @@ def contact_losses(
     -----
     LIGGGHTS lists forces evaluated anew at the end of the step, where tangential damping is
     added to contacts that slide as well: half of them exceed μ|F_n|, and the loss would come
-    out 26 % too high. They are cut back to μ|F_n|, which is the force that acted.
+    out 26 % too high. They are cut back to μ|F_n|, which is the force that acted. Likewise the
+    normal damping is listed for the speed v at the end of the step and acted with that half a
+    step before, v′; −γ v′ did the work −γ v′ v dt, which is the listed force times v′.
     """
     f, i, j = contacts.frame, contacts.first, contacts.second
     depth = np.maximum(overlap, 0.0)
@@ -144,10 +148,12 @@ def contact_losses(
     arm = spheres.radius[i] - overlap / 2
     spin = spheres.spin[f, i]
     relative = spheres.velocity[f, i] - np.cross(spin, arm[:, None] * normal)
+    earlier = spheres.earlier_velocity[f, i]
     if not with_wall:
+        earlier = earlier - spheres.earlier_velocity[f, j]
         other = spheres.radius[j] - overlap / 2
         relative -= spheres.velocity[f, j] + np.cross(spheres.spin[f, j], other[:, None] * normal)
-    speed = (relative * normal).sum(axis=1)
+    speed = (earlier * normal).sum(axis=1)
     along = (contacts.force * normal).sum(axis=1)
     sideways = contacts.force - along[:, None] * normal
     size = np.linalg.norm(sideways, axis=1)

@@ -49,6 +49,12 @@ first does not close. Against every fourth step, 6 changed the loss by 0.3 % (25
 WINDOW = 2e-3
 """Shortest window of the energy balance, s; one cycle where that is longer."""
 
+BALANCE_COLUMNS = (
+    *("x", "y", "z", "vx", "vy", "vz"),
+    *("omegax", "omegay", "omegaz", "fx", "fy", "fz"),
+)
+"""Of each sphere in every frame of the energy balance, SI."""
+
 LAST_COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
 """Of each sphere at the end of a run, in ``last.dump`` (m, m/s)."""
 
@@ -177,12 +183,17 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> dict[str,
             if good or done >= target.max_cycles:
                 break
             wanted = min(target.max_cycles, math.ceil(1.5 * done))
+        unbalanced = state.balance is None and lists_contacts(run)
+        if unbalanced and solver is None:
+            solver = stack.enter_context(_started(run, state, folder))
         if solver is not None:
             solver.execute(
                 f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0\nundump last"
             )
-            if state.balance is None and lists_contacts(run):
+            if unbalanced:
                 state.balance = _balance(solver, run, state, folder)
+                # a leg that ran no cycle of its own leaves none behind
+                state.legs = [leg for leg in state.legs if leg]
                 state.write(folder)
             last, _, _ = solver.execute("")
             solver.finish()
@@ -262,12 +273,12 @@ def _balance_window(
     first, _, _ = solver.execute(
         f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2))}\n"
         f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3))}\n"
-        f"dump spheres all custom {stride} {spheres.name} id x y z vx vy vz omegax omegay omegaz\n"
+        f"dump spheres all custom {stride} {spheres.name} id {' '.join(BALANCE_COLUMNS)}\n"
         "dump_modify spheres sort id"
     )
     solver.execute(f"run {window * steps}\nundump pairs\nundump touches\nundump spheres")
     motion = log.read_binary_dump(
-        spheres.read_bytes(), str(spheres), atoms=state.spheres, columns=10
+        spheres.read_bytes(), str(spheres), atoms=state.spheres, columns=1 + len(BALANCE_COLUMNS)
     )
     (pair_frame, pair), (touch_frame, touch) = (
         log.read_local_dump(path.read_text(), str(path), frames=len(motion), columns=8)
@@ -279,13 +290,17 @@ def _balance_window(
     phase = 2 * math.pi * (first + stride * np.arange(len(motion))) / steps
     moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
     ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
+    mass = bed.masses(diameters, packing.density)
+    velocity, force = motion[:, :, 4:7], motion[:, :, 10:13]
     found = balance.energy_balance(
         balance.Spheres(
             radius=diameters / 2,
-            mass=bed.masses(diameters, packing.density),
+            mass=mass,
             position=motion[:, :, 1:4],
-            velocity=motion[:, :, 4:7],
+            velocity=velocity,
             spin=motion[:, :, 7:10],
+            # the second half of velocity Verlet, taken back
+            earlier_velocity=velocity - 0.5 * run.time_step * force / mass[:, None],
         ),
         balance.Contacts(
             pair_frame,
