@@ -4,6 +4,7 @@ CORES ?= 2
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 export OMP_NUM_THREADS := 1
+unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
 .PHONY: run verification test check lock ready

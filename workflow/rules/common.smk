@@ -16,7 +16,9 @@ STUDY_FILE = str(
     if workflow.configfiles
     else PROJECT / "workflow/studies/paper.yaml"
 )
-# the adapters run as `python -m scripts.<name>`, under the Python that runs Snakemake
+# the adapters run as `python -m scripts.<name>`, under the Python that runs Snakemake; they are
+# many and short, so what they import is compiled once
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ.update(
     PATH=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
     PYTHONPATH=str(PROJECT / "workflow"),

@@ -252,6 +252,16 @@ class Case:
             f"_d{first.packing.diameter * 1e3:g}mm_{_digest([r.identity for r in self.runs])}"
         )
 
+    @property
+    def bias(self) -> float:
+        """Share by which softened contacts make C_e too large; see `contact.modulus_bias`."""
+        run = self.point
+        soft, own = (
+            run.contact_time_at(modulus) * run.frequency
+            for modulus in (run.constants.youngs_modulus, self.youngs_modulus)
+        )
+        return contact.modulus_bias(soft, own)
+
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``."""
         return [

@@ -12,6 +12,7 @@ import contextlib
 import json
 import math
 import os
+import resource
 import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -366,6 +367,7 @@ def _attempt(action: Callable[[], dict[str, Any]], folder: Path) -> dict[str, An
     failure left is removed.
     """
     attempts = 0
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     while True:
         attempts += 1
         try:
@@ -375,7 +377,14 @@ def _attempt(action: Callable[[], dict[str, Any]], folder: Path) -> dict[str, An
         except log.SolverFailure as failure:
             outcome = {"status": type(failure).__name__, "message": str(failure)}
         if outcome["status"] == "ok" or attempts == 2:
-            return {**outcome, "attempts": attempts, "liggghts": VERSION}
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            return {
+                **outcome,
+                "attempts": attempts,
+                "liggghts": VERSION,
+                "solver_cpu_s": round(spent, 2),
+            }
         if outcome["status"] != log.RunStopped.__name__:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -405,4 +414,5 @@ def _failed(before: dict[str, Any]) -> dict[str, Any] | None:
     """The outcome that is handed on when an earlier step failed."""
     if before["status"] == "ok":
         return None
-    return {key: before[key] for key in ("status", "message", "attempts", "liggghts")}
+    keys = ("status", "message", "attempts", "liggghts")
+    return {**{key: before[key] for key in keys}, "solver_cpu_s": 0.0}

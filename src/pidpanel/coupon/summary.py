@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact, cycles, log
+from pidpanel.coupon import cycles, log
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.runs import CLOSURE_LIMIT, FLOOR, harmonic, is_steady, read_run
 
@@ -68,10 +68,7 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
     per_area = mass_kg / packing.area
     bound = cycles.inelastic_bound(per_area, point.frequency)
     w, f = point.amplitude, point.frequency
-    bias = contact.modulus_bias(
-        point.contact_time_at(point.constants.youngs_modulus) * f,
-        point.contact_time_at(case.youngs_modulus) * f,
-    )
+    bias = case.bias
     total_error = math.hypot(c_error, bias * c)
     return {
         "case": case.label,

@@ -1,0 +1,187 @@
+"""CPU of the coupon stage: where it goes, and what 5 % on C_e costs.
+
+    python benchmarks/coupon.py share      # 3 minutes: LIGGGHTS' share of a sweep; the estimate
+    python benchmarks/coupon.py accuracy   # 40 minutes: against the obvious way
+    python benchmarks/coupon.py starts     # 2 minutes: loosened beds against poured ones
+
+Process CPU throughout (user and system, of children too), never wall time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.check import checked_study
+from pidpanel.coupon import cycles, runs
+from pidpanel.coupon.beds import loosen, pour, wall_triangles, write_walls
+from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.estimate import cpu_seconds, probe
+from pidpanel.study_coupon import Coupon
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def children() -> float:
+    """CPU seconds of all children that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def share() -> None:
+    """LIGGGHTS' share of the CPU of a sweep, and the estimate of it beforehand."""
+    path = ROOT / "workflow" / "studies" / "coupon_friction.yaml"
+    cases = cases_of(checked_study(path).coupon)
+    with tempfile.TemporaryDirectory() as name:
+        results = Path(name, "results", "coupon")
+        expected = cpu_seconds(cases, probe(cases[0].point.packing, cases[0].point), results)
+        before = children()
+        subprocess.run(
+            [
+                *(Path(sys.executable).with_name("snakemake"), "-s", ROOT / "Snakefile"),
+                *("-d", name, "-j2", "--configfile", path, "--until", "cases", "--quiet", "all"),
+            ],
+            check=True,
+        )
+        total = children() - before
+        solver = sum(
+            json.loads(file.read_text())["solver_cpu_s"]
+            for file in results.rglob("*.json")
+            if file.name != "state.json"
+        )
+    print(f"CPU of the sweep {total:.0f} s, in LIGGGHTS {solver:.0f} s: {solver / total:.1%}")
+    print(f"estimated {expected:.0f} s: {expected / total:.2f} of what it took")
+
+
+def point(frequency: float, **changes: object) -> Coupon:
+    """2 mm acrylic, half full, 10 g."""
+    values = {
+        "cell": {"count": 3},
+        "time_step_rayleigh": 0.2,
+        "sweep": {
+            "fill_fraction": [0.5],
+            "frequency_hz": [frequency],
+            "acceleration_g": [10],
+        },
+        "accuracy": {"relative_error": 0.05, "seeds": 2, "min_time_s": 0.1, "max_cycles": 2000},
+    }
+    return Coupon.model_validate(values | changes)
+
+
+def ours(frequency: float, folder: Path) -> tuple[float, float, float]:
+    """CPU seconds of a case of the sweep, its C_e and its error with the bias; beds apart."""
+    (case,) = cases_of(point(frequency))
+    estimates, spent = [], 0.0
+    for run in case.runs:
+        own = folder / f"seed{run.packing.seed}"
+        full = pour(run.packing, own / "packing")["spheres_full"]
+        loosen(run.bed, own / "packing", own / "bed", full)
+        before = children()
+        outcome = runs.shake(run, case.target, own / "bed", own / "run")
+        spent += children() - before
+        rows = runs.read_run(run, own / "run", outcome["legs"], outcome["cycles"])
+        found = cycles.estimate(runs.harmonic(run, rows, outcome["mass_kg"])[0])
+        estimates.append((found.mean, found.error))
+    value, error = cycles.combine(*np.array(estimates).T)
+    return spent, value, np.hypot(error, case.bias * value)
+
+
+def poured(case, folder: Path) -> Path:
+    """A bed as it was poured, where a run that knows of no loosening begins."""
+    run = case.point
+    full = pour(run.packing, folder / "packing")["spheres_full"]
+    table = np.loadtxt(folder / "packing" / "packing.csv", delimiter=",", skiprows=1)
+    count = round(run.fill_fraction * full)
+    order = np.lexsort((table[:, 3], table[:, 0]))
+    rank = np.concatenate([np.arange(n) for n in np.bincount(table[:, 0].astype(int))])
+    bed = folder / "bed"
+    bed.mkdir(parents=True)
+    np.savetxt(
+        bed / "bed.csv",
+        table[order[rank < count], 1:],
+        delimiter=",",
+        header="x,y,z,d",
+        comments="",
+    )
+    write_walls(bed / "walls.stl", wall_triangles(run.packing))
+    return bed
+
+
+def obvious(frequency: float, folder: Path) -> tuple[float, float, float]:
+    """The same by the obvious way.
+
+    One whole coupon of 64 cells, spheres as stiff as they are, cells that move, wall force
+    at every step, from the poured bed on, until the same rules call it steady and certain.
+    """
+    (case,) = cases_of(
+        point(
+            frequency,
+            cell={"count": 64},
+            stiffness={"choices_mpa": []},
+            time_step_rayleigh=0.15,
+            deck=ROOT / "templates" / "shake_lab.in.j2",
+            accuracy={"relative_error": 0.05, "seeds": 1, "min_time_s": 0.0, "max_cycles": 400},
+        )
+    )
+    bed = poured(case, folder)
+    before = children()
+    outcome = runs.shake(case.point, case.target, bed, folder / "run")
+    spent = children() - before
+    rows = runs.read_run(case.point, folder / "run", outcome["legs"], outcome["cycles"])
+    found = cycles.estimate(runs.harmonic(case.point, rows, outcome["mass_kg"])[0])
+    print(f"  the obvious way: {outcome['cycles']} cycles, ended by {outcome['ended_by']}")
+    return spent, found.mean, found.error
+
+
+def accuracy() -> None:
+    """CPU to 5 % on C_e at 100 and 500 Hz, ours and the obvious way's."""
+    for frequency in (500.0, 100.0):
+        with tempfile.TemporaryDirectory() as name:
+            cpu, value, error = ours(frequency, Path(name, "ours"))
+            print(f"{frequency:g} Hz: ours {cpu:.1f} CPU-s, C_e = {value:.4g} ± {error:.2g}")
+            cpu2, value2, error2 = obvious(frequency, Path(name, "obvious"))
+            print(
+                f"{frequency:g} Hz: the obvious way {cpu2:.1f} CPU-s, C_e = {value2:.4g} ± "
+                f"{error2:.2g}; {cpu2 / cpu:.0f} times ours; they differ by "
+                f"{(value - value2) / np.hypot(error, error2):+.1f} standard errors",
+                flush=True,
+            )
+
+
+def starts() -> None:
+    """Cycles to the end of the transient and C_e from a poured and from a loosened bed."""
+    for frequency in (100.0, 500.0):
+        coupon = point(
+            frequency,
+            accuracy={"relative_error": 0.01, "seeds": 1, "min_cycles": 200, "max_cycles": 200},
+        )
+        (case,) = cases_of(coupon)
+        run = case.point
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            bed = poured(case, folder)
+            full = pour(run.packing, folder / "again")["spheres_full"]
+            loosen(run.bed, folder / "again", folder / "loose", full)
+            for what, start in (("poured", bed), ("loosened", folder / "loose")):
+                outcome = runs.shake(run, case.target, start, folder / what / "run")
+                rows = runs.read_run(run, folder / what / "run", outcome["legs"], 200)
+                damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
+                found = cycles.estimate(damping)
+                print(
+                    f"{frequency:g} Hz, {what}: transient {found.start} cycles; C_e of the first "
+                    f"ten cycles {damping[:10].mean():.4g}, after the transient {found.mean:.4g} "
+                    f"± {found.error:.2g}",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    {"share": share, "accuracy": accuracy, "starts": starts}[sys.argv[1]]()

@@ -1,0 +1,60 @@
+"""How long a sweep will take is a count of what it will run."""
+
+import pytest
+
+from pidpanel.coupon import estimate
+from pidpanel.coupon.cases import cases_of
+from pidpanel.study_coupon import Coupon
+
+COST = estimate.StepCost(fixed=1e-5, per_sphere=2e-7)
+
+
+def coupon(**changes):
+    values = {
+        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
+        "accuracy": {"relative_error": 0.05, "seeds": 2, "min_cycles": 20, "max_cycles": 300},
+    }
+    return Coupon.model_validate(values | changes)
+
+
+def test_twice_the_seeds_take_twice_as_long(tmp_path):
+    accuracy = {"relative_error": 0.5, "min_cycles": 20, "max_cycles": 300}
+    two, four = (
+        estimate.cpu_seconds(cases_of(coupon(accuracy={**accuracy, "seeds": n})), COST, tmp_path)
+        for n in (2, 4)
+    )
+    assert four == pytest.approx(2 * two)
+
+
+def test_what_is_there_already_costs_nothing(tmp_path):
+    cases = cases_of(coupon())
+    before = estimate.cpu_seconds(cases, COST, tmp_path)
+    file = cases[0].outcomes(tmp_path)[0]
+    file.parent.mkdir(parents=True)
+    file.touch()
+    assert estimate.cpu_seconds(cases, COST, tmp_path) == pytest.approx(before / 2)
+    cases[0].outcomes(tmp_path)[1].parent.mkdir(parents=True)
+    cases[0].outcomes(tmp_path)[1].touch()
+    assert estimate.cpu_seconds(cases, COST, tmp_path) == 0
+
+
+def test_a_tighter_error_asks_for_more_cycles_until_the_most_that_are_allowed():
+    def expected(error):
+        (case,) = cases_of(
+            coupon(accuracy={"relative_error": error, "min_cycles": 20, "max_cycles": 300})
+        )
+        return estimate.cycles_expected(case.point, case)
+
+    assert expected(0.2) == pytest.approx(estimate.MISSED * 20)
+    # 0.35² / (5 cells · 2 · 0.02²), a seventh of a per cent more or less
+    assert expected(0.02) == pytest.approx(estimate.MISSED * 0.35**2 / (5 * 2 * 0.02**2))
+    assert expected(0.001) == 300
+
+
+@pytest.mark.liggghts
+def test_the_probe_finds_that_spheres_cost_time():
+    (case,) = cases_of(coupon())
+    cost = estimate.probe(case.point.packing, case.point)
+    # 15 µs a step and 0.2 µs a sphere were measured; a slow or a busy machine is within ten
+    assert 1e-6 <= cost.fixed < 2e-4
+    assert 2e-8 < cost.per_sphere < 2e-6
