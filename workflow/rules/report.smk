@@ -14,6 +14,7 @@ rule report:
         psd=results("response/psd.nc"),
         summary=results("response/summary.csv"),
         beside=BESIDE,
+        maps=results("response/maps.nc"),
         modes=results("panel/modes.nc"),
         mode_table=results("panel/modes.csv"),
         section=results("panel/section.csv"),

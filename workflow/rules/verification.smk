@@ -3,6 +3,8 @@
 # a stage's cases are the keys of CASES in pidpanel.<stage>.verification
 VERIFIED = {
     "coupon": ["collision", "sliding", "ball", "slug", "floor"],
+    "sound": ["field"],
+    "response": ["nafems_13r", "miles", "damper"],
 }
 
 

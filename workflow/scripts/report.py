@@ -58,6 +58,8 @@ if __name__ == "__main__":
     study = load_study(study_path)
     with xr.open_dataset(folder / "response" / "psd.nc", engine="scipy") as dataset:
         psd = dataset.load()
+    with xr.open_dataset(folder / "response" / "maps.nc", engine="scipy") as dataset:
+        maps = dataset.load()
     beside = folder / "response" / "radiation.csv"
     asked = study.response.radiation_beside != "none"
     inputs = sections.Inputs(
@@ -73,6 +75,7 @@ if __name__ == "__main__":
         coupon=read_coupon(study, folder / "coupon" / "cases.csv", Path(coupon))
         if study.coupon
         else None,
+        maps=maps,
         radiation=pd.read_csv(beside, dtype={"point": str}) if asked else None,
         damping=read_damping(study, folder) if "dem" in study.damping.readings else None,
     )

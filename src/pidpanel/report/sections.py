@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report import figures, findings, panel, pictures, radiation, style, tables
+from pidpanel.report import figures, findings, maps, panel, pictures, radiation, style, tables
 from pidpanel.report.damping_section import DampingResults, damping_section
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
@@ -75,6 +75,8 @@ class Inputs:
         None for a study without a coupon.
     radiation
         ``response/radiation.csv`` (points as text); None where nothing was asked beside.
+    maps
+        ``response/maps.nc``.
     damping
         None for a study that does not read its own cases.
     """
@@ -90,6 +92,7 @@ class Inputs:
     printed: pd.DataFrame
     coupon: Coupon | None
     radiation: pd.DataFrame | None = None
+    maps: xr.Dataset | None = None
     damping: DampingResults | None = None
 
 
@@ -115,6 +118,8 @@ def page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
                 tables.READINGS,
             )
         )
+    if inputs.maps is not None:
+        sections.append(maps.map_section(inputs.maps, inputs.basis.cell_in_patch, tables.READINGS))
     sections.append(summary_section(inputs))
     return Page(
         title=study.title or study.name,

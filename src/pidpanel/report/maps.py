@@ -1,0 +1,118 @@
+"""Maps of the panel: rms acceleration and rms von Mises stress of some scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import style
+from pidpanel.report.html import Picture, Section
+
+SHOWN = {
+    "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
+    "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
+}
+"""Maps drawn, with their units as read, the factor to them and their colours."""
+
+
+def patch_edges(cells: NDArray[np.int64], cell_in_patch: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Vertex numbers (n, 2) of the edges round the patches: those of one cell of a patch only.
+
+    Examples
+    --------
+    >>> two = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    >>> len(patch_edges(two, np.array([[True, True]])))
+    6
+    """
+    around = []
+    for members in cell_in_patch:
+        own = cells[members]
+        edges = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        once, count = np.unique(edges, axis=0, return_counts=True)
+        around.append(once[count == 1])
+    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *around])
+
+
+def map_figure(
+    maps: xr.Dataset,
+    cell_in_patch: NDArray[np.bool_],
+    titles: Mapping[tuple[str, str], str],
+) -> Figure:
+    """A row for each case, a column for each of `SHOWN`; one scale of colour a column.
+
+    Parameters
+    ----------
+    maps
+        ``response/maps.nc``; of several layers the most stressed at each vertex is drawn.
+    cell_in_patch
+        (n_patches, n_cells) the cells of each patch.
+    titles
+        (reading, scenario) → what the case is called.
+    """
+    position = maps["vertex_position"].to_numpy()
+    cells = maps["cells"].to_numpy().astype(np.int64)
+    corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
+    length, width = np.ptp(position, axis=0)
+    count = maps.sizes["case"]
+    height = 3.4 * width / length + 0.42
+    figure, axes = plt.subplots(
+        count, len(SHOWN), figsize=(7.4, height * count), squeeze=False, layout="constrained"
+    )
+    for column, (name, (label, factor, colours)) in enumerate(SHOWN.items()):
+        worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
+        values = worst.to_numpy() * factor
+        top = float(values.max())
+        for row in range(count):
+            ax = axes[row, column]
+            cell = values[row][cells].mean(axis=1)
+            drawn = PolyCollection(list(corners), array=cell, cmap=colours, edgecolors="face")
+            drawn.set_clim(0.0, top)
+            drawn.set_linewidth(0.2)
+            ax.add_collection(drawn)
+            ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
+            ax.set_aspect("equal")
+            ax.set_xlim(position[:, 0].min(), position[:, 0].max())
+            ax.set_ylim(position[:, 1].min(), position[:, 1].max())
+            ax.grid(False)
+            case = (str(maps["reading"].to_numpy()[row]), str(maps["scenario"].to_numpy()[row]))
+            ax.set_title(titles[case])
+            ax.set_ylabel("y, m" if column == 0 else "")
+            ax.set_xlabel("x, m" if row == count - 1 else "")
+        figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8)
+    return figure
+
+
+def map_section(
+    maps: xr.Dataset, cell_in_patch: NDArray[np.bool_], names: Mapping[str, str]
+) -> Section:
+    """The maps of a study.
+
+    Parameters
+    ----------
+    maps, cell_in_patch
+        As of `map_figure`.
+    names
+        What each reading is called.
+    """
+    cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
+    titles = {
+        (str(reading), str(label)): (
+            "bare panel" if str(label).startswith("bare") else f"{label}\n{names[str(reading)]}"
+        )
+        for reading, label in cases
+    }
+    layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
+    figure = map_figure(maps, cell_in_patch, titles)
+    caption = (
+        "Rms over the frequencies looked at, all over the panel (response.maps; numbers in "
+        "response/maps.nc, for ParaView response/maps/maps.pvd). The von Mises stress is the root "
+        f"of the mean of its square, the largest of the layers ({layers}). White: patches."
+    )
+    return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])

@@ -1,0 +1,40 @@
+"""Maps in the report."""
+
+import numpy as np
+import pytest
+
+from pidpanel.report.maps import map_figure, map_section, patch_edges
+from pidpanel.response.map_files import UNITS, map_dataset
+
+
+@pytest.fixture
+def maps():
+    """A 2 × 1 panel of two cells; the acceleration rises from 0 to 50 m/s²."""
+    vertices = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    one = {name: np.linspace(0, 50, 6) for name in ("acceleration", "displacement")}
+    one |= {name: 1e6 * np.linspace(0, 3, 12).reshape(2, 6) for name in UNITS if name not in one}
+    return map_dataset({("dem", "bare"): one, ("dem", "A_r0.5"): one}, vertices, cells, ["t", "b"])
+
+
+def test_edges_round_a_patch_are_those_of_one_of_its_cells():
+    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    assert len(patch_edges(cells, np.array([[True, True]]))) == 6
+    assert {0, 3} in [set(edge) for edge in patch_edges(cells, np.array([[True, False]])).tolist()]
+    assert patch_edges(cells, np.zeros((0, 2), bool)).shape == (0, 2)
+
+
+def test_each_map_has_its_unit_and_one_scale(maps):
+    # red: factor left out; values.max() of a row in place of all
+    titles = {("dem", "bare"): "bare panel", ("dem", "A_r0.5"): "A"}
+    figure = map_figure(maps, np.array([[True, False]]), titles)
+    labels = [ax.get_ylabel() for ax in figure.axes]
+    assert "rms acceleration, g" in labels and "rms von Mises stress, MPa" in labels
+    tops = [ax.collections[0].get_clim()[1] for ax in figure.axes[:4]]
+    assert tops == pytest.approx([50 / 9.80665, 3.0] * 2)
+
+
+def test_the_section_names_its_cases(maps):
+    section = map_section(maps, np.array([[True, False]]), {"dem": "DEM"})
+    assert section.blocks[0].png.startswith(b"\x89PNG")
+    assert "t, b" in section.blocks[0].caption
