@@ -61,7 +61,7 @@ def map_figure(
     corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
     length, width = np.ptp(position, axis=0)
     count = maps.sizes["case"]
-    height = 3.4 * width / length + 0.42
+    height = 2.6 * width / length + 0.55
     figure, axes = plt.subplots(
         count, len(SHOWN), figsize=(7.4, height * count), squeeze=False, layout="constrained"
     )
