@@ -32,4 +32,4 @@ rule all:
     default_target: True
     input:
         results("report.html"),
-        results("response/export"),
+        results("response/export") if HAS_PANEL else [],

@@ -37,7 +37,7 @@ def smoke(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "name", ["paper", "launch", "paper_full", "coupon_friction", "coupon_frame"]
+    "name", ["paper", "launch", "paper_full", "l_panel", "coupon_friction", "coupon_frame"]
 )
 def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
     result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")
