@@ -34,7 +34,7 @@ def test_a_collision_without_loss_loses_nothing(tmp_path):
 
 
 def test_a_sliding_sphere_ends_rolling_at_five_sevenths_of_its_speed(tmp_path):
-    # no time constant is in the answer, only momentum; red: a third of the friction, which
+    # no time constant is in the answer, only momentum; red: a ninth of the friction, which
     # leaves it sliding
     speed = contacts.rolling_speed(tmp_path)
     assert speed == pytest.approx(5 / 7, rel=contacts.SLIDING_TOLERANCE)
@@ -71,12 +71,12 @@ def test_many_inelastic_spheres_on_a_floor_lose_what_a_perfectly_inelastic_bed_d
     truth = inelastic.floor_energy(2.0)
     _, many = shaken.floor_bed(tmp_path / "many", settled, 48, 2.0, count=8)
     _, one = shaken.floor_bed(tmp_path / "one", settled, 1, 2.0, count=8)
-    # a lone sphere is 14 % off; red: gravity 10 % too strong
+    # a lone sphere is 14 % off; red: the amplitude 10 % too large
     assert many == pytest.approx(truth, rel=shaken.FLOOR_TOLERANCE)
     assert abs(one - truth) > 0.1 * truth
 
 
 def test_below_one_g_a_bed_on_a_floor_loses_nothing(tmp_path, settled):
     _, energy = shaken.floor_bed(tmp_path, settled, 12, 0.9, count=6)
-    # 0 in truth; half a per cent of the largest loss; red: the spheres' speed kept at Γ = 1.1
+    # 0 in truth; half a per cent of the largest loss; red: Γ = 1.1
     assert abs(energy) < shaken.ONSET_TOLERANCE
