@@ -302,6 +302,56 @@ def test_a_tighter_target_goes_on_from_the_restart_and_the_looser_one_still_read
     np.testing.assert_array_equal(whole, parts)
 
 
+LONG = {"min_cycles": 10, "max_cycles": 40, "relative_error": 1e-6}
+
+
+@pytest.mark.parametrize("sig", [signal.SIGTERM, signal.SIGKILL])
+def test_a_run_killed_on_its_way_is_tried_again_from_its_restart_to_the_same_bits(
+    tmp_path, bed_file, sig
+):
+    (case,) = cases_of(coupon(accuracy=LONG))
+    run, folder = case.runs[0], tmp_path / "killed"
+    script = (
+        "import json, sys; from pathlib import Path\n"
+        "from pidpanel.coupon.cases import Run, Target\n"
+        "from pidpanel.coupon.runs import attempt_shake\n"
+        "run, target, bed, folder = sys.argv[1:]\n"
+        "run, target = Run.from_dict(json.loads(run)), Target(**json.loads(target))\n"
+        "print(json.dumps(attempt_shake(run, target, Path(bed), Path(folder))))\n"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", script, json.dumps(run.as_dict()), json.dumps(vars(case.target)),
+         str(bed_file), str(folder)],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 120
+    while not (folder / "state.json").exists():
+        assert time.monotonic() < deadline, "no restart within two minutes"
+        time.sleep(0.01)
+    (solver_pid,) = Path(f"/proc/{child.pid}/task/{child.pid}/children").read_text().split()
+    os.kill(int(solver_pid), sig)
+    outcome = json.loads(child.communicate(timeout=120)[0])
+    assert (outcome["status"], outcome["attempts"]) == ("ok", 2)
+    assert outcome["cycles"] == 40
+    assert len(outcome["legs"]) == 2 and outcome["legs"][0] in (10, 15, 23, 35)
+    whole = runs.attempt_shake(run, case.target, bed_file, tmp_path / "whole")
+    assert whole["attempts"] == 1
+    np.testing.assert_array_equal(
+        runs.read_run(run, folder, outcome["legs"], 40),
+        runs.read_run(run, tmp_path / "whole", whole["legs"], 40),
+    )
+
+
+def test_a_failure_that_stays_is_reported_after_the_second_attempt(tmp_path, bed_file):
+    (case,) = cases_of(coupon())
+    # spheres so fast that they leave the cell within a step
+    run = dataclasses.replace(case.runs[0], time_step=3e-3)
+    outcome = runs.attempt_shake(run, case.target, bed_file, tmp_path / "lost")
+    assert outcome["status"] in ("ParticlesLost", "RunStopped", "NotFinite")
+    assert outcome["attempts"] == 2
+    assert "shake_1" in outcome["message"] or "cycles_1" in outcome["message"]
+
+
 def test_rows_after_the_last_restart_do_not_count(tmp_path, bed_file):
     shaken(tmp_path, bed_file)
     folder = next(tmp_path.glob("r*/s1"))
