@@ -14,9 +14,9 @@ include: "workflow/rules/coupon.smk"
 
 if HAS_PANEL:
 
-    include: "workflow/rules/damping.smk"
     include: "workflow/rules/panel.smk"
     include: "workflow/rules/sound.smk"
+    include: "workflow/rules/damping.smk"
     include: "workflow/rules/response.smk"
     include: "workflow/rules/report.smk"
 

@@ -51,12 +51,40 @@ class Level(Model):
         return self
 
 
+class Target(Model):
+    """Run no more of ``coupon.sweep`` than is needed to know every rms acceleration so well.
+
+    The sweep is then what may be run. ``start`` cases spread over it come first; rounds of
+    ``batch`` follow, each of the cases that narrow the rms values most, until the relative
+    standard error of all of them is below ``relative_error`` or ``max_cases`` have been run.
+    """
+
+    relative_error: Annotated[float, Field(gt=0, lt=1)]
+    start: Annotated[int, Field(ge=4)] = 10
+    batch: Annotated[int, Field(ge=1)] = 4
+    max_cases: Annotated[int, Field(ge=4)] = 2000
+
+    @model_validator(mode="after")
+    def _start_is_allowed(self) -> Target:
+        if self.start > self.max_cases:
+            raise ValueError(f"start = {self.start}: at most max_cases = {self.max_cases}")
+        return self
+
+
 class Damping(Model):
     """Where C_e and m_a come from. Each reading is carried through to the PSDs."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] = ("dem",)
     level: Level = Level()
     table: Path | None = None
+    target: Target | None = None
+    """Left out, the whole of ``coupon.sweep`` is run."""
+
+    @model_validator(mode="after")
+    def _target(self) -> Damping:
+        if self.target is not None and "dem" not in self.readings:
+            raise ValueError("target: goes with the reading 'dem'")
+        return self
 
     @model_validator(mode="after")
     def _table(self) -> Damping:

@@ -48,6 +48,23 @@ def run_of(wildcards):
     return CASES[wildcards.case].runs[int(wildcards.seed) - 1]
 
 
+def outcomes_of(labels):
+    """What the runs of cases leave."""
+    return [str(f) for label in labels for f in CASES[label].outcomes(Path("results/coupon"))]
+
+
+def last_round():
+    """The round of the design that wants no more cases; None for a study without a target."""
+    if not HAS_PANEL or STUDY.damping.target is None:
+        return None
+    number = 0
+    while True:
+        found = checkpoints.design.get(round=number).output[0]
+        if json.loads(Path(found).read_text())["new"] == 0:
+            return found
+        number += 1
+
+
 def results(name):
     """A file of this study."""
     return f"results/{STUDY.name}/{name}"

@@ -39,16 +39,23 @@ rule shake:
         "python -m scripts.shake {params.values:q} {params.target:q} {input} {output} 2> {log}"
 
 
+def outcomes(wildcards):
+    """What the cases of the study leave: all of the sweep, or those its target needed."""
+    chosen = last_round()
+    return outcomes_of(json.loads(Path(chosen).read_text())["cases"] if chosen else CASES)
+
+
 rule cases:
     input:
-        [str(file) for case in CASES.values() for file in case.outcomes(Path("results/coupon"))],
+        outcomes,
     output:
         results("coupon/cases.csv"),
     log:
         results("coupon/cases.log"),
     params:
         file=STUDY_FILE,
+        chosen=lambda wildcards: last_round() or "all",
         study=section("coupon"),
         code=code("coupon"),
     shell:
-        "python -m scripts.cases {params.file} results/coupon {output} 2> {log}"
+        "python -m scripts.cases {params.file} results/coupon {params.chosen} {output} 2> {log}"

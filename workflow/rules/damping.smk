@@ -17,3 +17,60 @@ rule damping:
         code=code("damping"),
     shell:
         "python -m scripts.damping {params.file} {input} {output} 2> {log}"
+
+
+# With a target, rounds choose the cases: round 0 spreads them over the sweep, each further one
+# looks at what the panel makes of the cases before it.
+
+
+wildcard_constraints:
+    round=r"\d+",
+
+
+def before(wildcards):
+    """The round before, and its cases."""
+    number = int(wildcards.round) - 1
+    names = (f"design/round{number}.json", f"design/cases{number}.csv")
+    return [results(name) for name in names] if number >= 0 else []
+
+
+checkpoint design:
+    input:
+        before=before,
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        air=AIR,
+    output:
+        results("design/round{round}.json"),
+    log:
+        results("design/round{round}.log"),
+    params:
+        file=STUDY_FILE,
+        before=lambda wildcards: before(wildcards) or "none none",
+        air=AIR or "none",
+        study=section("coupon", "damping", "panel", "sound", "response", "scenarios"),
+        code=code("damping", "response"),
+    shell:
+        "python -m scripts.design {params.file} {input.modes} {input.modal_force} {params.air}"
+        " {params.before} {output} 2> {log}"
+
+
+def chosen(wildcards):
+    """What the cases of a round leave."""
+    found = checkpoints.design.get(round=wildcards.round).output[0]
+    return outcomes_of(json.loads(Path(found).read_text())["cases"])
+
+
+rule round_cases:
+    input:
+        chosen,
+    output:
+        results("design/cases{round}.csv"),
+    log:
+        results("design/cases{round}.log"),
+    params:
+        file=STUDY_FILE,
+        chosen=lambda wildcards: results(f"design/round{wildcards.round}.json"),
+        code=code("coupon"),
+    shell:
+        "python -m scripts.cases {params.file} results/coupon {params.chosen} {output} 2> {log}"

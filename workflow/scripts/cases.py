@@ -1,5 +1,6 @@
-"""Gather the runs of a study into ``cases.csv``."""
+"""Gather the runs of a study, or those a round of its design has chosen, into ``cases.csv``."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -10,13 +11,17 @@ from pidpanel.coupon.summary import summarise
 from pidpanel.study import load_any_study
 
 if __name__ == "__main__":
-    study_path, coupon_folder, output = sys.argv[1:]
+    study_path, coupon_folder, chosen, output = sys.argv[1:]
     study = load_any_study(study_path)
-    rows = [summarise(case, case.outcomes(Path(coupon_folder))) for case in cases_of(study.coupon)]
+    cases, last = cases_of(study.coupon), True
+    if chosen != "all":
+        design = json.loads(Path(chosen).read_text())
+        cases, last = [c for c in cases if c.label in design["cases"]], design["new"] == 0
+    rows = [summarise(case, case.outcomes(Path(coupon_folder))) for case in cases]
     frame = pd.DataFrame(rows)
     frame.to_csv(output, index=False, float_format="%.7g")
     good = (frame["status"] == "ok").mean()
-    if good < study.coupon.accuracy.coverage:
+    if last and good < study.coupon.accuracy.coverage:
         for _, row in frame[frame["status"] != "ok"].iterrows():
             print(f"{row['case']}: {row['status']}: {row['message']}", file=sys.stderr)
         sys.exit(

@@ -12,17 +12,19 @@ from pidpanel.damping.tables import to_frame
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
-if __name__ == "__main__":
-    study_path, cases, surface_nc, surface_csv, law_csv, forms_csv = sys.argv[1:]
-    study = load_study(study_path)
-    # only gravity along the motion holds the bed down
+
+def surface_of(study, cases):
+    """Surface of the cases of a study; only gravity along the motion holds the bed down."""
     *_, along = np.array(study.coupon.gravity_direction) / np.hypot.reduce(
         study.coupon.gravity_direction
     )
-    surface = DampingSurface.from_frame(
-        pd.read_csv(Path(cases), keep_default_na=True),
-        onset_g=study.coupon.gravity_g * abs(along),
-    )
+    return DampingSurface.from_frame(cases, onset_g=study.coupon.gravity_g * abs(along))
+
+
+if __name__ == "__main__":
+    study_path, cases, surface_nc, surface_csv, law_csv, forms_csv = sys.argv[1:]
+    study = load_study(study_path)
+    surface = surface_of(study, pd.read_csv(Path(cases), keep_default_na=True))
     surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
     to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
     law = fit.fit_levels(surface.cases).assign(form="paper")
