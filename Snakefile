@@ -33,3 +33,4 @@ rule all:
     input:
         results("report.html"),
         results("response/export") if HAS_PANEL else [],
+        results("damping/tabdmp1.bdf") if HAS_PANEL else [],

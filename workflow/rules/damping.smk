@@ -74,3 +74,18 @@ rule round_cases:
         code=code("coupon"),
     shell:
         "python -m scripts.cases {params.file} results/coupon {params.chosen} {output} 2> {log}"
+
+
+rule tabdmp1:
+    input:
+        modes=results("panel/modes.nc"),
+        psd=results("response/psd.nc"),
+    output:
+        results("damping/tabdmp1.bdf"),
+    log:
+        results("damping/tabdmp1.log"),
+    params:
+        file=STUDY_FILE,
+        code=code("damping/nastran.py"),
+    shell:
+        "python -m scripts.tabdmp1 {params.file} {input.modes} {input.psd} {output} 2> {log}"

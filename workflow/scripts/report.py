@@ -1,5 +1,6 @@
 """Figures and the page: report/*.png, report.html."""
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -37,6 +38,14 @@ def read_coupon(study, table, folder):
     )
 
 
+def read_rounds(folder):
+    """The rounds of the design up to the one that wants no more."""
+    rounds = []
+    while not rounds or rounds[-1]["new"]:
+        rounds.append(json.loads((folder / f"round{len(rounds)}.json").read_text()))
+    return rounds
+
+
 def read_damping(study, folder):
     """What the damping stage left."""
     with xr.open_dataset(folder / "damping" / "surface.nc", engine="scipy") as dataset:
@@ -47,6 +56,7 @@ def read_damping(study, folder):
         pd.read_csv(folder / "damping" / "forms.csv"),
         pd.read_csv(folder / "coupon" / "cases.csv", keep_default_na=True),
         study.coupon.cell.depth,
+        read_rounds(folder / "design") if study.damping.target else (),
     )
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,6 +47,8 @@ class DampingResults:
         ``coupon/cases.csv``.
     depth
         Of the cell, m.
+    rounds
+        ``design/round*.json`` in order; empty for a study without a target.
     """
 
     surface: DampingSurface
@@ -51,6 +56,7 @@ class DampingResults:
     comparison: pd.DataFrame
     cases: pd.DataFrame
     depth: float
+    rounds: Sequence[Mapping[str, Any]] = ()
 
 
 def damping_section(results: DampingResults) -> Section:
@@ -91,6 +97,8 @@ def damping_section(results: DampingResults) -> Section:
             "Each case as the others foretell it, with the standard error foretold.",
         ),
     ]
+    if results.rounds:
+        blocks.insert(1, target_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
     good = results.cases[results.cases["status"] == "ok"]
@@ -104,6 +112,26 @@ def damping_section(results: DampingResults) -> Section:
             )
         )
     return Section("damping", "Damping law", blocks)
+
+
+def target_table(rounds: Sequence[Mapping[str, Any]]) -> Table:
+    """How the rms values narrowed, round by round."""
+    rows = []
+    for before, one in pairwise(rounds):
+        worst = max(
+            (error, f"{label}, point {point}")
+            for label, of in one["relative_error"].items()
+            for point, error in of.items()
+        )
+        rows.append([str(one["round"]), str(len(before["cases"])), f"{worst[0]:.2%}", worst[1]])
+    last = rounds[-1]
+    end = "is met" if last["reached"] else "is not met: no case was left, or none was allowed"
+    return Table(
+        f"Cases chosen in rounds, each of those that narrow the rms accelerations most; the target "
+        f"{end} with {len(last['cases'])} cases",
+        ["round", "cases run", "largest relative standard error of the rms", "of"],
+        rows,
+    )
 
 
 # --------------------------------------------------------------------------- the law
