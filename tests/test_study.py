@@ -77,6 +77,7 @@ def test_every_shipped_study_is_accepted(name):
         ("sound.azimuth_deg", 45, "azimuth_deg goes with field: plane_wave or progressive_wave"),
         ("sound.loaded_sides", 3, "sound.loaded_sides = 3: 1 or 2"),
         ("response.radiation", "both", "response.radiation = both: 'none', 'one_side' or 'two_sides'"),
+        ("response.maps", ["PID-1"], "response.maps: PID-1: one of bare_150dB, PID-1_r0.4_150dB"),
         ("response.frequency_hz", [400, 100], "the second above the first"),
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: one of panel.patches, PID-1"),
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction = 0.95: within the fills of coupon.sweep, 0.4 to 0.8"),
@@ -147,6 +148,15 @@ def test_the_units_of_the_file_become_si():
     assert study.coupon.particles.youngs_modulus == 3.2e9
     assert study.panel.section.thickness == 0.025
     assert study.panel.patches["PID-1"].bounds == (0.65, 0.85, 0.4, 0.6)
+
+
+def test_the_first_bare_panel_is_mapped_unless_others_are_named():
+    # red: `or` the last label
+    assert [s.label for s in load_study(STUDIES / "smoke.yaml").mapped_scenarios()] == [
+        "bare_150dB"
+    ]
+    named = load_study(STUDIES / "paper.yaml").mapped_scenarios()
+    assert [s.label for s in named] == ["bare_162dB", "PID-1_r0.5_162dB"]
 
 
 def test_every_level_brings_its_bare_panel_first():

@@ -59,6 +59,12 @@ def panel():
     return gauss_panel((30, 20), 3)
 
 
+@pytest.fixture(scope="module")
+def table(panel):
+    """G of the diffuse field up to 2 kHz."""
+    return tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel)
+
+
 def double_integral(k, quadrature):
     """∬ φ_i φ_j sin(kR)/(kR) dA dA′ as it stands, without plane waves."""
     apart = quadrature.position[:, None, :] - quadrature.position[None, :, :]
@@ -129,10 +135,9 @@ def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
     np.testing.assert_allclose(diffuse_modal_force(0.0, panel), uniform, atol=1e-12)
 
 
-def test_modal_force_is_symmetric_and_positive_semidefinite(panel):
+def test_modal_force_is_symmetric_and_positive_semidefinite(table):
     # eigenvalues of a sum of squares; rounding only
     # red: parts.T @ parts → even.T @ even − odd.T @ odd in `sum_of_plane_waves`
-    table = tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel)
     for matrix in table.at(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-16)
         eigenvalue = np.linalg.eigvalsh(matrix)
@@ -147,11 +152,10 @@ def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
     assert abs(matrix[0, 2]) > 1e-3
 
 
-def test_the_table_is_the_direct_sum_at_every_frequency(panel):
+def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
     # entire in k: 47 nodes reach rounding, 1e-13 of the largest, also between the checked points
     # red: ceil(k_max L/2) → ceil(k_max L/4) in `tabulate_diffuse`
-    k_max = float(wavenumber(2000.0, SPEED))
-    table = tabulate_diffuse(k_max, panel)
+    k_max = table.wavenumber_max
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     scale = np.outer(largest, largest)
     wavenumbers = np.array([0.0, 0.02, 0.31, 0.77, 0.999, 1.0]) * k_max
