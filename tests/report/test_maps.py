@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.maps import map_figure, map_section, patch_edges
+from pidpanel.report.maps import _exceeded_by, map_figure, map_section, patch_edges
 from pidpanel.response.map_files import UNITS, map_dataset
 
 
@@ -25,13 +25,20 @@ def test_edges_round_a_patch_are_those_of_one_of_its_cells():
 
 
 def test_each_map_has_its_unit_and_one_scale(maps):
+    # means of the corners: 30 m/s² and 27/11 MPa in the second cell
     # red: factor left out; values.max() of a row in place of all
     titles = {("dem", "bare"): "bare panel", ("dem", "A_r0.5"): "A"}
     figure = map_figure(maps, np.array([[True, False]]), titles)
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert "rms acceleration, g" in labels and "rms von Mises stress, MPa" in labels
     tops = [ax.collections[0].get_clim()[1] for ax in figure.axes[:4]]
-    assert tops == pytest.approx([50 / 9.80665, 3.0] * 2)
+    assert tops == pytest.approx([30 / 9.80665, 27 / 11] * 2)
+
+
+def test_one_singular_corner_does_not_take_the_colours():
+    # red: 1 - BEYOND → 1
+    values, area = np.append(np.linspace(0, 1, 999), 1e6)[None], np.ones(1000)
+    assert _exceeded_by(values, area) == pytest.approx(0.99, abs=0.01)
 
 
 def test_the_section_names_its_cases(maps):

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.polygon import signed_area
 from pidpanel.report import style
 from pidpanel.report.html import Picture, Section
 
@@ -20,6 +21,9 @@ SHOWN = {
     "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
 }
 """Maps drawn, with their units as read, the factor to them and their colours."""
+
+BEYOND = 0.01
+"""Share of the area beyond the end of the colours."""
 
 
 def patch_edges(cells: NDArray[np.int64], cell_in_patch: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -58,21 +62,23 @@ def map_figure(
     """
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)
+    area = np.array([abs(signed_area(cell)) for cell in position[cells]])
     corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
     length, width = np.ptp(position, axis=0)
     count = maps.sizes["case"]
-    height = 2.6 * width / length + 0.55
+    height = 2.6 * width / length + 0.75
     figure, axes = plt.subplots(
         count, len(SHOWN), figsize=(7.4, height * count), squeeze=False, layout="constrained"
     )
     for column, (name, (label, factor, colours)) in enumerate(SHOWN.items()):
         worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
-        values = worst.to_numpy() * factor
-        top = float(values.max())
+        values = worst.to_numpy()[:, cells].mean(axis=2) * factor
+        top = _exceeded_by(values, area)
         for row in range(count):
             ax = axes[row, column]
-            cell = values[row][cells].mean(axis=1)
-            drawn = PolyCollection(list(corners), array=cell, cmap=colours, edgecolors="face")
+            drawn = PolyCollection(
+                list(corners), array=values[row], cmap=colours, edgecolors="face"
+            )
             drawn.set_clim(0.0, top)
             drawn.set_linewidth(0.2)
             ax.add_collection(drawn)
@@ -85,8 +91,18 @@ def map_figure(
             ax.set_title(titles[case])
             ax.set_ylabel("y, m" if column == 0 else "")
             ax.set_xlabel("x, m" if row == count - 1 else "")
-        figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8)
+        figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8, extend="max")
     return figure
+
+
+def _exceeded_by(values: NDArray[np.float64], area: NDArray[np.float64]) -> float:
+    """The value that `BEYOND` of the area exceeds, of several maps (n, n_cells) the largest."""
+    tops = []
+    for one in values:
+        order = np.argsort(one)
+        below = np.cumsum(area[order]) / area.sum()
+        tops.append(one[order][np.searchsorted(below, 1 - BEYOND)])
+    return float(max(tops))
 
 
 def map_section(
@@ -113,6 +129,8 @@ def map_section(
     caption = (
         "Rms over the frequencies looked at, all over the panel (response.maps; numbers in "
         "response/maps.nc, for ParaView response/maps/maps.pvd). The von Mises stress is the root "
-        f"of the mean of its square, the largest of the layers ({layers}). White: patches."
+        f"of the mean of its square, the largest of the layers ({layers}). White: patches. Colours "
+        f"end where {BEYOND:.0%} of the area is beyond: at a re-entrant corner or a point support "
+        "the stress of plate theory has no bound."
     )
     return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])

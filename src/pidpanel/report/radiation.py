@@ -57,8 +57,8 @@ def finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
     damped = both[both["patch"] != "none"]
     less = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
     verdict = (
-        f"The gain of the damper is smaller so in {less:.0%} of the scenarios and points: with "
-        f"radiation from {SIDES[own]} alone it is overstated."
+        f"The gain of the damper is smaller so in {less:.0%} of the scenarios and points: computed "
+        f"with radiation from {SIDES[own]} it is overstated."
         if less > 0.5
         else f"The gain of the damper is smaller so in {less:.0%} of the scenarios and points only."
     )
