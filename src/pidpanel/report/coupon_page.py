@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib import ticker
 from matplotlib.figure import Figure
 
 from pidpanel.report import figures, style, tables
@@ -107,8 +108,9 @@ def varied_figure(cases: pd.DataFrame, key: str) -> Figure:
         axes.set_title(f"f = {frequency:g} Hz", loc="left")
         axes.set_xlabel(LABELS.get(key, key))
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_formatter("{x:g}")
-        axes.yaxis.set_minor_formatter("")
+        axes.yaxis.set_minor_formatter(ticker.NullFormatter())
         if numeric and min(values) > 0 and max(values) > 8 * min(values):
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter("{x:g}")

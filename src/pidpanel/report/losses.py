@@ -37,7 +37,10 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
+        levels = sorted(known[LEVEL.column].unique())
+        axes.set_xticks(levels, [f"{level:g}" for level in levels])
+        axes.set_xticks([], minor=True)
+        axes.margins(x=0.1)
         axes.set_xlabel(LEVEL.label)
     figure.tight_layout(rect=(0, 0.1, 1, 1))
     handles, names = left.get_legend_handles_labels()
