@@ -66,7 +66,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Circle:
-    """A disc, drawn by a regular polygon of equal area.
+    """A disc, drawn by a regular polygon with its corners on the circle.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Circle:
     radius : float
         [m].
     pieces : int
-        Corners of the polygon. The frequency of a simply supported thin disc is 0.04 % off
+        Corners of the polygon. The frequencies of a simply supported thin disc are 0.04 % off
         with 48 and 6 % with 24.
     """
 
@@ -83,13 +83,17 @@ class Circle:
     radius: float
     pieces: int = 48
 
+    @classmethod
+    def of_equal_area(cls, centre: Position, radius: float, pieces: int = 24) -> "Circle":
+        """The regular polygon with the area of the disc."""
+        turn = 2 * np.pi / pieces
+        return cls(centre, radius * np.sqrt(turn / np.sin(turn)), pieces)
+
     @property
     def corners(self) -> Array:
         """Of the regular polygon, (pieces, 2) [m]."""
-        turn = 2 * np.pi / self.pieces
-        angle = turn * np.arange(self.pieces)
-        equal_area = self.radius * np.sqrt(turn / np.sin(turn))
-        return self.centre + equal_area * np.column_stack([np.cos(angle), np.sin(angle)])
+        angle = 2 * np.pi / self.pieces * np.arange(self.pieces)
+        return self.centre + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
     def __str__(self) -> str:
         """Show centre and radius in metres."""

@@ -222,7 +222,6 @@ class Area(Model):
     corners_m: Annotated[tuple[Position, ...], Field(min_length=3)] | None = None
     corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
     _kinds: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
-    _pieces: ClassVar[int] = 48
 
     @model_validator(mode="after")
     def _one_shape(self) -> Area:
@@ -238,6 +237,9 @@ class Area(Model):
     def _more(self) -> tuple[set[str], ...]:
         return ()
 
+    def _disc(self, centre: Position, radius: float) -> Circle:
+        return Circle(centre, radius)
+
     @property
     def shape(self) -> Shape | None:
         """The area in m, None where a mesh file has it."""
@@ -247,7 +249,7 @@ class Area(Model):
             return None
         if self.size_m is not None:
             return Rectangle(self.centre_m, self.size_m)
-        return Circle(self.centre_m, (self.diameter_m or 0.0) / 2, self._pieces)
+        return self._disc(self.centre_m, (self.diameter_m or 0.0) / 2)
 
 
 class Patch(Area):
@@ -255,7 +257,6 @@ class Patch(Area):
 
     group: str | None = None
     _kinds: ClassVar[str] = f"{Area._kinds}, or group"
-    _pieces: ClassVar[int] = 24  # of equal area; nothing is supported at its edge
 
     @model_validator(mode="before")
     @classmethod
@@ -266,6 +267,9 @@ class Patch(Area):
 
     def _more(self) -> tuple[set[str], ...]:
         return ({"group"},)
+
+    def _disc(self, centre: Position, radius: float) -> Circle:
+        return Circle.of_equal_area(centre, radius)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:

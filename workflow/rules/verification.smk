@@ -3,6 +3,16 @@
 # a stage's cases are the keys of CASES in pidpanel.<stage>.verification
 VERIFIED = {
     "coupon": ["collision", "sliding", "ball", "slug", "floor"],
+    "panel": [
+        "sandwich",
+        "isotropic_core",
+        "nafems_13",
+        "nafems_21",
+        "clamped_square",
+        "free_square",
+        "supported_disc",
+        "clamped_disc",
+    ],
     "sound": ["field"],
     "response": ["nafems_13r", "miles", "damper"],
 }

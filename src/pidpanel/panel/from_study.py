@@ -237,7 +237,7 @@ class StudiedPanel:
     @property
     def _feet(self) -> dict[str, Shape]:
         return {
-            f"foot of {name}": Circle(point.position, point.radius, 24)
+            f"foot of {name}": Circle.of_equal_area(point.position, point.radius)
             for name, point in self.supports.points.items()
             if point.radius > 0
         }

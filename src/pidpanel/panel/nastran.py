@@ -44,15 +44,16 @@ def read_nastran(path: Path) -> FlatMesh:
     for line, name, fields in _cards(path):
         where = f"{path}:{line}: {name}"
         if name == "GRID":
-            number, system, *x, out_system, held = _padded(fields, 7)
-            for field, what in ((system, "CP"), (out_system, "CD"), (held, "PS")):
+            number, system, x, y, z, out_system, held, *more = _padded(fields, 8)
+            unread = [(system, "CP"), (out_system, "CD"), (held, "PS")]
+            for field, what in unread + [(field, "a field after PS") for field in more]:
                 if field not in ("", "0"):
                     raise ValueError(
                         f"{where}: {what} = {field} is not read; allowed is blank"
                         " (positions in the basic system, supports in the study)"
                     )
             node.append(_integer(where, number))
-            position.append([_real(where, value or "0") for value in x])
+            position.append([_real(where, value or "0") for value in (x, y, z)])
         elif name in CORNERS:
             count = CORNERS[name]
             number, property_number, *rest = _padded(fields, 2 + count)

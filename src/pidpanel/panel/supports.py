@@ -50,7 +50,8 @@ class PointSupport:
     kind : str
         "hinge" or "hold_down".
     radius : float
-        Of a stiff foot [m]: within it the panel moves as a rigid body. 0 holds a mere point; the
+        Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is
+        a little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
         deflection of a panel with core shear there depends on the mesh, like a logarithm.
     """
 

@@ -1,0 +1,194 @@
+"""Truths of meshes from files: the same panel gives the same frequencies; nothing is misread."""
+
+import gmsh
+import numpy as np
+import pytest
+
+from pidpanel.panel.flat_mesh import read_gmsh
+from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
+from pidpanel.panel.mindlin import assemble_shear_plate
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.nastran import read_nastran
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.polygon import Circle, Polygon, Rectangle
+
+FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
+SANDWICH = SandwichSection((FACE,), (FACE,), Core(186e6, 90e6, 32.0, 24.4e-3))
+OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))
+PATCH = Rectangle((0.4, 0.6), (0.4, 0.2))
+DECK = """\
+$ two quadrilaterals
+BEGIN BULK
+GRID           1              0.      0.      0.
+GRID           2              1.      0.      0.
+GRID           3              2.      0.      0.
+GRID           4              0.      1.      0.
+GRID           5              1.      1.      0.
+GRID           6              2.      1.      0.
+CQUAD4         1       7       1       2       5       4
+CQUAD4         2       8       2       3       6       5
+ENDDATA
+"""
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory):
+    """A mesh of ours, its file, and the frequencies on it."""
+    path = tmp_path_factory.mktemp("m") / "original.msh"
+    points = {"P": (0.4, 0.6)}
+    mesh = mesh_triangles(
+        path, OUTLINE, 0.25, {"P1": PATCH}, points, holes={"H": Circle((1.1, 0.5), 0.15, 16)}
+    )
+    return path, mesh, frequencies(mesh)
+
+
+def frequencies(mesh):
+    return normal_modes(assemble_shear_plate(mesh, SANDWICH), 500.0)[0]
+
+
+def as_deck(mesh, style):
+    """Bulk data of a mesh, in mm, in fixed, long or free fields."""
+    lines = [
+        "BEGIN BULK",
+        "PSHELL         1       1     0.3",
+        "MAT1           1  7.+10             0.3",
+    ]
+    for number, (x, y) in enumerate(1000 * mesh.vertices, 1):
+        if style == "long":
+            lines.append(f"GRID*   {number:16d}{'':16s}{x:16.10f}{y:16.10f}*")
+            lines.append(f"*       {0.0:16.10f}")
+        elif style == "free":
+            lines.append(f"GRID,{number},,{x:.10f},{y:.10f},0.0")
+        else:
+            lines.append(f"GRID    {number:8d}{'':8s}{x:8.3f}{y:8.3f}{0.0:8.3f}")
+    for number, cell in enumerate(mesh.cells + 1, 1):
+        fields = [number, 2 if number - 1 in mesh.patch_cells["P1"] else 1, *cell]
+        joined = "," + ",".join(map(str, fields)) if style == "free" else ""
+        name = "CTRIA3" if style == "free" else "CTRIA3  "
+        lines.append(name + (joined or "".join(f"{field:8d}" for field in fields)))
+    return "\n".join([*lines, "ENDDATA", ""])
+
+
+@pytest.mark.parametrize(("style", "tolerance"), [("long", 1e-7), ("free", 1e-7), ("fixed", 1e-4)])
+def test_a_mesh_comes_back_from_nastran_with_its_frequencies(tmp_path, original, style, tolerance):
+    _, mesh, expected = original
+    path = tmp_path / "panel.bdf"
+    path.write_text(as_deck(mesh, style))
+    flat = read_nastran(path).scaled(1e-3)
+    again = flat.panel_mesh(
+        {"group": "2", "shape": PATCH}, {"P": flat.at_node(1 + mesh.point_vertices["P"])}
+    )
+    # fixed fields round to a micrometre of elements of centimetres
+    np.testing.assert_allclose(frequencies(again), expected, rtol=tolerance)
+    np.testing.assert_array_equal(again.patch_cells["group"], mesh.patch_cells["P1"])
+    np.testing.assert_array_equal(again.patch_cells["shape"], mesh.patch_cells["P1"])
+    np.testing.assert_allclose(again.vertices[again.point_vertices["P"]], (0.4, 0.6), atol=1e-6)
+
+
+def test_a_mesh_comes_back_from_gmsh_with_its_frequencies(original):
+    path, mesh, expected = original
+    again = read_gmsh(path).panel_mesh({"P1": PATCH}, {"P": (0.4, 0.6)})
+    np.testing.assert_allclose(frequencies(again), expected, rtol=1e-9)
+    assert len(again.patch_cells["P1"]) == len(mesh.patch_cells["P1"])
+
+
+def test_quadrilaterals_become_two_triangles_each_in_their_group(tmp_path):
+    path = tmp_path / "two.bdf"
+    path.write_text(DECK)
+    flat = read_nastran(path)
+    assert flat.triangles.shape == (4, 3)
+    assert flat.groups.tolist() == ["7", "7", "8", "8"]
+    assert flat.at_node(6) == (2.0, 1.0)
+    turned = DECK.replace("1       2       5       4", "4       5       2       1")
+    path.write_text(turned.replace("2       3       6       5", "5       6       3       2"))
+    np.testing.assert_allclose(areas(read_nastran(path)), 0.5)
+
+
+def areas(flat):
+    x, y = flat.position[flat.triangles].transpose(2, 1, 0)
+    return 0.5 * ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]))
+
+
+def test_exponents_without_their_e_are_read(tmp_path):
+    path = tmp_path / "two.bdf"
+    deck = DECK.replace("      2.      0.      0.", "    2.+0   0.0-3      0.")
+    path.write_text(deck.replace("      2.      1.", "    2.D0    1.E0"))
+    assert read_nastran(path).at_node(3) == (2.0, 0.0)
+    assert read_nastran(path).at_node(6) == (2.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("BEGIN BULK", "INCLUDE 'more.bdf'", "deck.bdf:2: card INCLUDE is not read; allowed are GRID"),
+        ("BEGIN BULK", "SOL 103", "deck.bdf:2: card SOL 103 is not read; allowed are GRID, CTRIA3"),
+        ("ENDDATA", "SPC1           1     123       1", "deck.bdf:11: card SPC1 is not read"),
+        ("ENDDATA", "CTRIA6         3       7       1       2       5", "deck.bdf:11: card CTRIA6"),
+        ("ENDDATA", "CBAR           3       7       1       2", "deck.bdf:11: card CBAR is not read"),
+        ("GRID           2        ", "GRID           2       5", "deck.bdf:4: GRID: CP = 5 is not read"),
+        ("GRID           2              1.      0.      0.", "GRID           2              1.      0.      0.               3", "deck.bdf:4: GRID: PS = 3 is not read"),
+        ("1       2       5       4", "1       2       5       4     45.", "deck.bdf:9: CQUAD4: field 45. after the nodes"),
+        ("2.      0.      0.", "2.      0.      x", "deck.bdf:5: GRID: x is no number"),
+        ("GRID           3", "GRID           a", "deck.bdf:5: GRID: a where a number from 1"),
+        ("GRID           3", "GRID           2", "node 2 stands twice"),
+        ("CQUAD4         2", "CQUAD4         1", "element 1 stands twice"),
+        ("2       3       6       5", "2       3       9       5", "element 2: node 9 is not there"),
+        ("2       3       6       5", "2       3       3       5", "element 2: a node stands twice in it"),
+        ("2       3       6       5", "2       6       3       5", "element 2: its corners do not go round"),
+        ("2       3       6       5", "5       6       3       2", "element 2 is inverted"),
+        ("      2.      0.      0.", "     nan      0.      0.", "node 3: its position is not a number"),
+        ("2.      0.      0.", "2.      0.      1.", "node 3: z = 1, others have 0; the panel must be plane"),
+        ("ENDDATA", "GRID           7              5.      5.      0.", "node 7 belongs to no element"),
+        ("CQUAD4         2       8       2", "GRID           7              1.      0.      0.\nCQUAD4         2       8       7", "nodes 2 and 7 are at one place (1, 0) m: the panel is cracked"),
+    ],
+)  # fmt: skip
+def test_a_deck_that_would_be_misread_is_refused_in_one_line(tmp_path, old, new, message):
+    assert DECK.count(old) >= 1
+    path = tmp_path / "deck.bdf"
+    path.write_text(DECK.replace(old, new, 1))
+    with pytest.raises(ValueError) as caught:
+        read_nastran(path)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value) and "deck.bdf" in str(caught.value)
+
+
+def test_a_triangle_without_area_is_refused(tmp_path):
+    path = tmp_path / "deck.bdf"
+    path.write_text(DECK.replace("ENDDATA", "CTRIA3         3       7       1       2       3"))
+    with pytest.raises(ValueError, match="element 3 is degenerate: it has no area"):
+        read_nastran(path)
+
+
+def test_elements_of_second_order_are_refused_in_gmsh_files(tmp_path):
+    path = tmp_path / "second.msh"
+    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
+    try:
+        gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(2)
+        gmsh.model.mesh.setOrder(2)
+        gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+    with pytest.raises(
+        ValueError, match="is a Triangle 6; allowed are triangles and quadrilaterals"
+    ):
+        read_gmsh(path)
+    (tmp_path / "none.msh").write_text("no mesh")
+    with pytest.raises(ValueError, match=r"none.msh: no (gmsh mesh|triangles)"):
+        read_gmsh(tmp_path / "none.msh")
+
+
+def test_places_that_a_foreign_mesh_does_not_have_are_refused(tmp_path):
+    path = tmp_path / "two.bdf"
+    path.write_text(DECK)
+    flat = read_nastran(path)
+    for patches, points, message in (
+        ({"P": "9"}, {}, "has no group 9, but 7, 8"),
+        ({"P": Rectangle((1.0, 0.5), (0.5, 0.5))}, {}, "cover 0 m2 of its 0.25 m2"),
+        ({}, {"A": (0.1, 0.0)}, r"point 'A' = \(0.1, 0\) m: no node is there; the nearest is 1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            flat.panel_mesh(patches, points)
+    with pytest.raises(ValueError, match="no node 17; it has 6 nodes from 1 to 6"):
+        flat.at_node(17)
