@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, beds, cycles, deck, log, runs, solver, summary
+from pidpanel.coupon import bed, beds, cycles, deck, log, runs, solver, summary, window
 from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.solver import Liggghts
 from pidpanel.study_coupon import Coupon
@@ -367,7 +367,7 @@ def test_rows_after_the_last_restart_do_not_count(tmp_path, bed_file):
 def test_the_energy_of_a_run_closes_and_is_split(tmp_path, bed_file):
     row, _ = shaken(tmp_path, bed_file)
     # 1 % was seen at 0.15 Rayleigh times, and 2 % is what a run may miss
-    assert abs(row["closure"]) < runs.CLOSURE_LIMIT
+    assert abs(row["closure"]) < window.CLOSURE_LIMIT
     assert row["normal_share"] + row["tangential_share"] == pytest.approx(1)
     assert 0.2 < row["normal_share"] < 0.8
 
@@ -382,7 +382,7 @@ def test_without_friction_all_is_lost_along_the_normal(tmp_path, bed_file):
     found = runs.shake(run, case.target, bed_file.parent, tmp_path / "smooth")["balance"]
     normal = found["sphere_normal"] + found["wall_normal"]
     assert abs(found["sphere_tangential"] + found["wall_tangential"]) < 1e-9 * normal
-    assert abs(found["closure"]) < runs.CLOSURE_LIMIT
+    assert abs(found["closure"]) < window.CLOSURE_LIMIT
 
 
 def test_rolling_friction_has_its_place_in_the_balance(tmp_path, bed_file):
@@ -395,7 +395,7 @@ def test_rolling_friction_has_its_place_in_the_balance(tmp_path, bed_file):
     )
     found = runs.shake(run, case.target, bed_file.parent, tmp_path / "rough")["balance"]
     assert found["rolling"] > 0.02 * found["work"]
-    assert abs(found["closure"]) < runs.CLOSURE_LIMIT
+    assert abs(found["closure"]) < window.CLOSURE_LIMIT
 
 
 def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):

@@ -93,6 +93,12 @@ def read_bed(path: Path) -> bed.Array:
     return np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
 
 
+def read_diameters(data: str) -> bed.Array:
+    """Diameters of the spheres of a LIGGGHTS data file, (n,) m."""
+    rows = data.partition("Atoms\n\n")[2].splitlines()
+    return np.array([float(row.split()[2]) for row in rows])
+
+
 def shake_values(run: Run, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
     """The variables of ``templates/shake.in.j2`` for a run, or a leg of it from a restart."""
     packing, constants = run.packing, run.constants

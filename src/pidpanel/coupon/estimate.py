@@ -14,8 +14,8 @@ import numpy as np
 from pidpanel.coupon import bed, deck
 from pidpanel.coupon.beds import shake_values, write_start
 from pidpanel.coupon.cases import LOOSEN_CYCLES, Bed, Case, Packing, Run, loosening
-from pidpanel.coupon.runs import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 
 BULK_FRACTION = 0.45
 """Of a poured bed of equal spheres in cells a few diameters wide (0.43 to 0.48 seen)."""

@@ -21,17 +21,17 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import balance, bed, cycles, deck, log
+from pidpanel.coupon import bed, cycles, deck, log
 from pidpanel.coupon.beds import (
     loosen,
     pour,
     read_bed,
     shake_values,
-    wall_planes,
     write_start,
 )
 from pidpanel.coupon.cases import Bed, Packing, Run, Target
 from pidpanel.coupon.solver import VERSION, Liggghts
+from pidpanel.coupon.window import measure_balance
 
 FLOOR = 2e-4
 """An error below this share of the inelastic bound ends a run too: a bed that dissipates next
@@ -39,22 +39,6 @@ to nothing never reaches an error relative to itself."""
 
 DRIFT_LIMIT = 3.0
 """Difference of the halves over its error beyond which a run is called drifting."""
-
-CLOSURE_LIMIT = 0.02
-"""Share of the work that may be missing in the energy balance."""
-
-FRAMES_PER_CONTACT = (6, 24)
-"""Frames of the energy balance in an impact at the speed of the drive; the second where the
-first does not close. Against every fourth step, 6 changed the loss by 0.3 % (250 Hz, 20 g)."""
-
-WINDOW = 2e-3
-"""Shortest window of the energy balance, s; one cycle where that is longer."""
-
-BALANCE_COLUMNS = (
-    *("x", "y", "z", "vx", "vy", "vz"),
-    *("omegax", "omegay", "omegaz", "fx", "fy", "fz"),
-)
-"""Of each sphere in every frame of the energy balance, SI."""
 
 LAST_COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
 """Of each sphere at the end of a run, in ``last.dump`` (m, m/s)."""
@@ -192,7 +176,8 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> dict[str,
                 f"dump last all custom 1 last.dump id {' '.join(LAST_COLUMNS)}\nrun 0\nundump last"
             )
             if unbalanced:
-                state.balance = _balance(solver, run, state, folder)
+                floor = FLOOR * _bound(run, state.mass)
+                state.balance = measure_balance(solver, run, state.spheres, floor, folder)
                 # a leg that ran no cycle of its own leaves none behind
                 state.legs = [leg for leg in state.legs if leg]
                 state.write(folder)
@@ -249,111 +234,6 @@ def _go_on(solver: Liggghts, run: Run, state: State, folder: Path, wanted: int) 
     state.write(folder)
     if before:
         (folder / before).unlink()
-
-
-def _balance(solver: Liggghts, run: Run, state: State, folder: Path) -> dict[str, float]:
-    """Energy balance over some cycles after the last of a run; see `balance`."""
-    solver.execute("unfix cycle")
-    for per_contact in FRAMES_PER_CONTACT:
-        found = _balance_window(solver, run, state, folder, per_contact)
-        if abs(found["closure"]) <= CLOSURE_LIMIT:
-            break
-    return found
-
-
-def _balance_window(
-    solver: Liggghts, run: Run, state: State, folder: Path, per_contact: int
-) -> dict[str, float]:
-    packing, constants = run.packing, run.constants
-    steps = run.steps_per_cycle
-    impact = run.contact_time_at(constants.youngs_modulus)
-    longest = max(1, int(impact / per_contact / run.time_step))
-    stride = max(k for k in range(1, longest + 1) if steps % k == 0)
-    window = max(1, math.ceil(WINDOW * run.frequency))
-    pairs, touches, spheres = (folder / n for n in ("pairs.dump", "touches.dump", "spheres.bin"))
-    first, _, _ = solver.execute(
-        f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2))}\n"
-        f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3))}\n"
-        f"dump spheres all custom {stride} {spheres.name} id {' '.join(BALANCE_COLUMNS)}\n"
-        "dump_modify spheres sort id"
-    )
-    solver.execute(f"run {window * steps}\nundump pairs\nundump touches\nundump spheres")
-    motion = log.read_binary_dump(
-        spheres.read_bytes(), str(spheres), atoms=state.spheres, columns=1 + len(BALANCE_COLUMNS)
-    )
-    (pair_frame, pair), (touch_frame, touch) = (
-        log.read_local_dump(path.read_text(), str(path), frames=len(motion), columns=8)
-        for path in (pairs, touches)
-    )
-    for path in (pairs, touches, spheres):
-        path.unlink()
-    diameters = read_diameters((folder / "start.data").read_text())
-    phase = 2 * math.pi * (first + stride * np.arange(len(motion))) / steps
-    moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
-    ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
-    mass = bed.masses(diameters, packing.density)
-    velocity, force = motion[:, :, 4:7], motion[:, :, 10:13]
-    found = balance.energy_balance(
-        balance.Spheres(
-            radius=diameters / 2,
-            mass=mass,
-            position=motion[:, :, 1:4],
-            velocity=velocity,
-            spin=motion[:, :, 7:10],
-            # the second half of velocity Verlet, taken back
-            earlier_velocity=velocity - 0.5 * run.time_step * force / mass[:, None],
-        ),
-        balance.Contacts(
-            pair_frame,
-            pair[:, 0].astype(int) - 1,
-            pair[:, 1].astype(int) - 1,
-            pair[:, 2:5],
-            pair[:, 5:8],
-        ),
-        balance.Contacts(
-            touch_frame,
-            touch[:, 1].astype(int) - 1,
-            touch[:, 0].astype(int),
-            touch[:, 2:5],
-            touch[:, 5:8],
-        ),
-        wall_planes(packing),
-        (
-            balance.Material(
-                balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
-            ),
-            balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
-        ),
-        run.acceleration * np.sin(phase),
-        run.bed.gravity * np.array(run.bed.gravity_direction),
-        stride * run.time_step,
-        rolling=bool(constants.rolling_friction or constants.wall_rolling_friction),
-    )
-    # 2 % of this is the smallest error that is asked of C_e anywhere
-    least = (
-        FLOOR
-        / CLOSURE_LIMIT
-        * window
-        * packing.area
-        * float(cycles.dissipated_energy(_bound(run, state.mass), run.amplitude, run.frequency))
-    )
-    return {
-        **asdict(found),
-        "closure": found.residual / max(abs(found.work), found.dissipated, least),
-        "cycles": window,
-        "frames": len(motion),
-    }
-
-
-def _columns(compute: str, ids: tuple[int, int]) -> str:
-    """Ids, force and torque of a contact in the output of ``compute pair/gran/local``."""
-    return " ".join(f"c_{compute}[{k}]" for k in (*ids, 4, 5, 6, 7, 8, 9))
-
-
-def read_diameters(data: str) -> bed.Array:
-    """Diameters of the spheres of a LIGGGHTS data file, (n,) m."""
-    rows = data.partition("Atoms\n\n")[2].splitlines()
-    return np.array([float(row.split()[2]) for row in rows])
 
 
 # ------------------------------------------------------------------ what a job leaves behind

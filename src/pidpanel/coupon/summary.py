@@ -12,7 +12,8 @@ import numpy as np
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cycles, log
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.runs import CLOSURE_LIMIT, FLOOR, harmonic, is_steady, read_run
+from pidpanel.coupon.runs import FLOOR, harmonic, is_steady, read_run
+from pidpanel.coupon.window import CLOSURE_LIMIT
 
 
 def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:

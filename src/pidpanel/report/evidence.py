@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles, log, runs
+from pidpanel.coupon import beds, cycles, log, runs
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.report.figures import Record
 
@@ -123,6 +123,6 @@ def read_beads(case: Case, folder: Path) -> Beads:
     outcome = json.loads(path.read_text())
     last = path.parent / "last.dump"
     state = log.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
-    diameters = runs.read_diameters((path.parent / "start.data").read_text())
+    diameters = beds.read_diameters((path.parent / "start.data").read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
     return Beads(run, case.label, state[:, :3], diameters, speed, outcome["cycles"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pidpanel.coupon.runs import CLOSURE_LIMIT
+from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
 from pidpanel.report.figures import FREQUENCY, LEVEL, WIDTH
 from pidpanel.report.html import Picture
