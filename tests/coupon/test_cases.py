@@ -113,9 +113,17 @@ def test_any_key_of_the_coupon_can_be_varied_and_becomes_a_column():
 
 
 def test_a_stiff_wall_is_softened_in_the_same_proportion_as_the_spheres():
-    run = cases.cases_of(coupon(walls={"youngs_modulus_mpa": 64000}))[0].point
-    assert run.constants.youngs_modulus == 50e6
-    assert run.constants.wall_youngs_modulus == pytest.approx(50e6 * 64000 / 3200)
+    run = cases.cases_of(coupon(walls={"youngs_modulus_mpa": 64000}))[1].point
+    assert run.constants.youngs_modulus < 3200e6
+    assert run.constants.wall_youngs_modulus == pytest.approx(20 * run.constants.youngs_modulus)
+
+
+def test_a_bed_that_bounces_as_one_body_is_as_stiff_as_its_material():
+    low, high = cases.cases_of(coupon())[:2]  # 5 and 50 g at 50 Hz
+    assert low.point.constants.youngs_modulus == 3200e6
+    assert high.point.constants.youngs_modulus < 3200e6
+    soft = cases.cases_of(coupon(stiffness={"from_acceleration_g": 0}))
+    assert soft[0].point.constants.youngs_modulus < 3200e6
 
 
 def test_a_hollow_sphere_weighs_its_shell():

@@ -370,17 +370,18 @@ def _constants(
     coupon: Coupon, packing: Packing, frequency: float, acceleration: float
 ) -> Constants:
     """The constants with both moduli softened alike, as the drive allows."""
-    spheres, walls = coupon.particles, coupon.walls
+    spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
+    thrown = acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
     modulus = contact.softest_modulus(
-        tuple(choice * 1e6 for choice in coupon.stiffness.choices_mpa),
+        tuple(choice * 1e6 for choice in stiffness.choices_mpa) if thrown else (),
         spheres.youngs_modulus,
         radius=packing.sizes.largest / 2,
         density=packing.density,
         poissons_ratio=spheres.poissons_ratio,
         speed=acceleration / (2 * math.pi * frequency),
         frequency=frequency,
-        contact_time_per_period=coupon.stiffness.contact_time_per_period,
-        overlap_per_radius=coupon.stiffness.overlap_per_radius,
+        contact_time_per_period=stiffness.contact_time_per_period,
+        overlap_per_radius=stiffness.overlap_per_radius,
     )
     stiffer = _either(walls.youngs_modulus_mpa, spheres.youngs_modulus_mpa)
     return Constants(
