@@ -10,11 +10,12 @@ from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
 
 AREA, RATIO = 0.04, 0.02
+FACTOR = 2.5  # S_p over the solver's
 NODES = np.array([20.0, 60.0, 150.0, 300.0])
 
 
 @pytest.fixture(scope="module")
-def solver():
+def solvers():
     """A panel of two modes under white sound, heard beside its patch."""
     modes = np.array([65.0, 180.0])
     lines = frequency_grid(20.0, 300.0, RATIO, modes)
@@ -22,7 +23,16 @@ def solver():
     patches = Patches(AREA * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([AREA]))
     points, force = np.array([[1.0, -0.4], [0.3, 1.0]]), np.array([[0.3, 0.1], [0.1, 0.2]])
     (bare,) = bare_panels(lines, basis, [patches], points, np.ones(lines.size), force)
-    return scenarios.Solver(bare, PatchMotion.of(bare))
+    diagonal = scenarios.DiagonalSolver(
+        lines, basis, patches, points, np.ones(lines.size), lambda f: force[None],
+        PatchMotion.diagonal(lines, basis, patches, np.ones(lines.size), force),
+    )  # fmt: skip
+    return {"full": scenarios.Solver(bare, PatchMotion.of(bare)), "diagonal": diagonal}
+
+
+@pytest.fixture(scope="module")
+def solver(solvers):
+    return solvers["full"]
 
 
 def moved(log_damping=0.0, mass=0.0):
@@ -39,13 +49,37 @@ def moved(log_damping=0.0, mass=0.0):
 
 
 def solve(solver, damping, stated=None):
-    return scenarios.solve_scenario(solver, damping, 1.0, stated_level=stated)
+    return scenarios.solve_scenario(solver, damping, FACTOR, stated_level=stated)
+
+
+@pytest.mark.parametrize("form", ["full", "diagonal"])
+def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
+    # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
+    # again from rounding 1e-12 over them; red: np.linalg.solve(loop, once) → once
+    one = solvers[form]
+    damping, mass = 900 * np.sqrt(one.frequency / 100), np.full(one.frequency.shape, 2.0)
+    omega = 2 * np.pi * one.frequency
+    step = 1e-4
+    for of_damping, of_mass in ((damping, 0 * mass), (0 * damping, mass)):
+        change = 1j * omega * of_damping - omega**2 * of_mass
+        for psd, slope in (
+            (lambda c, m: one.response(c, m).acceleration_psd, one.slope),
+            (
+                lambda c, m: one.motion.acceleration_psd(c, m)[:, None],
+                lambda c, m: one.motion.acceleration_slope(c, m)[:, None],
+            ),
+        ):
+            up = psd(damping + step * of_damping, mass + step * of_mass)
+            down = psd(damping - step * of_damping, mass - step * of_mass)
+            got = -2 * (change[:, None] * slope(damping, mass)).real
+            scale = np.abs(up).max(axis=1, keepdims=True)
+            np.testing.assert_allclose(got / scale, (up - down) / (2 * step) / scale, atol=1e-6)
 
 
 @pytest.mark.parametrize("stated", [None, 3.0])
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
-    got = uncertainty.sensitivity(solver, moved(), found, NODES, own_level=stated is None)
+    got = uncertainty.sensitivity(solver, moved(), found, NODES, FACTOR, own_level=stated is None)
     step = 1e-3
     for number in range(8):
         change = step * np.eye(4)[number % 4]
@@ -69,7 +103,7 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     rng = np.random.default_rng(3)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     found = solve(solver, moved())
-    errors = uncertainty.sensitivity(solver, moved(), found, NODES, own_level=True).under(
+    errors = uncertainty.sensitivity(solver, moved(), found, NODES, FACTOR, own_level=True).under(
         root @ root.T
     )
     drawn = []
@@ -82,8 +116,10 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
 
 
 def test_a_dashpot_without_mass_does_not_follow_its_mass(solver):
-    found = scenarios.solve_scenario(solver, moved(), 1.0, damper_mass=False)
-    got = uncertainty.sensitivity(solver, moved(), found, NODES, own_level=True, damper_mass=False)
+    found = scenarios.solve_scenario(solver, moved(), FACTOR, damper_mass=False)
+    got = uncertainty.sensitivity(
+        solver, moved(), found, NODES, FACTOR, own_level=True, damper_mass=False
+    )
     assert (got.log_psd[4:] == 0).all() and (got.log_rms[4:] == 0).all()
 
 

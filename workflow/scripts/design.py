@@ -28,6 +28,7 @@ def wanted_of(panel, solvers, surface):
             case.damping,
             case.found,
             surface.nodes,
+            case.pressure_factor,
             own_level=own_level,
             damper_mass=study.response.damper_mass,
         ).log_rms

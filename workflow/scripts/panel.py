@@ -10,7 +10,7 @@ from pidpanel.panel.tables import mode_table, section_table
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
-MODES_BEYOND = 1.4
+MODES_BEYOND = 2.0
 """Modes are kept up to this times the highest frequency; residual vectors do the rest."""
 
 if __name__ == "__main__":

@@ -99,8 +99,13 @@ class PanelInSound:
 
     def patch(self, name):
         index = self.basis.patch_names.index(name)
-        area = patch_areas(self.basis)[index : index + 1]
-        return Patches(self.basis.patch_overlap[index : index + 1], area)
+        own = slice(index, index + 1)
+        return Patches(self.basis.patch_overlap[own], self.patch_area[own])
+
+    @cached_property
+    def patch_area(self):
+        """(n_patches,) [m²]."""
+        return patch_areas(self.basis)
 
     @cached_property
     def motion_at_points(self):

@@ -62,6 +62,7 @@ if __name__ == "__main__":
                 case.damping,
                 one,
                 law.nodes,
+                case.pressure_factor,
                 own_level=own_level,
                 damper_mass=study.response.damper_mass,
             ).under(law.covariance(law.nodes, scenario.fill_fraction, one.acceleration_g))

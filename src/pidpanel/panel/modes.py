@@ -122,8 +122,8 @@ def panel_basis(
     plate : AssembledPlate
         Assembled on `mesh`.
     frequency_limit : float
-        All modes below this frequency [Hz] are kept: 1.3 to 1.5 times the highest frequency of
-        the analysis.
+        All modes below this frequency [Hz] are kept: twice the highest frequency of
+        the analysis leaves PSDs within 0.5 %.
     residual_tolerance : float, optional
         Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 x 4
         elements brings about 20; 1 keeps none.

@@ -94,6 +94,49 @@ def attach_dampers(
     return Response(bare.frequency, cross_psd)
 
 
+def acceleration_slope(
+    bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+) -> Complexes:
+    """How the acceleration PSD at the points follows the damper on one patch.
+
+    A change δs of s = iω C_e − ω² m_a pulls at the damped patch motion u with δs u, so that
+
+        δS_a = −2 Re(δs t),      t = ω⁴ Σ_k R_wu,k S_wu,k*,
+
+    with R_wu and S_wu of the panel that carries the damper: (I + s R_uu)⁻¹ on the right of R_wu,
+    and on that of S_wu − B S_uu its conjugate transpose.
+
+    Parameters are those of `attach_dampers` for a panel with one patch, each (nf,).
+
+    Returns
+    -------
+    (nf, n_points) t [(m/s²)²/Hz per N/m³].
+
+    Raises
+    ------
+    ResponseError
+        Where there is not one patch.
+    """
+    if len(bare.patch_columns) != 1:
+        raise ResponseError(f"{len(bare.patch_columns)} patches: the slope is that of one")
+    damping = checked_array("equivalent_damping", equivalent_damping, bare.frequency.shape)
+    mass = checked_array("apparent_mass", apparent_mass, bare.frequency.shape)
+    m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
+    slope = np.empty(bare.point_psd.shape[:2], complex)
+    for lines in chunks_of_lines(bare.frequency.size):
+        omega = 2 * np.pi * bare.frequency[lines, None, None]
+        s = 1j * omega * damping[lines, None, None] - omega**2 * mass[lines, None, None]
+        loop = np.eye(width) + s * bare.receptance[lines, :width]  # symmetric, as R_uu is
+        once = np.linalg.solve(loop, bare.receptance[lines, width::m].swapaxes(1, 2))
+        twice = np.linalg.solve(loop, once)  # R_wu (I + s R_uu)⁻², transposed
+        psd = (
+            bare.patch_psd[lines, width::m]
+            - s * once.swapaxes(1, 2) @ bare.patch_psd[lines, :width]
+        )
+        slope[lines] = omega[:, 0] ** 4 * np.sum(twice.swapaxes(1, 2) * psd.conj(), axis=2)
+    return slope
+
+
 @dataclass(frozen=True)
 class PatchMotion:
     """Mean motion of one patch as a function of the damper on it, for the search of a level.
@@ -179,14 +222,29 @@ class PatchMotion:
 
         Parameters and errors are those of `attach_dampers`, each (nf,).
         """
+        d, seen = self._followed(equivalent_damping, apparent_mass)
+        psd: Floats = np.sum(d * seen, axis=1).real
+        return psd
+
+    def acceleration_slope(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Complexes:
+        """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `acceleration_slope`."""
+        d, seen = self._followed(equivalent_damping, apparent_mass)
+        slope: Complexes = np.sum(self.eigenvalue * d**2 * seen, axis=1)
+        return slope
+
+    def _followed(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> tuple[Complexes, Complexes]:
+        """(nf, r) d_j and ω⁴/A Σ_k Q_jk d_k*."""
         damping = checked_array("equivalent_damping", equivalent_damping, self.frequency.shape)
         mass = checked_array("apparent_mass", apparent_mass, self.frequency.shape)
         check_stable(damping[None], self.damping_norm, False)
         omega = 2 * np.pi * self.frequency
         s = 1j * omega * damping - omega**2 * mass
         d = 1 / (1 + s[:, None] * self.eigenvalue)
-        psd: Floats = np.sum(d * (self.weight @ d.conj()[:, :, None])[:, :, 0], axis=1).real
-        return psd
+        return d, (self.weight @ d.conj()[:, :, None])[:, :, 0]
 
     def acceleration_rms(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> float:
         """Return the rms over time and patch of the acceleration [m/s²]."""
@@ -227,9 +285,7 @@ def diagonal_response(
     overlap = np.diagonal(patches.overlap, axis1=1, axis2=2)  # (n_patches, n)
     check_stable(damping, np.max(overlap / basis.damping, axis=1), allow_negative_damping)
 
-    omega = 2 * np.pi * frequency
-    patch_stiffness = (1j * omega * damping - omega**2 * mass).T @ overlap
-    transfer = 1 / (basis.dynamic_stiffness(frequency) + patch_stiffness)  # (nf, n) H_i
+    transfer = _diagonal_transfer(frequency, basis, overlap, damping, mass)
     cross_psd = np.empty((frequency.size, points.shape[0], *points.shape[1:2] * 2), complex)
     for lines in chunks_of_lines(frequency.size):
         force = matrices_at(modal_force, frequency, lines, n)
@@ -238,6 +294,46 @@ def diagonal_response(
             motion = point * transfer[lines, None, :]
             cross_psd[lines, index] = sound * (motion @ force @ motion.conj().swapaxes(1, 2))
     return Response(frequency, cross_psd)
+
+
+def diagonal_slope(
+    frequency: Floats,
+    basis: ModalBasis,
+    patch: Patches,
+    motion_at_points: ArrayLike,
+    pressure_psd: Floats,
+    modal_force: MatrixInput,
+    equivalent_damping: Floats,
+    apparent_mass: Floats,
+) -> Complexes:
+    """Return t (nf, n_points) of `acceleration_slope` in the paper's form: δH_i = −H_i² D_ii δs.
+
+    Parameters are those of `diagonal_response`, of one patch; C_e and m_a are (nf,).
+    """
+    n = basis.natural_frequency.size
+    deflection = checked_motions(motion_at_points, n)[:, 0]
+    overlap = np.diagonal(patch.overlap, axis1=1, axis2=2)
+    transfer = _diagonal_transfer(
+        frequency, basis, overlap, equivalent_damping[None], apparent_mass[None]
+    )
+    slope = np.empty((frequency.size, len(deflection)), complex)
+    for lines in chunks_of_lines(frequency.size):
+        force = matrices_at(modal_force, frequency, lines, n)
+        motion = deflection * transfer[lines, None, :]
+        pushed = (motion * (overlap[0] * transfer[lines])[:, None, :]) @ force
+        sound = (2 * np.pi * frequency[lines]) ** 4 * pressure_psd[lines]
+        slope[lines] = sound[:, None] * np.sum(pushed * motion.conj(), axis=2)
+    return slope
+
+
+def _diagonal_transfer(
+    frequency: Floats, basis: ModalBasis, overlap: Floats, damping: Floats, mass: Floats
+) -> Complexes:
+    """(nf, n) H_i, with the diagonals (n_patches, n) of D."""
+    omega = 2 * np.pi * frequency
+    patch_stiffness = (1j * omega * damping - omega**2 * mass).T @ overlap
+    transfer: Complexes = 1 / (basis.dynamic_stiffness(frequency) + patch_stiffness)
+    return transfer
 
 
 def check_stable(damping: Floats, damping_norm: Floats, allow_negative: bool) -> None:

@@ -10,10 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pidpanel.response.dampers import PatchMotion, attach_dampers, diagonal_response
+from pidpanel.response.dampers import (
+    PatchMotion,
+    acceleration_slope,
+    attach_dampers,
+    diagonal_response,
+    diagonal_slope,
+)
 from pidpanel.response.linearisation import find_levels, sine_level
 from pidpanel.response.modal import BarePanel
-from pidpanel.response.model import Floats, ModalBasis, Patches, Response
+from pidpanel.response.model import Complexes, Floats, ModalBasis, Patches, Response
 
 DampingOfLevel = Callable[[Floats, float], tuple[Floats, Floats, NDArray[np.bool_]]]
 """(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], on run points (nf,)."""
@@ -72,6 +78,10 @@ class Solver:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
         return attach_dampers(self._bare, equivalent_damping[None], apparent_mass[None])
 
+    def slope(self, equivalent_damping: Floats, apparent_mass: Floats) -> Complexes:
+        """Return how the PSDs follow the damper, t (nf, n_points) of `acceleration_slope`."""
+        return acceleration_slope(self._bare, equivalent_damping, apparent_mass)
+
 
 class DiagonalSolver:
     """The paper's form (Eq. 9-15): modes uncoupled by the damper.
@@ -101,6 +111,10 @@ class DiagonalSolver:
     def response(self, equivalent_damping: Floats, apparent_mass: Floats) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
         return diagonal_response(*self._panel, equivalent_damping[None], apparent_mass[None])
+
+    def slope(self, equivalent_damping: Floats, apparent_mass: Floats) -> Complexes:
+        """Return how the PSDs follow the damper, t (nf, n_points) of `acceleration_slope`."""
+        return diagonal_slope(*self._panel, equivalent_damping, apparent_mass)
 
 
 def solve_bare(solver: Solver | DiagonalSolver, pressure_factor: float) -> ScenarioResponse:

@@ -1,9 +1,11 @@
 """Standard errors of C_e and m_a carried through to PSDs and rms values.
 
-The damper acts line by line, so what a change of C_e does to the PSD at a frequency is known from
-the responses to C_e e^(±ε) at all frequencies at once, and the same for m_a:
+The damper acts line by line, so what a change of C_e or m_a does to the PSD at a frequency is that
+of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t) with t of `dampers.acceleration_slope`:
 
-    A(f) = ∂ ln S_a/∂ ln C_e,      B(f) = ∂ ln S_a/∂ m_a      (at a given Γ).
+    A(f) = ∂ ln S_a/∂ ln C_e = 2ω C_e Im t/S_a,      B(f) = ∂ ln S_a/∂ m_a = 2ω² Re t/S_a
+
+at a given Γ.
 
 Where Γ is the patch's own, a change of its motion moves Γ too. With a change b of C_e or m_a that
 alters ln a_rms of the patch by q_b at given Γ, and Γ_out(Γ) the motion that a level leads to,
@@ -18,21 +20,18 @@ small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from pidpanel.response.linearisation import sine_level
-from pidpanel.response.model import Floats
+from pidpanel.response.model import Complexes, Floats
 from pidpanel.response.scenarios import DampingOfLevel, DiagonalSolver, ScenarioResponse, Solver
 
 STEP = 0.05
-"""ε, of ln C_e and ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
-
-MASS_STEP = 0.05
-"""kg/m²; a hundredth of the panel's."""
+"""ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +89,7 @@ def sensitivity(
     damping: DampingOfLevel,
     found: ScenarioResponse,
     nodes: Floats,
+    pressure_factor: float,
     *,
     own_level: bool,
     damper_mass: bool = True,
@@ -104,20 +104,18 @@ def sensitivity(
         Its answer.
     nodes
         (n,) rising, Hz.
+    pressure_factor
+        As in `scenarios.solve_scenario`.
     own_level
         Whether Γ is the patch's own, which moves with the damping.
     damper_mass
         As in `scenarios.solve_scenario`.
     """
-
-    def log_psd(value: Floats, mass: Floats) -> Floats:
-        return np.log(solver.response(value, mass).acceleration_psd)
-
-    def log_patch(value: Floats, mass: Floats) -> Floats:
-        return np.log(solver.motion.acceleration_psd(value, mass))
-
     value, mass = found.equivalent_damping, found.apparent_mass
-    of_damping, of_mass = _local(log_psd, value, mass, damper_mass)
+    psd = found.response.acceleration_psd
+    of_damping, of_mass = _local(
+        pressure_factor * solver.slope(value, mass), psd, solver.frequency, value, damper_mass
+    )
     by_node = _hats(solver.frequency, nodes)
     # the level held
     rows = np.concatenate(
@@ -128,13 +126,13 @@ def sensitivity(
         level, lines = found.acceleration_g, solver.motion.frequency
         read, read_mass, _ = damping(lines, level)
         read_mass = read_mass if damper_mass else np.zeros_like(read_mass)
-        patch_damping, patch_mass = _local(log_patch, read, read_mass, damper_mass)
-        psd = np.exp(log_patch(read, read_mass))
+        patch_psd = solver.motion.acceleration_psd(read, read_mass)
+        slope = solver.motion.acceleration_slope(read, read_mass)
+        local = _local(slope[:, None], patch_psd[:, None], lines, read, damper_mass)
         hats = _hats(lines, nodes)
-        pushed = np.concatenate([hats * patch_damping, hats * patch_mass])
-        own = _log_rms(lines, psd, pushed)
-        slope = _level_slope(solver, damping, level, damper_mass)
-        log_level = own / (1 - slope)
+        pushed = np.concatenate([hats * one[:, 0] for one in local])
+        own = _log_rms(lines, patch_psd, pushed)
+        log_level = own / (1 - _level_slope(solver, damping, level, damper_mass))
         high, high_mass, _ = damping(solver.frequency, level * np.exp(STEP))
         low, low_mass, _ = damping(solver.frequency, level * np.exp(-STEP))
         ratio = np.divide(high, low, out=np.ones_like(low), where=low > 0)
@@ -142,20 +140,17 @@ def sensitivity(
         if damper_mass:
             with_level = with_level + ((high_mass - low_mass) / (2 * STEP))[:, None] * of_mass
         rows = rows + log_level[:, None, None] * with_level
-    psd = found.response.acceleration_psd
     return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_level)
 
 
 def _local(
-    log_psd: Callable[[Floats, Floats], Floats], value: Floats, mass: Floats, damper_mass: bool
+    slope: Complexes, psd: Floats, frequency: Floats, damping: Floats, damper_mass: bool
 ) -> tuple[Floats, Floats]:
-    """A and B, of the shape of the PSD, by central differences."""
-    up, down = log_psd(value * np.exp(STEP), mass), log_psd(value * np.exp(-STEP), mass)
-    of_damping = (up - down) / (2 * STEP)
-    if not damper_mass:
-        return of_damping, np.zeros_like(of_damping)
-    up, down = log_psd(value, mass + MASS_STEP), log_psd(value, mass - MASS_STEP)
-    return of_damping, (up - down) / (2 * MASS_STEP)
+    """A and B (nf, n) of PSDs (nf, n) with the slopes t."""
+    omega = 2 * np.pi * frequency[:, None]
+    of_damping = 2 * omega * damping[:, None] * slope.imag / psd
+    of_mass = 2 * omega**2 * slope.real / psd
+    return of_damping, of_mass if damper_mass else np.zeros_like(of_mass)
 
 
 def _level_slope(
