@@ -1,6 +1,7 @@
 """The workflow through Snakemake, as a user runs it; real LIGGGHTS."""
 
 import importlib.util
+import json
 import os
 import shutil
 import subprocess
@@ -38,7 +39,8 @@ def smoke(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "name", ["paper", "launch", "paper_full", "l_panel", "coupon_friction", "coupon_frame"]
+    "name",
+    ["paper", "paper_target", "launch", "paper_full", "l_panel", "coupon_friction", "coupon_frame"],
 )
 def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
     result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")
@@ -122,6 +124,58 @@ def test_a_log_cut_behind_the_workflows_back_is_found_and_named(smoke, tmp_path)
     assert result.returncode != 0
     assert "LogTruncated" in said(result)
     assert "coupon.accuracy.coverage wants 100.0%" in said(result)
+
+
+def with_target(folder, name, target, file):
+    """The smoke study with a target, run up to a file; its folder of results and its rounds."""
+    values = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+    values["damping"]["target"] = target
+    study = folder / f"{name}.yaml"
+    study.write_text(yaml.safe_dump(values))
+    results = folder / "results" / name
+    result = snakemake(folder, study, f"results/{name}/{file}")
+    assert result.returncode == 0, said(result)
+    rounds = sorted((results / "design").glob("round*.json"))
+    return results, [json.loads(path.read_text()) for path in rounds]
+
+
+@pytest.fixture(scope="module")
+def reached(tmp_path_factory):
+    """A run from nothing to a target between what four cases give, 6 %, and all eight, 3 %."""
+    folder = tmp_path_factory.mktemp("target")
+    target = {"relative_error": 0.05, "start": 4, "batch": 1}
+    return with_target(folder, "near", target, "coupon/cases.csv")
+
+
+@pytest.mark.liggghts
+def test_a_target_ends_the_rounds_before_the_whole_sweep_is_run(reached):
+    # red: last_round in common.smk that returns round 0, or next_cases without its break
+    results, rounds = reached
+    *before, last = rounds
+    assert len(before) >= 2  # at least one round of a case chosen after the first four
+    assert [one["new"] for one in rounds] == [4] + [1] * (len(rounds) - 2) + [0]
+    assert not any(one["reached"] for one in before)
+    assert last["reached"]
+    cases = pd.read_csv(results / "coupon" / "cases.csv")
+    assert set(cases["case"]) == set(last["cases"])
+    assert 4 < len(cases) < 8
+    # no case was run that is not among them
+    run = {path.parts[-3] for path in (results.parent / "coupon").glob("r*/s*/cycles_1.txt")}
+    assert run == set(cases["case"])
+
+
+@pytest.mark.liggghts
+def test_a_target_out_of_reach_is_told_in_the_design_and_on_the_page(reached):
+    # red: target_warnings left out of the warnings of the page
+    folder = reached[0].parents[1]
+    target = {"relative_error": 0.001, "start": 4, "batch": 1, "max_cases": 5}
+    results, rounds = with_target(folder, "far", target, "report.html")
+    assert not rounds[-1]["reached"]
+    assert rounds[-1]["new"] == 0
+    assert len(rounds[-1]["cases"]) == 5
+    page = (results / "report.html").read_text()
+    assert "damping.target is not reached: 5 cases were run" in page
+    assert "PID-1_r0.4" in page.split("damping.target is not reached")[1][:300]
 
 
 def only_line(result):

@@ -79,6 +79,7 @@ if __name__ == "__main__":
         )  # fmt: skip
         found = {
             "round": last["round"] + 1,
+            "target": target.relative_error,
             "reached": bool(error.max() <= target.relative_error),
             "largest_relative_error": float(error.max()),
             "relative_error": {

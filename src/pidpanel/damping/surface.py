@@ -25,6 +25,7 @@ this module (fit 0.07 s)                                0.309   1.22
 ======================================================  =====  =======
 
 Foretold standard errors are right: errors over them have an rms of 0.94, 95 % lie within 1.96.
+With 86 cases this module has 0.319 and 1.41, with 0.95 and 95 % for its standard errors.
 What remains is the jump of C_e by ten where the stroke comes near the gap (80 Hz, 120 g).
 """
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -500,6 +501,31 @@ def _continued_share(study: Study, psd: xr.Dataset, reading: str, label: str) ->
     whole = np.trapezoid(change, frequency, axis=0)
     share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
     return share
+
+
+def target_warnings(rounds: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A target that the cases of the sweep, or as many as are allowed, do not reach.
+
+    Parameters
+    ----------
+    rounds
+        ``design/round*.json`` in order; empty for a study without a target.
+    """
+    if not rounds or rounds[-1]["reached"]:
+        return []
+    last = rounds[-1]
+    above = {
+        label: max(of.values())
+        for label, of in last["relative_error"].items()
+        if max(of.values()) > last["target"]
+    }
+    return [
+        f"damping.target is not reached: {len(last['cases'])} cases were run, none is left or "
+        "allowed, and of the rms accelerations asked for within a standard error of "
+        f"{last['target']:.2%} these are not: "
+        + ", ".join(f"{label} {error:.2%}" for label, error in above.items())
+        + "."
+    ]
 
 
 def coupon_warnings(cases: pd.DataFrame) -> list[str]:

@@ -146,6 +146,8 @@ def warnings(inputs: Inputs) -> list[str]:
         both = radiation.compared(inputs.summary, inputs.radiation)
         own, points = inputs.study.response.radiation, list(inputs.study.panel.points)
         said.append(radiation.finding(both, own, points))
+    if inputs.damping is not None:
+        said += findings.target_warnings(inputs.damping.rounds)
     if inputs.coupon is not None:
         said += findings.coupon_warnings(inputs.coupon.cases)
     return said
