@@ -43,14 +43,9 @@ BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
 PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
 
 
-def run_of(wildcards):
-    """The coupon run of a case and a seed."""
-    return CASES[wildcards.case].runs[int(wildcards.seed) - 1]
-
-
 def outcomes_of(labels):
     """What the runs of cases leave."""
-    return [str(f) for label in labels for f in CASES[label].outcomes(Path("results/coupon"))]
+    return [str(CASES[label].outcome(Path("results/coupon"))) for label in labels]
 
 
 def last_round():

@@ -27,16 +27,21 @@ rule loosen:
 
 rule shake:
     input:
-        lambda wildcards: f"results/coupon/bed/{run_of(wildcards).bed.label}/bed.json",
+        lambda wildcards: [
+            f"results/coupon/bed/{run.bed.label}/bed.json" for run in CASES[wildcards.case].runs
+        ],
     output:
-        "results/coupon/{case}/s{seed}/{target}.json",
+        "results/coupon/{case}/{target}.json",
     log:
-        "results/coupon/{case}/s{seed}_{target}.log",
+        "results/coupon/{case}/{target}.log",
+    wildcard_constraints:
+        case=r"r[^/]+",
+        target=r"[^/]+",
     params:
-        values=lambda wildcards: json.dumps(run_of(wildcards).as_dict()),
+        runs=lambda wildcards: json.dumps([run.as_dict() for run in CASES[wildcards.case].runs]),
         target=lambda wildcards: json.dumps(vars(CASES[wildcards.case].target)),
     shell:
-        "python -m scripts.shake {params.values:q} {params.target:q} {input} {output} 2> {log}"
+        "python -m scripts.shake {params.runs:q} {params.target:q} {output} {input} 2> {log}"
 
 
 def outcomes(wildcards):

@@ -1,4 +1,7 @@
-"""Shake one run: its values and target as JSON and its bed in, ``<target>.json`` out."""
+"""Shake the runs of a case, one a seed: their values, target and beds in, their states out.
+
+One process for all seeds: what Python imports is paid once.
+"""
 
 import json
 import sys
@@ -8,10 +11,14 @@ from pidpanel.coupon import runs
 from pidpanel.coupon.cases import Run, Target
 
 if __name__ == "__main__":
-    values, target, start, output = sys.argv[1:]
-    folder = Path(output).parent
-    outcome = runs.attempt_shake(
-        Run.from_dict(json.loads(values)), Target(**json.loads(target)), Path(start), folder
-    )
-    folder.mkdir(parents=True, exist_ok=True)
-    Path(output).write_text(json.dumps(outcome, indent=1) + "\n")
+    values, target_values, output, *beds = sys.argv[1:]
+    target = Target(**json.loads(target_values))
+    states = {}
+    for value, bed in zip(json.loads(values), beds, strict=True):
+        run = Run.from_dict(value)
+        folder = Path(output).parent / f"s{run.packing.seed}"
+        outcome = runs.attempt_shake(run, target, Path(bed), folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{target.label}.json").write_text(json.dumps(outcome, indent=1) + "\n")
+        states[folder.name] = outcome["status"]
+    Path(output).write_text(json.dumps(states) + "\n")
