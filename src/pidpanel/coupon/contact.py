@@ -49,8 +49,10 @@ def wall_contact_time(
 def modulus_bias(contact_per_period: float, material_contact_per_period: float) -> float:
     """Share by which softened spheres dissipate too much: 2.5 (t_c f − t_c0 f).
 
-    Measured with 2 mm spheres at half fill against the material's 3.2 GPa: 1.6 % at
-    t_c f = 0.013, 7.5 % at 0.036 and 23 % at 0.09. It goes into the error, not into the value.
+    Measured with 2 mm spheres at half fill and Γ = 20 against the material's 3.2 GPa
+    (``coupon_modulus.yaml``): 1.2 ± 2.2 %, 5.2 ± 1.7 % and 12.0 ± 1.1 % at differences of
+    0.009, 0.016 and 0.064; earlier 1.6, 7.5 and 23 % at 0.011, 0.019 and 0.073. It goes into
+    the error, not into the value, and holds where the bed is thrown: see `Stiffness`.
     """
     return 2.5 * max(contact_per_period - material_contact_per_period, 0.0)
 
