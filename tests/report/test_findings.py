@@ -215,3 +215,13 @@ def test_distances_are_from_the_centres_of_the_patches(basis):
     distance = findings.patch_distance(basis)
     assert distance.loc["A", "middle"] < 0.05 > distance.loc["B", "corner"]
     assert distance.loc["A", "corner"] == pytest.approx(np.hypot(0.55, 0.2), abs=0.05)
+
+
+def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
+    # red: nothing said of a target that is reached
+    last = {"reached": True, "cases": ["a"], "relative_error": {"x": {"1": 0.02}}, "target": 0.03}
+    assert findings.target_warnings([last]) == [findings.FEW_CASES]
+    assert findings.target_warnings([]) == []
+    missed = {**last, "reached": False, "relative_error": {"x": {"1": 0.042}, "y": {"1": 0.01}}}
+    (said,) = findings.target_warnings([missed])
+    assert "within a standard error of 3.00% these are not: x 4.20%." in said
