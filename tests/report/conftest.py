@@ -12,6 +12,7 @@ from pidpanel.panel.modes import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.report import style
 from pidpanel.report.sections import Inputs
+from pidpanel.response.stress import QUANTITIES
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
@@ -184,6 +185,29 @@ def section():
     return pd.DataFrame(rows, columns=["quantity", "row", "column", "value", "unit"])
 
 
+def strains(study):
+    """``response/stress.csv`` of one layer, every rms value 1 in its unit."""
+    shown = {q: "MPa" if unit == "Pa" else "microstrain" for q, unit in QUANTITIES.items()}
+    return pd.DataFrame(
+        [
+            {
+                "reading": reading,
+                "scenario": scenario.label,
+                "layer": "top and bottom",
+                "point": point,
+                "quantity": quantity,
+                "unit": unit,
+                "rms": 1.0,
+                "three_sigma": 3.0,
+            }
+            for reading in study.damping.readings
+            for scenario in study.all_scenarios()
+            for point in study.panel.points
+            for quantity, unit in shown.items()
+        ]
+    )
+
+
 @pytest.fixture(scope="session")
 def inputs(study, modes, basis, section, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
@@ -198,6 +222,7 @@ def inputs(study, modes, basis, section, bands, printed):
         bands=bands,
         printed=printed,
         coupon=None,
+        stress=strains(study),
     )
 
 

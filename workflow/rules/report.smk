@@ -13,6 +13,7 @@ rule report:
     input:
         psd=results("response/psd.nc"),
         summary=results("response/summary.csv"),
+        stress=results("response/stress.csv"),
         beside=BESIDE,
         maps=results("response/maps.nc"),
         modes=results("panel/modes.nc"),

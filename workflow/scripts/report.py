@@ -85,6 +85,7 @@ if __name__ == "__main__":
         coupon=read_coupon(study, folder / "coupon" / "cases.csv", Path(coupon))
         if study.coupon
         else None,
+        stress=pd.read_csv(folder / "response" / "stress.csv", dtype={"point": str}),
         maps=maps,
         radiation=pd.read_csv(beside, dtype={"point": str}) if asked else None,
         damping=read_damping(study, folder) if "dem" in study.damping.readings else None,
@@ -98,7 +99,8 @@ if __name__ == "__main__":
             f"Tables and fields behind this page lie in results/{study.name}: coupon/cases.csv, "
             "damping/surface.nc, damping/law.csv, damping/forms.csv, panel/modes.csv, "
             "panel/modes.vtu, panel/mesh.msh, panel/section.csv, "
-            "sound/spectrum.csv, response/psd.nc, response/summary.csv; the figures in report/. "
+            "sound/spectrum.csv, response/psd.nc, response/summary.csv, response/stress.csv; "
+            "the figures in report/. "
             "Files carry the hash of the study and the versions, no time stamps.",
             "",
         ),

@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report import figures, findings, maps, panel, pictures, radiation, style, tables
+from pidpanel.report import (
+    figures,
+    findings,
+    maps,
+    panel,
+    pictures,
+    radiation,
+    stress,
+    style,
+    tables,
+)
 from pidpanel.report.damping_section import DampingResults, damping_section
 from pidpanel.report.evidence import Beads
 from pidpanel.report.figures import Curve, Panel, Record
@@ -73,6 +83,8 @@ class Inputs:
         Table 1 of the paper.
     coupon
         None for a study without a coupon.
+    stress
+        ``response/stress.csv`` (points as text).
     radiation
         ``response/radiation.csv`` (points as text); None where nothing was asked beside.
     maps
@@ -91,6 +103,7 @@ class Inputs:
     bands: pd.DataFrame
     printed: pd.DataFrame
     coupon: Coupon | None
+    stress: pd.DataFrame
     radiation: pd.DataFrame | None = None
     maps: xr.Dataset | None = None
     damping: DampingResults | None = None
@@ -519,11 +532,12 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str], text: str)
 
 
 def summary_section(inputs: Inputs) -> Section:
-    """All scenarios and points in one table."""
+    """All scenarios and points: accelerations, then strain and stress."""
     study = inputs.study
     labels = [s.label for s in study.all_scenarios()]
     table: Table = tables.response_table(inputs.summary, labels, list(study.panel.points))
-    return Section("summary", "All scenarios", [table])
+    strained = stress.stress_table(inputs.stress, tables.READINGS)
+    return Section("summary", "All scenarios", [table, strained])
 
 
 def _drawn(figure: figures.Figure) -> bytes:

@@ -1,0 +1,63 @@
+"""The table of strain and stress: worst layer, units, every point."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.report.stress import stress_table
+from pidpanel.response.stress import CORE_QUANTITIES, QUANTITIES
+from pidpanel.response.tables import stress_rows
+
+FREQUENCY = np.array([100.0, 150.0, 200.0])
+"""100 Hz wide: a flat PSD of s²/100 has the rms s, whatever the rule of integration."""
+
+STRAIN = [120e-6, 45.61e-6, 7e-6]
+STRESS = [2e6, 3.456e6, 0.5e6, 4e6]
+
+
+def rows_of(layer, quantities, rms_of_points, points=("7", "12"), scenario="bare"):
+    """Rows of response/stress.csv from rms values in SI units, (n_points, n_quantities)."""
+    psd = np.broadcast_to(np.square(rms_of_points) / 100, (3, len(points), len(quantities)))
+    of = {"reading": "dem", "scenario": scenario, "layer": layer}
+    return [{**of, **row} for row in stress_rows(FREQUENCY, psd, quantities, points)]
+
+
+@pytest.fixture
+def stress():
+    """Worst below at point 7 and above at point 12, where the core has more than both."""
+    low, high = np.array([*STRAIN, *STRESS]), 10 * np.array([*STRAIN, *STRESS])
+    rows = rows_of("top", QUANTITIES, [low, high])
+    rows += rows_of("bottom", QUANTITIES, [2 * low, low])
+    rows += rows_of("core", CORE_QUANTITIES, [[9e9, 9e9]] * 2)
+    rows += rows_of("top", QUANTITIES, [low, low], scenario="A_r0.5")
+    return pd.DataFrame(rows)
+
+
+def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
+    # red: idxmax → idxmin; "point" left out of the grouping
+    table = stress_table(stress, {"dem": "DEM"})
+    assert [row[:4] for row in table.rows] == [
+        ["DEM", "bare", "7", "bottom"],
+        ["DEM", "bare", "12", "top"],
+        ["DEM", "A_r0.5", "7", "top"],
+        ["DEM", "A_r0.5", "12", "top"],
+    ]
+    assert table.columns[:4] == ["reading", "scenario", "point", "layer"]
+    assert table.folded
+
+
+def test_rms_and_three_sigma_stand_in_mpa_and_micrometres_per_metre(stress):
+    # red: values of another layer; three_sigma first; two symbols exchanged
+    table = stress_table(stress, {"dem": "DEM"})
+    last = dict(zip(table.columns, table.rows[-1], strict=True))
+    assert {head: last[head] for head in table.columns[4:]} == {
+        "σ_v, MPa": "4.00 / 12.0",
+        "σ_xx, MPa": "2.00 / 6.00",
+        "σ_yy, MPa": "3.46 / 10.4",
+        "τ_xy, MPa": "0.500 / 1.50",
+        "ε_xx, µm/m": "120 / 360",
+        "ε_yy, µm/m": "45.6 / 137",
+        "γ_xy, µm/m": "7.00 / 21.0",
+    }
+    assert table.rows[0][4] == "8.00 / 24.0"
+    assert table.rows[1][4] == "40.0 / 120"
