@@ -1,5 +1,7 @@
 """Tables hold what was computed, and say what failed."""
 
+import doctest
+
 import numpy as np
 import pytest
 
@@ -86,3 +88,10 @@ def test_a_claim_stands_once_with_all_its_readings():
 def test_numbers_keep_three_digits(value, text):
     # red: a fixed number of decimals
     assert tables.number(value) == text
+
+
+def test_examples_in_docstrings_hold():
+    # red: a changed figure in any example
+    result = doctest.testmod(tables)
+    assert result.attempted > 0
+    assert result.failed == 0
