@@ -62,10 +62,10 @@ def share() -> None:
             check=True,
         )
         total = children() - before
+        # runs, beds and packings say what LIGGGHTS took; other files do not
         solver = sum(
-            json.loads(file.read_text())["solver_cpu_s"]
+            json.loads(file.read_text()).get("solver_cpu_s", 0.0)
             for file in results.rglob("*.json")
-            if file.name != "state.json"
         )
     print(f"CPU of the sweep {total:.0f} s, in LIGGGHTS {solver:.0f} s: {solver / total:.1%}")
     print(f"estimated {expected:.0f} s: {expected / total:.2f} of what it took")

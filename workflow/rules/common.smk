@@ -60,6 +60,25 @@ def last_round():
         number += 1
 
 
+def outcomes_wanted(wildcards):
+    """What the cases of the study leave: all of the sweep, or those its target needed."""
+    chosen = last_round()
+    return outcomes_of(json.loads(Path(chosen).read_text())["cases"] if chosen else CASES)
+
+
+def round_before(wildcards):
+    """The round before, and its cases."""
+    number = int(wildcards.round) - 1
+    names = (f"design/round{number}.json", f"design/cases{number}.csv")
+    return [results(name) for name in names] if number >= 0 else []
+
+
+def outcomes_of_round(wildcards):
+    """What the cases of a round leave."""
+    found = checkpoints.design.get(round=wildcards.round).output[0]
+    return outcomes_of(json.loads(Path(found).read_text())["cases"])
+
+
 def results(name):
     """A file of this study."""
     return f"results/{STUDY.name}/{name}"

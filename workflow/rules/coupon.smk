@@ -44,15 +44,9 @@ rule shake:
         "python -m scripts.shake {params.runs:q} {params.target:q} {output} {input} 2> {log}"
 
 
-def outcomes(wildcards):
-    """What the cases of the study leave: all of the sweep, or those its target needed."""
-    chosen = last_round()
-    return outcomes_of(json.loads(Path(chosen).read_text())["cases"] if chosen else CASES)
-
-
 rule cases:
     input:
-        outcomes,
+        outcomes_wanted,
     output:
         results("coupon/cases.csv"),
     log:

@@ -27,16 +27,9 @@ wildcard_constraints:
     round=r"\d+",
 
 
-def before(wildcards):
-    """The round before, and its cases."""
-    number = int(wildcards.round) - 1
-    names = (f"design/round{number}.json", f"design/cases{number}.csv")
-    return [results(name) for name in names] if number >= 0 else []
-
-
 checkpoint design:
     input:
-        before=before,
+        before=round_before,
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
         air=AIR,
@@ -46,7 +39,7 @@ checkpoint design:
         results("design/round{round}.log"),
     params:
         file=STUDY_FILE,
-        before=lambda wildcards: before(wildcards) or "none none",
+        before=lambda wildcards: round_before(wildcards) or "none none",
         air=AIR or "none",
         study=section("coupon", "damping", "panel", "sound", "response", "scenarios"),
         code=code("damping", "response"),
@@ -55,15 +48,9 @@ checkpoint design:
         " {params.before} {output} 2> {log}"
 
 
-def chosen(wildcards):
-    """What the cases of a round leave."""
-    found = checkpoints.design.get(round=wildcards.round).output[0]
-    return outcomes_of(json.loads(Path(found).read_text())["cases"])
-
-
 rule round_cases:
     input:
-        chosen,
+        outcomes_of_round,
     output:
         results("design/cases{round}.csv"),
     log:
