@@ -62,5 +62,6 @@ def _estimate(name: str, cases: Sequence[Case], results: Path, jobs: int) -> str
     wall = seconds / jobs
     return (
         f"{name}: {len(left)} of {len(cases)} coupon cases to run, about {seconds / 60:.1f} min "
-        f"of CPU, {wall / 3600:.2f} hours on {jobs} free cores (within a factor of 1.5)"
+        f"of CPU, {wall / 3600:.2f} hours on {jobs} free cores; runs that will not settle take "
+        "longer"
     )
