@@ -1,6 +1,7 @@
 """CPU of the coupon stage: where it goes, and what 5 % on C_e costs.
 
-    python benchmarks/coupon.py share      # 3 minutes: LIGGGHTS' share of a sweep; the estimate
+    python benchmarks/coupon.py share      # 15 minutes: LIGGGHTS' share of the paper's sweep,
+                                           # and the estimate of it; takes another study as well
     python benchmarks/coupon.py accuracy   # 15 minutes: against the obvious way
     python benchmarks/coupon.py starts     # 2 minutes: loosened beds against poured ones
 
@@ -46,13 +47,13 @@ def children() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def share() -> None:
-    """LIGGGHTS' share of the CPU of a sweep, and the estimate of it beforehand."""
-    path = ROOT / "workflow" / "studies" / "coupon_friction.yaml"
+def share(study: str = "workflow/studies/paper.yaml") -> None:
+    """LIGGGHTS' share of the CPU of a study's sweep, and the estimate of it beforehand."""
+    path = ROOT / study
     cases = cases_of(checked_study(path).coupon)
     with tempfile.TemporaryDirectory() as name:
         results = Path(name, "results", "coupon")
-        expected = cpu_seconds(cases, probe(cases[0].point.packing, cases[0].point), results)
+        expected = cpu_seconds(cases, probe(cases), results)
         before = children()
         subprocess.run(
             [
@@ -98,7 +99,7 @@ def ours(frequency: float, folder: Path) -> tuple[float, float, float]:
         outcome = runs.shake(run, case.target, own / "bed", own / "run")
         spent += children() - before
         rows = runs.read_run(run, own / "run", outcome["legs"], outcome["cycles"])
-        found = cycles.estimate(runs.harmonic(run, rows, outcome["mass_kg"])[0])
+        found = runs.estimates(run, rows, outcome["mass_kg"])[0]
         estimates.append((found.mean, found.error))
     value, error = cycles.combine(*np.array(estimates).T)
     return spent, value, np.hypot(error, case.bias * value)
@@ -187,7 +188,7 @@ def obvious(frequency: float, folder: Path) -> tuple[float, float, float]:
     outcome = runs.shake(case.point, case.target, bed, folder / "run")
     spent = children() - before
     rows = runs.read_run(case.point, folder / "run", outcome["legs"], outcome["cycles"])
-    found = cycles.estimate(runs.harmonic(case.point, rows, outcome["mass_kg"])[0])
+    found = runs.estimates(case.point, rows, outcome["mass_kg"])[0]
     print(
         f"  the obvious way: {outcome['cycles']} cycles, ended by {outcome['ended_by']}; a step of "
         f"64 cells costs {scale:.2f} times one of 16"
@@ -228,7 +229,7 @@ def starts() -> None:
                 outcome = runs.shake(run, case.target, start, folder / what / "run")
                 rows = runs.read_run(run, folder / what / "run", outcome["legs"], 200)
                 damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
-                found = cycles.estimate(damping)
+                found, _ = runs.estimates(run, rows, outcome["mass_kg"])
                 print(
                     f"{frequency:g} Hz, {what}: transient {found.start} cycles; C_e of the first "
                     f"ten cycles {damping[:10].mean():.4g}, after the transient {found.mean:.4g} "
@@ -239,4 +240,4 @@ def starts() -> None:
 
 if __name__ == "__main__":
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    {"share": share, "accuracy": accuracy, "starts": starts}[sys.argv[1]]()
+    {"share": share, "accuracy": accuracy, "starts": starts}[sys.argv[1]](*sys.argv[2:])

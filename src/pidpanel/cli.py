@@ -58,10 +58,9 @@ def _estimate(name: str, cases: Sequence[Case], results: Path, jobs: int) -> str
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(results))]
     if not left:
         return f"{name}: nothing left to run of {len(cases)} coupon cases"
-    seconds = cpu_seconds(left, probe(left[0].point.packing, left[0].point), results)
+    seconds = cpu_seconds(left, probe(left), results)
     wall = seconds / jobs
     return (
         f"{name}: {len(left)} of {len(cases)} coupon cases to run, about {seconds / 60:.1f} min "
-        f"of CPU, {wall / 3600:.2f} hours on {jobs} free cores; runs that will not settle take "
-        "longer"
+        f"of CPU, {wall / 3600:.2f} hours on {jobs} free cores"
     )

@@ -210,3 +210,21 @@ def test_contacts_cut_anywhere_are_named():
     for end in range(len(LOCAL)):
         with pytest.raises(log.LogTruncated, match=r"pairs\.dump"):
             log.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "failure"),
+    [
+        ("2 0.25 \n", "2 \n", log.LogTruncated),
+        ("2 0.25 \n", "\n", log.LogTruncated),
+        ("2 0.25 \n", "", log.LogTruncated),
+        ("2 0.25 \n", "2 0.25 \n" * 2, log.LogTruncated),
+        ("3 0.125 \n", "3 0.125 1 \n", log.LogTruncated),
+        ("3 0.125 \n", "3 nan \n", log.NotFinite),
+        ("3 0.125 \n", "3 0.1#5 \n", log.NotFinite),
+        ("3 0.125 \n", "# 0.125 \n", log.NotFinite),
+    ],
+)
+def test_garbled_contacts_are_named(line, instead, failure):
+    with pytest.raises(failure, match=r"pairs\.dump"):
+        log.read_local_dump(LOCAL.replace(line, instead), "pairs.dump", frames=3, columns=2)

@@ -173,6 +173,34 @@ def test_c_e_stays_below_the_inelastic_bound(tmp_path, bed_file):
     )
 
 
+def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, bed_file, monkeypatch):
+    limits = {"relative_error": 0.5, "min_cycles": 10, "max_cycles": 30}
+    (case,) = cases_of(coupon(accuracy=limits))
+    asked = []
+
+    def cycles_of(name, apart):
+        monkeypatch.setattr(runs, "_apart", lambda found: asked.append(found) or apart)
+        folders = [tmp_path / name / "s1", tmp_path / name / "s2"]
+        outcomes = runs.attempt_case(case.runs[:1] * 2, case.target, [bed_file] * 2, folders)
+        assert {o["status"] for o in outcomes} == {"ok"}
+        assert {o["target"]["min_cycles"] for o in outcomes} == {10}
+        return [o["cycles"] for o in outcomes]
+
+    assert cycles_of("agree", apart=False) == [10, 10]
+    assert cycles_of("apart", apart=True) == [30, 30]
+    # 10 and 10, then in turn 15, 23, 30
+    assert len(asked) == 1 + 7
+
+
+def test_seeds_are_apart_beyond_a_quarter_of_their_mean_and_four_errors():
+    def apart(*values):
+        return runs._apart([cycles.Estimate(mean, error, 0, 10, 0.0) for mean, error in values])
+
+    assert apart((202, 4), (1243, 71))
+    assert not apart((2644, 24), (2517, 19))  # ten errors, but one twentieth
+    assert not apart((12369, 1500), (19290, 1500))  # a third, but three errors
+
+
 def stop_when_running(folder, sig):
     """Send a signal to LIGGGHTS as soon as it has written a cycle."""
     script = (

@@ -7,6 +7,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
+from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.cases import cases_of
 from pidpanel.study import Study, StudyError
 
@@ -41,16 +42,32 @@ CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon el
 HAS_PANEL = isinstance(STUDY, Study)
 BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
 PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+# a design chooses case by case
+CHOOSES = HAS_PANEL and STUDY.damping.target is not None
+BATCHES = {
+    batch.label: batch
+    for batch in (
+        [Batch((case,)) for case in CASES.values()] if CHOOSES else batches_of(CASES.values())
+    )
+}
+BATCH_OF = {case.label: label for label, batch in BATCHES.items() for case in batch.cases}
+
+
+def beds_of(batch):
+    """The beds from which the runs of a batch start."""
+    labels = dict.fromkeys(run.bed.label for case in batch.cases for run in case.runs)
+    return [f"results/coupon/bed/{label}/bed.json" for label in labels]
 
 
 def outcomes_of(labels):
-    """What the runs of cases leave."""
-    return [str(CASES[label].outcome(Path("results/coupon"))) for label in labels]
+    """What the batches of some cases leave."""
+    batches = dict.fromkeys(BATCH_OF[label] for label in labels)
+    return [f"results/coupon/batch/{label}.json" for label in batches]
 
 
 def last_round():
     """The round of the design that wants no more cases; None for a study without a target."""
-    if not HAS_PANEL or STUDY.damping.target is None:
+    if not CHOOSES:
         return None
     number = 0
     while True:

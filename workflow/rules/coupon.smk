@@ -27,21 +27,15 @@ rule loosen:
 
 rule shake:
     input:
-        lambda wildcards: [
-            f"results/coupon/bed/{run.bed.label}/bed.json" for run in CASES[wildcards.case].runs
-        ],
+        lambda wildcards: beds_of(BATCHES[wildcards.batch]),
     output:
-        "results/coupon/{case}/{target}.json",
+        "results/coupon/batch/{batch}.json",
     log:
-        "results/coupon/{case}/{target}.log",
-    wildcard_constraints:
-        case=r"r[^/]+",
-        target=r"[^/]+",
+        "results/coupon/batch/{batch}.log",
     params:
-        runs=lambda wildcards: json.dumps([run.as_dict() for run in CASES[wildcards.case].runs]),
-        target=lambda wildcards: json.dumps(vars(CASES[wildcards.case].target)),
+        values=lambda wildcards: json.dumps(BATCHES[wildcards.batch].as_list()),
     shell:
-        "python -m scripts.shake {params.runs:q} {params.target:q} {output} {input} 2> {log}"
+        "python -m scripts.shake {params.values:q} results/coupon {output} 2> {log}"
 
 
 rule cases:

@@ -4,10 +4,8 @@ import json
 import sys
 from pathlib import Path
 
-import pandas as pd
-
 from pidpanel.coupon.cases import cases_of
-from pidpanel.coupon.summary import summarise
+from pidpanel.coupon.summary import summarise, write_cases
 from pidpanel.study import load_any_study
 
 if __name__ == "__main__":
@@ -18,11 +16,11 @@ if __name__ == "__main__":
         design = json.loads(Path(chosen).read_text())
         cases, last = [c for c in cases if c.label in design["cases"]], design["new"] == 0
     rows = [summarise(case, case.outcomes(Path(coupon_folder))) for case in cases]
-    frame = pd.DataFrame(rows)
-    frame.to_csv(output, index=False, float_format="%.7g")
-    good = (frame["status"] == "ok").mean()
+    write_cases(rows, Path(output))
+    bad = [row for row in rows if row["status"] != "ok"]
+    good = 1 - len(bad) / len(rows)
     if last and good < study.coupon.accuracy.coverage:
-        for _, row in frame[frame["status"] != "ok"].iterrows():
+        for row in bad:
             print(f"{row['case']}: {row['status']}: {row['message']}", file=sys.stderr)
         sys.exit(
             f"{good:.1%} of the cases stand; coupon.accuracy.coverage wants "

@@ -27,10 +27,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts listed at a number of instants (frames), in SI.
-
-    ``torque`` is that on the first sphere about its centre, as LIGGGHTS gives it.
-    """
+    """Contacts listed at a number of instants (frames), in SI."""
 
     frame: Index
     """(n,) index of the frame."""
@@ -40,8 +37,9 @@ class Contacts:
     """(n,) the other sphere, from 0; for walls the triangle."""
     force: Array
     """(n, 3) N"""
-    torque: Array
-    """(n, 3) N m"""
+    torque: Array | None = None
+    """(n, 3) N m on the first sphere about its centre, as LIGGGHTS gives it; only rolling
+    friction is taken from it, so a deck without needs none."""
 
 
 @dataclass(frozen=True)
@@ -159,15 +157,18 @@ def contact_losses(
     size = np.linalg.norm(sideways, axis=1)
     limit = material.friction * np.abs(along)
     sideways *= np.where(size > limit, limit / np.maximum(size, 1e-300), 1.0)[:, None]
-    # what is left of the torque is rolling friction
-    rest = contacts.torque - np.cross(
-        -arm[:, None] * normal, contacts.force - along[:, None] * normal
-    )
-    turning = spin if with_wall else spin - spheres.spin[f, j]
+    rolling = np.zeros(len(speed))
+    if contacts.torque is not None:
+        # what is left of the torque is rolling friction
+        rest = contacts.torque - np.cross(
+            -arm[:, None] * normal, contacts.force - along[:, None] * normal
+        )
+        turning = spin if with_wall else spin - spheres.spin[f, j]
+        rolling = -(rest * turning).sum(axis=1)
     return (
         -(along - hertz) * speed,
         -(sideways * relative).sum(axis=1),
-        -(rest * turning).sum(axis=1),
+        rolling,
         2 / 5 * hertz * depth,
     )
 
@@ -181,8 +182,6 @@ def energy_balance(
     acceleration: Array,
     gravity: Array,
     step: float,
-    *,
-    rolling: bool,
 ) -> Balance:
     """Balance over a window of equally spaced frames, by the trapezoidal rule.
 
@@ -200,8 +199,6 @@ def energy_balance(
         (3,) m/s².
     step
         Time between frames, s.
-    rolling
-        Whether the deck has rolling friction.
     """
     frames = len(spheres.position)
     i, j, f = pairs.first, pairs.second, pairs.frame
@@ -253,5 +250,5 @@ def energy_balance(
         sphere_tangential=total(f, pair[1]),
         wall_normal=total(touches.frame, wall[0]),
         wall_tangential=total(touches.frame, wall[1]),
-        rolling=total(f, pair[2]) + total(touches.frame, wall[2]) if rolling else 0.0,
+        rolling=total(f, pair[2]) + total(touches.frame, wall[2]),
     )

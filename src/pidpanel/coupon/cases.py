@@ -262,10 +262,6 @@ class Case:
         )
         return contact.modulus_bias(soft, own)
 
-    def outcome(self, folder: Path) -> Path:
-        """File that says that all runs have ended, below ``results/coupon``."""
-        return folder / self.label / f"{self.target.label}.json"
-
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``."""
         return [

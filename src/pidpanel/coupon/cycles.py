@@ -24,6 +24,11 @@ Array = NDArray[np.float64]
 MIN_BLOCKS = 8
 """Fewest blocks an error is taken from: its own relative error is then 1/√14 = 27 %."""
 
+ROWS_FOR_STORAGE = 60
+"""Fewest rows from which `without_storage` takes its multiples. Not fewer: in what is left the
+error is small at once, and a run would end in a state that does not last (100 Hz, 80 g, μ = 0.1:
+C_e = 1250 N s/m³ for 60 cycles, 190 ever after)."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -115,17 +120,62 @@ def block_error(series: Array) -> float:
     return error if error > 0 else math.inf
 
 
-def estimate(series: Array, start: int | None = None) -> Estimate:
+def estimate(series: Array, start: int | None = None, stored: Array | None = None) -> Estimate:
     """Mean after the transient with its standard error and drift.
 
-    ``start`` fixes the first row; left out, it is `transient_end` of the series itself.
+    Parameters
+    ----------
+    series
+        (n,) one value a cycle.
+    start
+        First row; left out, it is `transient_end` of the series itself.
+    stored
+        (n,) what the bed stores, J, see `without_storage`; used where at least
+        `ROWS_FOR_STORAGE` rows are left.
     """
-    start = transient_end(series) if start is None else start
-    steady = series[start:]
-    first, second = np.array_split(steady, 2)
-    spread = math.hypot(block_error(first), block_error(second))
-    drift = (second.mean() - first.mean()) / spread if math.isfinite(spread) and spread > 0 else 0.0
-    return Estimate(float(steady.mean()), block_error(steady), start, len(steady), float(drift))
+    first = transient_end(series) if start is None else start
+    steady, freedom = series[first:], 1
+    if stored is not None and len(steady) >= ROWS_FOR_STORAGE:
+        quiet = without_storage(series, stored, first)
+        if start is None:
+            first = 1 + transient_end(quiet[1:-1])
+        if len(series) - first < ROWS_FOR_STORAGE:
+            steady = series[first:]
+        else:
+            steady, freedom = without_storage(series, stored, first)[max(first, 1) : -1], 3
+    halves = np.array_split(steady, 2)
+    lost = math.sqrt((len(steady) - 1) / (len(steady) - freedom))
+    spread = lost * math.hypot(*(block_error(half) for half in halves))
+    drift = halves[1].mean() - halves[0].mean()
+    drift = drift / spread if math.isfinite(spread) and spread > 0 else 0.0
+    error = lost * block_error(steady)
+    return Estimate(float(steady.mean()), error, first, len(steady), float(drift))
+
+
+def without_storage(series: Array, stored: Array, start: int) -> Array:
+    """The series less what follows the rise and fall of the energy that the bed stores, (n,).
+
+    What the shaker gives in one cycle and the bed gives back in the next is no loss and
+    has no mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half
+    full, it lands every third cycle, and C_e of single cycles is −2000, 200, 3700 N s/m³ round
+    a mean of 600. The increments of the stored energy to the cycle before and after have the
+    mean nought in a steady run, so any multiple of them may be taken off (control variates);
+    the multiples are those of least squares from row ``start`` on. There the scatter falls by
+    ten, elsewhere by a tenth. The first and last row have no such neighbours and stay.
+    """
+    rise = np.diff(stored)
+    controls = np.column_stack([rise[1:], rise[:-1]])
+    scale = np.abs(controls).max()
+    if scale == 0:
+        return series
+    controls /= scale
+    used = slice(max(start - 1, 0), None)
+    steady = series[1:-1][used]
+    known = np.column_stack([np.ones(len(steady)), controls[used]])
+    multiples = np.linalg.lstsq(known, steady, rcond=None)[0][1:]
+    result = series.copy()
+    result[1:-1] -= controls @ multiples
+    return result
 
 
 def combine(means: Array, errors: Array) -> tuple[float, float]:

@@ -193,6 +193,9 @@ def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -
     return table
 
 
+_ENTRIES = re.compile(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n")
+
+
 def read_local_dump(
     text: str, source: str, *, frames: int, columns: int
 ) -> tuple[NDArray[np.int64], Array]:
@@ -204,28 +207,34 @@ def read_local_dump(
     """
     if not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line")
-    index, tables = [], []
+    counts, bodies = [], []
     parts = text.split("ITEM: TIMESTEP\n")[1:]
     if len(parts) != frames:
         raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
     for number, part in enumerate(parts):
-        where = f"{source}, frame {number}"
-        head, found, body = part.partition("ITEM: ENTRIES")
-        count = re.search(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n", head)
+        head, found, rest = part.partition("ITEM: ENTRIES")
+        count = _ENTRIES.search(head)
+        body = rest.partition("\n")[2]
         if not found or not count:
-            raise LogTruncated(f"{where}: no head")
-        values = body.partition("\n")[2].split()
-        if len(values) != columns * int(count[1]):
-            raise LogTruncated(f"{where}: {len(values)} numbers, not {count[1]} × {columns}")
-        index.append(np.full(int(count[1]), number))
-        tables.append(values)
+            raise LogTruncated(f"{source}, frame {number}: no head")
+        listed = body.count("\n")
+        if listed != int(count[1]):
+            raise LogTruncated(f"{source}, frame {number}: {listed} of {count[1]} contacts")
+        counts.append(int(count[1]))
+        bodies.append(body)
+    lines = "".join(bodies).splitlines()
+    if not lines:
+        return np.empty(0, int), np.empty((0, columns))
     try:
-        table = np.array([value for values in tables for value in values], float)
+        table: Array = np.loadtxt(lines, float, comments=None, ndmin=2)
     except ValueError as error:
-        raise NotFinite(f"{source}: {error}") from None
+        ragged = "number of columns" in str(error)
+        raise (LogTruncated if ragged else NotFinite)(f"{source}: {error}") from None
+    if table.shape != (sum(counts), columns):
+        raise LogTruncated(f"{source}: {table.shape}, not {sum(counts)} contacts × {columns}")
     if not np.isfinite(table).all():
         raise NotFinite(f"{source}: a value is not finite")
-    return np.concatenate(index), table.reshape(-1, columns)
+    return np.repeat(np.arange(frames), counts), table
 
 
 def read_dump(text: str, source: str, columns: tuple[str, ...] = ("x", "y", "z")) -> Array:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import numpy as np
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cycles, log
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.runs import FLOOR, harmonic, is_steady, read_run
+from pidpanel.coupon.runs import FLOOR, estimates, is_steady, read_run
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
 
@@ -40,9 +42,8 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
         except log.SolverFailure as failure:
             problems.append((type(failure).__name__, str(failure)))
             continue
-        damping, mass = harmonic(run, rows, outcome["mass_kg"])
-        found = cycles.estimate(damping)
-        kept.append((found, cycles.estimate(mass, start=found.start), outcome))
+        found, mass = estimates(run, rows, outcome["mass_kg"])
+        kept.append((found, mass, outcome))
         if not is_steady(found, len(rows)):
             problems.append(
                 (
@@ -131,3 +132,17 @@ def _energies(balances: list[dict[str, float] | None]) -> dict[str, float]:
         "tangential_share": share(tangential),
         "wall_share": share(walls),
     }
+
+
+def write_cases(rows: Sequence[dict[str, Any]], path: Path) -> None:
+    """Rows of `summarise` as ``cases.csv``: seven digits, nothing where a number is unknown."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.7g}"
+    return str(value)

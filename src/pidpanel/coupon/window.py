@@ -69,10 +69,11 @@ def _window(
     longest = max(1, int(impact / per_contact / run.time_step))
     stride = max(k for k in range(1, longest + 1) if steps % k == 0)
     window = max(1, math.ceil(WINDOW * run.frequency))
+    rolling = bool(constants.rolling_friction or constants.wall_rolling_friction)
     pairs, touches, moving = (folder / n for n in ("pairs.dump", "touches.dump", "spheres.bin"))
     first, _, _ = solver.execute(
-        f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2))}\n"
-        f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3))}\n"
+        f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2), rolling)}\n"
+        f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3), rolling)}\n"
         f"dump spheres all custom {stride} {moving.name} id {' '.join(BALANCE_COLUMNS)}\n"
         "dump_modify spheres sort id"
     )
@@ -81,7 +82,9 @@ def _window(
         moving.read_bytes(), str(moving), atoms=spheres, columns=1 + len(BALANCE_COLUMNS)
     )
     (pair_frame, pair), (touch_frame, touch) = (
-        log.read_local_dump(path.read_text(), str(path), frames=len(motion), columns=8)
+        log.read_local_dump(
+            path.read_text(), str(path), frames=len(motion), columns=8 if rolling else 5
+        )
         for path in (pairs, touches)
     )
     for path in (pairs, touches, moving):
@@ -107,14 +110,14 @@ def _window(
             pair[:, 0].astype(int) - 1,
             pair[:, 1].astype(int) - 1,
             pair[:, 2:5],
-            pair[:, 5:8],
+            pair[:, 5:8] if rolling else None,
         ),
         balance.Contacts(
             touch_frame,
             touch[:, 1].astype(int) - 1,
             touch[:, 0].astype(int),
             touch[:, 2:5],
-            touch[:, 5:8],
+            touch[:, 5:8] if rolling else None,
         ),
         wall_planes(packing),
         (
@@ -126,7 +129,6 @@ def _window(
         run.acceleration * np.sin(phase),
         run.bed.gravity * np.array(run.bed.gravity_direction),
         stride * run.time_step,
-        rolling=bool(constants.rolling_friction or constants.wall_rolling_friction),
     )
     # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
     smallest = cycles.dissipated_energy(floor, run.amplitude, run.frequency)
@@ -139,6 +141,7 @@ def _window(
     }
 
 
-def _columns(compute: str, ids: tuple[int, int]) -> str:
-    """Ids, force and torque of a contact in the output of ``compute pair/gran/local``."""
-    return " ".join(f"c_{compute}[{k}]" for k in (*ids, 4, 5, 6, 7, 8, 9))
+def _columns(compute: str, ids: tuple[int, int], rolling: bool) -> str:
+    """Ids, force and, for rolling friction, torque in the output of ``pair/gran/local``."""
+    values = (*ids, 4, 5, 6, 7, 8, 9) if rolling else (*ids, 4, 5, 6)
+    return " ".join(f"c_{compute}[{k}]" for k in values)

@@ -92,7 +92,7 @@ def read_records(case: Case, folder: Path) -> list[Record]:
             continue
         rows = runs.read_run(run, path.parent, outcome["legs"], outcome["cycles"])
         damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
-        found = cycles.estimate(damping)
+        found, _ = runs.estimates(run, rows, outcome["mass_kg"])
         mean, error, energy = (
             cycles.dissipated_energy(value, run.amplitude, run.frequency)
             for value in (found.mean, found.error, damping)

@@ -1,0 +1,67 @@
+"""Which cases one process shakes: those that cost little share what a process costs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
+
+WORTH = 30.0
+"""CPU seconds of LIGGGHTS for which a process is begun; it costs 0.4 s itself."""
+
+MOST_RUNS = 32
+"""Runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
+
+STEP = StepCost(fixed=15e-6, per_sphere=0.35e-6)
+"""Of a 2.5 GHz core: only what is put together rests on it, never a result."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Cases that one process shakes, one after the other."""
+
+    cases: tuple[Case, ...]
+
+    @property
+    def label(self) -> str:
+        """``<cases>_<hash>``; the hash is over the labels of the cases and their targets."""
+        text = " ".join(f"{case.label}/{case.target.label}" for case in self.cases)
+        return f"{len(self.cases)}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+    def as_list(self) -> list[dict[str, Any]]:
+        """As JSON holds it: label, target and runs of each case."""
+        return [
+            {
+                "case": case.label,
+                "target": vars(case.target),
+                "runs": [run.as_dict() for run in case.runs],
+            }
+            for case in self.cases
+        ]
+
+
+def expected_cost(case: Case) -> float:
+    """CPU seconds of a case on an ordinary core."""
+    return sum(
+        run_steps(run, case) * STEP.of(spheres_in(run.packing, run.fill_fraction))
+        for run in case.runs
+    )
+
+
+def batches_of(cases: Iterable[Case]) -> Iterator[Batch]:
+    """Neighbours in the sweep together, until they are worth a process."""
+    together: list[Case] = []
+    cost = 0.0
+    for case in cases:
+        runs = sum(len(other.runs) for other in together)
+        if together and (cost >= WORTH or runs + len(case.runs) > MOST_RUNS):
+            yield Batch(tuple(together))
+            together, cost = [], 0.0
+        together.append(case)
+        cost += expected_cost(case)
+    if together:
+        yield Batch(tuple(together))
