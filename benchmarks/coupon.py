@@ -3,7 +3,7 @@
     python benchmarks/coupon.py share      # 15 minutes: LIGGGHTS' share of the paper's sweep,
                                            # and the estimate of it; takes another study as well
     python benchmarks/coupon.py accuracy   # 15 minutes: against the obvious way
-    python benchmarks/coupon.py starts     # 2 minutes: loosened beds against poured ones
+    python benchmarks/coupon.py starts     # 10 minutes: from what bed a run had best begin
 
 Process CPU throughout (user and system, of children too), never wall time.
 """
@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.check import checked_study
-from pidpanel.coupon import cycles, deck, runs
+from pidpanel.coupon import cycles, deck, log, runs
 from pidpanel.coupon.bed import cell_centres, lowest
 from pidpanel.coupon.beds import (
     loosen,
@@ -33,7 +35,7 @@ from pidpanel.coupon.beds import (
     write_start,
     write_walls,
 )
-from pidpanel.coupon.cases import Case, cases_of
+from pidpanel.coupon.cases import Case, Run, Target, cases_of
 from pidpanel.coupon.estimate import cpu_seconds, probe
 from pidpanel.coupon.solver import Liggghts
 from pidpanel.study_coupon import Coupon
@@ -105,12 +107,11 @@ def ours(frequency: float, folder: Path) -> tuple[float, float, float]:
     return spent, value, np.hypot(error, case.bias * value)
 
 
-def poured(case: Case, folder: Path) -> Path:
-    """A bed as it was poured, where a run that knows of no loosening begins.
+def poured(run: Run, folder: Path) -> tuple[Path, int]:
+    """A bed as it was poured, where a run that knows of no loosening begins, and N_full.
 
     Three cells are poured and repeated in the others; shaken, they part within a few cycles.
     """
-    run = case.point
     packing = dataclasses.replace(run.packing, count=min(3, run.packing.count))
     full = pour(packing, folder / "packing")["spheres_full"]
     table = np.loadtxt(folder / "packing" / "packing.csv", delimiter=",", skiprows=1)
@@ -135,7 +136,7 @@ def poured(case: Case, folder: Path) -> Path:
         comments="",
     )
     write_walls(bed / "walls.stl", wall_triangles(run.packing))
-    return bed
+    return bed, full
 
 
 def obvious_case(frequency: float, cells: int) -> Case:
@@ -178,9 +179,9 @@ def obvious(frequency: float, folder: Path) -> tuple[float, float, float]:
     of 16: the number of cycles is set by the transient, not by the scatter.
     """
     case = obvious_case(frequency, 16)
-    bed = poured(case, folder / "quarter")
+    bed, _ = poured(case.point, folder / "quarter")
     whole_case = obvious_case(frequency, 64)
-    whole_bed = poured(whole_case, folder / "whole")
+    whole_bed, _ = poured(whole_case.point, folder / "whole")
     scale = cost_of_steps(whole_case, whole_bed, folder / "a") / cost_of_steps(
         case, bed, folder / "b"
     )
@@ -211,31 +212,94 @@ def accuracy() -> None:
             )
 
 
+def after(run: Run, target: Target, bed: Path, folder: Path) -> Path:
+    """The bed that another run leaves behind, brought to rest: a warm start."""
+    runs.shake(run, target, bed, folder / "run")
+    places = log.read_dump(
+        (folder / "run" / "last.dump").read_text(), "last.dump", runs.LAST_COLUMNS
+    )[-1][:, :3]
+    diameters = read_bed(bed / "bed.csv")[:, 3]
+    np.savetxt(
+        folder / "bed.csv",
+        np.column_stack([places, diameters]),
+        delimiter=",",
+        header="x_m,y_m,z_m,diameter_m",
+        comments="",
+    )
+    shutil.copy(bed / "walls.stl", folder)
+    return folder
+
+
+def first_reading(run: Run, target: Target, rows: np.ndarray, mass: float) -> tuple[int, float]:
+    """Cycles after which the rules of `runs.shake` would have ended a run, and its C_e then."""
+    done = target.min_cycles
+    while True:
+        found, _ = runs.estimates(run, rows[:done], mass)
+        good = found.error <= target.relative_error * found.mean and runs.is_steady(found, done)
+        if good or done >= len(rows):
+            return done, found.mean
+        done = min(len(rows), math.ceil(1.5 * done))
+
+
 def starts() -> None:
-    """Cycles to the end of the transient and C_e from a poured and from a loosened bed."""
-    for frequency in (100.0, 500.0):
-        coupon = point(
-            frequency,
-            accuracy={"relative_error": 0.01, "seeds": 1, "min_cycles": 200, "max_cycles": 200},
-        )
-        (case,) = cases_of(coupon)
-        run = case.point
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            bed = poured(case, folder)
-            full = pour(run.packing, folder / "again")["spheres_full"]
-            loosen(run.bed, folder / "again", folder / "loose", full)
-            for what, start in (("poured", bed), ("loosened", folder / "loose")):
-                outcome = runs.shake(run, case.target, start, folder / what / "run")
-                rows = runs.read_run(run, folder / what / "run", outcome["legs"], 200)
-                damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
-                found, _ = runs.estimates(run, rows, outcome["mass_kg"])
-                print(
-                    f"{frequency:g} Hz, {what}: transient {found.start} cycles; C_e of the first "
-                    f"ten cycles {damping[:10].mean():.4g}, after the transient {found.mean:.4g} "
-                    f"± {found.error:.2g}",
-                    flush=True,
+    """Cycles that a run takes, and the C_e it reads, from beds of four kinds.
+
+    As poured; shaken loose once, as we do; as the run at twice the level left it; as the run at
+    1.4 times the frequency left it (what a stepped tone in one process would begin with). Each
+    is held to the mean over its last two thirds of 300 cycles.
+    """
+    cycles_run = 300
+    for frequency, level in ((100.0, 10.0), (500.0, 10.0), (700.0, 3.0)):
+        found: dict[str, list[tuple[int, float, float]]] = {}
+
+        def case_of(frequency: float, level: float) -> Case:
+            return cases_of(
+                point(
+                    frequency,
+                    sweep={
+                        "fill_fraction": [0.5],
+                        "frequency_hz": [frequency],
+                        "acceleration_g": [level],
+                    },
+                    stiffness={"from_acceleration_g": 0},
+                    accuracy={"relative_error": 0.05, "seeds": 4, "min_time_s": 0.0},
                 )
+            )[0]
+
+        case = case_of(frequency, level)
+        louder, higher = case_of(frequency, 2 * level), case_of(1.4 * frequency, level)
+        target = dataclasses.replace(case.target, min_cycles=12)
+        whole = dataclasses.replace(target, min_cycles=cycles_run, max_cycles=cycles_run)
+        for run, loud, high in zip(case.runs, louder.runs, higher.runs, strict=True):
+            with tempfile.TemporaryDirectory() as name:
+                folder = Path(name)
+                bed, full = poured(run, folder / "poured")
+                loosen(run.bed, folder / "poured" / "packing", folder / "loose", full)
+                beds = {
+                    "poured": bed,
+                    "loosened": folder / "loose",
+                    "after twice the level": after(loud, target, folder / "loose", folder / "loud"),
+                    "after 1.4 times the frequency": after(
+                        high, target, folder / "loose", folder / "high"
+                    ),
+                }
+                for number, (what, start) in enumerate(beds.items()):
+                    own = folder / f"run{number}"
+                    outcome = runs.shake(run, whole, start, own)
+                    rows = runs.read_run(run, own, outcome["legs"], cycles_run)
+                    damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
+                    done, read = first_reading(run, target, rows, outcome["mass_kg"])
+                    found.setdefault(what, []).append((done, read, damping[100:].mean()))
+        for what, values in found.items():
+            done, read, late = np.array(values).T
+            scatter = late.std(ddof=1) / np.sqrt(len(late))
+            print(
+                f"{frequency:g} Hz, {level:g} g, {what}: {done.mean():.0f} cycles, C_e "
+                f"{read.mean():.4g}, off its own late mean by {(read / late - 1).mean():+.1%} "
+                f"(each {np.sqrt(np.mean((read / late - 1) ** 2)):.1%} rms); late C_e "
+                f"{late.mean():.4g} ± {scatter:.2g}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

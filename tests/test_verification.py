@@ -1,6 +1,9 @@
 """The neutral row: its error, its verdict, its file."""
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -56,3 +59,20 @@ def test_a_file_of_other_columns_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"rows\.csv:1: \['case', 'quantity'\]"):
         read_rows(path)
     assert "error" not in COLUMNS  # it follows from the others
+
+
+def test_a_missed_number_is_named_and_fails(tmp_path):
+    def verified(*rows):
+        write_rows(tmp_path / "rows.csv", rows)
+        workflow = Path(__file__).parents[1] / "workflow"
+        return subprocess.run(
+            [sys.executable, "-m", "scripts.verified", tmp_path / "said.txt", tmp_path / "rows.csv"],
+            cwd=workflow, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    assert verified(row(100.5, 100.0), row(120.0, 100.0, math.nan)).returncode == 0
+    assert (tmp_path / "said.txt").read_text() == "1 of 1 numbers within their tolerance\n"
+    missed = verified(row(100.5, 100.0), row(102.0, 100.0))
+    assert missed.returncode == 1
+    assert "Beam, f₁: 102 Hz against 100, +2.00%, allowed 1.00%" in missed.stderr
+    assert "1 of 2 numbers miss their truth" in missed.stderr

@@ -10,9 +10,6 @@ from pidpanel.panel.tables import mode_table, section_table
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
-MODES_BEYOND = 2.0
-"""Modes are kept up to this times the highest frequency; residual vectors do the rest."""
-
 if __name__ == "__main__":
     study_path, *outputs = sys.argv[1:]
     modes_nc, modes_csv, modes_vtu, mesh_msh, section_csv = map(Path, outputs)
@@ -20,7 +17,7 @@ if __name__ == "__main__":
     studied = StudiedPanel(study.panel)
     mesh = studied.mesh(mesh_msh)
     plate = studied.plate(mesh)
-    basis = modes.panel_basis(mesh, plate, MODES_BEYOND * study.response.frequency_hz[1])
+    basis = modes.panel_basis(mesh, plate, modes.MODES_BEYOND * study.response.frequency_hz[1])
     write_basis(modes_nc, basis, stamp(study))
     write_shapes(modes_vtu, basis)
     mode_table(basis, studied.navier_size, studied.section).to_csv(

@@ -18,6 +18,8 @@ from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.polygon import signed_area
 
+# Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
+MODES_BEYOND = 2.0
 # Modes requested beyond those counted, so that the last ones counted converge quickly.
 SPARE_MODES = 8
 # The shift of the eigenvalue problem lies below zero by the square of this share of the highest
