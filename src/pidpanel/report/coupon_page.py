@@ -136,14 +136,14 @@ def findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
             continue
         name = LABELS.get(key, key)
         largest = found.iloc[int(np.log(found["ratio"]).abs().argmax())]
-        far = (found["deviation"].abs() > 2).mean()
+        far = int((found["deviation"].abs() > 2).sum())
         said.append(
             f"{name}: from {_text(largest['from'])} to {_text(largest['to'])} C_e changes by a "
             f"factor of {largest['ratio']:.3g} ± {largest['ratio_error']:.2g} at most "
             f"(r = {largest['fill_fraction']:g}, {largest['frequency_hz']:g} Hz, "
-            f"Γ = {largest['acceleration_g']:g}). {far:.0%} of the {len(found)} differences are "
-            "larger than two of their standard errors (5 % would be by chance alone); the largest "
-            f"is {found['deviation'].abs().max():.1f}."
+            f"Γ = {largest['acceleration_g']:g}). Of {len(found)} differences {far or 'none'} "
+            f"{'is' if far < 2 else 'are'} larger than two of their standard errors (by chance "
+            f"one in twenty would be); the largest is {found['deviation'].abs().max():.1f}."
         )
     return said
 
