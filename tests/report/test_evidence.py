@@ -80,3 +80,14 @@ def test_the_energy_of_a_cycle_follows_from_its_momentum(case, tmp_path, monkeyp
     expected = np.pi * 2 * np.pi * 100 * run.amplitude * 2 * p_sin / area
     assert record.energy == pytest.approx(expected, rel=1e-9)
     assert record.seed == 1
+
+
+def test_a_figure_of_a_varied_case_says_what_was_varied(case, tmp_path, monkeypatch):
+    # red: three figures of one title for three coefficients of friction
+    varied = dataclasses.replace(
+        case, runs=case.runs[:1], varied={"particles.friction": 0.1, "deck": "mine.in.j2"}
+    )
+    write_run(varied, tmp_path)
+    monkeypatch.setattr(evidence.runs, "read_run", lambda *_: np.ones((12, 7)))
+    (record,) = evidence.read_records(varied, tmp_path, with_size=True)
+    assert record.label == ("r = 0.5, 100 Hz, Γ = 10\nd = 2.5 mm, friction 0.1, deck mine.in.j2")

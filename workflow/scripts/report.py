@@ -28,10 +28,11 @@ def read_coupon(study, table, folder):
     if unknown := sorted(set(cases["case"]) - set(known)):
         sys.exit(f"{table}: {unknown[0]}: not a case of this study as it stands; run it again")
     pictured = evidence.nearest_case(cases)
+    sizes = {case.point.packing.diameter for case in known.values()}
     return sections.Coupon(
         cases,
         [
-            evidence.read_records(known[label], folder)
+            evidence.read_records(known[label], folder, with_size=len(sizes) > 1)
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
         evidence.read_beads(known[pictured], folder),

@@ -74,7 +74,21 @@ def spread_cases(cases: pd.DataFrame, count: int) -> list[str]:
     return [good[i] for i in index]
 
 
-def read_records(case: Case, folder: Path) -> list[Record]:
+def _title(case: Case, with_size: bool) -> str:
+    """A case as the title of its figure; what the study varies stands on a second line."""
+    point = case.point
+    title = (
+        f"r = {point.fill_fraction:g}, {point.frequency:g} Hz, "
+        f"Γ = {point.acceleration / STANDARD_GRAVITY:.4g}"
+    )
+    more = [f"d = {1e3 * point.packing.diameter:g} mm"] if with_size else []
+    for key, value in case.varied.items():
+        shown = f"{value:g}" if isinstance(value, int | float) else value
+        more.append(f"{key.rpartition('.')[2].replace('_', ' ')} {shown}")
+    return "\n".join([title, ", ".join(more)]) if more else title
+
+
+def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[Record]:
     """Energy per cycle of each seed of a case that stands.
 
     Parameters
@@ -83,8 +97,9 @@ def read_records(case: Case, folder: Path) -> list[Record]:
         The case.
     folder
         ``results/coupon``.
+    with_size
+        Whether the diameter of the spheres tells cases of the study apart.
     """
-    point = case.point
     records = []
     for run, path in zip(case.runs, case.outcomes(folder), strict=True):
         outcome = json.loads(path.read_text())
@@ -99,8 +114,7 @@ def read_records(case: Case, folder: Path) -> list[Record]:
         )
         records.append(
             Record(
-                f"r = {point.fill_fraction:g}, {point.frequency:g} Hz, "
-                f"Γ = {point.acceleration / STANDARD_GRAVITY:.4g}",
+                _title(case, with_size),
                 run.packing.seed,
                 np.asarray(energy),
                 found.start,
