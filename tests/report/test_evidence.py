@@ -90,4 +90,4 @@ def test_a_figure_of_a_varied_case_says_what_was_varied(case, tmp_path, monkeypa
     write_run(varied, tmp_path)
     monkeypatch.setattr(evidence.runs, "read_run", lambda *_: np.ones((12, 7)))
     (record,) = evidence.read_records(varied, tmp_path, with_size=True)
-    assert record.label == ("r = 0.5, 100 Hz, Γ = 10\nd = 2.5 mm, friction 0.1, deck mine.in.j2")
+    assert record.title == ("r = 0.5, 100 Hz, Γ = 10\nd = 2.5 mm, friction 0.1, deck mine.in.j2")
