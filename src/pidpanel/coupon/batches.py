@@ -10,8 +10,9 @@ from typing import Any
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 
-WORTH = 30.0
-"""CPU seconds of LIGGGHTS for which a process is begun; it costs 0.4 s itself."""
+WORTH = 120.0
+"""CPU seconds of LIGGGHTS for which a process is begun; it costs 0.4 s itself, and
+Snakemake as much to look after it."""
 
 MOST_RUNS = 32
 """Runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""

@@ -13,7 +13,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +75,7 @@ class Packing:
         """Of all cells, m²."""
         return self.count * bed.polygon_area(self.outline)
 
-    @property
+    @cached_property
     def label(self) -> str:
         identity = asdict(self) | {"deck": _template_hash(POUR_TEMPLATES)}
         return (
@@ -121,7 +121,7 @@ class Bed:
     gravity_direction: tuple[float, float, float]
     constants: Constants
 
-    @property
+    @cached_property
     def label(self) -> str:
         loosen = {
             "frequency": LOOSEN_FREQUENCY,
@@ -188,7 +188,7 @@ class Run:
             self.speed,
         )
 
-    @property
+    @cached_property
     def identity(self) -> dict[str, Any]:
         """All that the rows of the run depend on."""
         if self.deck is None:
@@ -243,7 +243,7 @@ class Case:
         """A run that stands for the case in all but the seed."""
         return self.runs[0]
 
-    @property
+    @cached_property
     def label(self) -> str:
         first = self.runs[0]
         return (

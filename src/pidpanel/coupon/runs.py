@@ -70,7 +70,7 @@ class State:
     def write(self, folder: Path) -> None:
         """As JSON, at one stroke."""
         draft = folder / "state.json.new"
-        draft.write_text(json.dumps(asdict(self), indent=1) + "\n")
+        draft.write_text(json.dumps(vars(self), indent=1) + "\n")
         os.replace(draft, folder / "state.json")
 
 
