@@ -11,7 +11,7 @@ import xarray as xr
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.report import style
-from pidpanel.report.sections import Inputs
+from pidpanel.report.inputs import Inputs
 from pidpanel.response.stress import QUANTITIES
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study

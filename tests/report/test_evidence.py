@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.coupon.cases import cases_of
 from pidpanel.report import evidence
-from pidpanel.report.sections import beads_block
+from pidpanel.report.coupon_section import beads_block
 from pidpanel.study_coupon import Cell, Coupon, Particles, Sweep
 
 

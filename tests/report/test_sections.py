@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from pidpanel.report import html, sections, style
+from pidpanel.report import coupon_section, html, response_section, sections, style
+from pidpanel.report.inputs import Coupon
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +45,12 @@ def test_each_caption_says_at_which_level_the_damping_was_read(inputs, respond):
     # red: EQUIVALENT_SINE left out
     summary, psd = respond({}, read_at=312.0, inside=0.75)
     read = dataclasses.replace(inputs, summary=summary, psd=psd)
-    caption = sections.level_text(read, "fill", ["paper_corrected"])
+    caption = response_section.level_text(read, "fill", ["paper_corrected"])
     assert "C_e read at the patch's own motion (level.kind: patch), Γ = 312 (r = 0.1)" in caption
     assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
     assert "overstates the damping" in caption
     assert "Dashed lines: that Γ or frequency lies outside the run points" in caption
-    note = sections.level_note(read, "fill", "paper_corrected")
+    note = response_section.level_note(read, "fill", "paper_corrected")
     assert note == "$C_e$ read at the patch's own motion, Γ = 312"
 
 
@@ -73,7 +74,7 @@ def test_a_stated_level_is_not_called_the_patchs_own(inputs, respond):
         summary=summary,
         psd=psd,
     )
-    assert "a stated level (level.kind: stated), Γ = 30" in sections.level_text(
+    assert "a stated level (level.kind: stated), Γ = 30" in response_section.level_text(
         stated, "fill", ["paper_corrected"]
     )
     assert ("C_e(r, f, Γ) read at", "a stated Γ = 30 (level.kind: stated)") in sections.facts(
@@ -83,10 +84,10 @@ def test_a_stated_level_is_not_called_the_patchs_own(inputs, respond):
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
     # red: the scenarios sorted by name
-    curves = sections.psd_curves(inputs, "fill", "paper_corrected", "middle")
+    curves = response_section.psd_curves(inputs, "fill", "paper_corrected", "middle")
     assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
     assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
-    levels = sections.psd_curves(inputs, "level", "paper_corrected", "middle")
+    levels = response_section.psd_curves(inputs, "level", "paper_corrected", "middle")
     assert [c.label for c in levels] == [*["bare panel at these levels"] * 2, "140 dB", "150 dB"]
     assert levels[1].values == pytest.approx(10 * levels[0].values)
 
@@ -95,7 +96,7 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
     # red: an empty figure
     psd = inputs.psd.copy(deep=True)
     psd["acceleration_psd"][:, 1:] = np.nan
-    section = sections.response_section(dataclasses.replace(inputs, psd=psd), "fill")
+    section = response_section.response_section(dataclasses.replace(inputs, psd=psd), "fill")
     (block,) = section.blocks
     assert "No reading of the damping gives a steady response" in block.text
 
@@ -105,15 +106,16 @@ def test_a_coupon_brings_its_figures_and_its_table(study, cases):
     from pidpanel.coupon.cases import cases_of
     from pidpanel.report.evidence import Beads
     from pidpanel.report.figures import Record
-    from pidpanel.study_coupon import Cell, Coupon, Sweep
+    from pidpanel.study_coupon import Cell, Sweep
+    from pidpanel.study_coupon import Coupon as Asked
 
     sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
-    case = cases_of(Coupon(cell=Cell(count=1), sweep=sweep))[0]
+    case = cases_of(Asked(cell=Cell(count=1), sweep=sweep))[0]
     place, size, speed = np.array([[0.0, 0.0, 0.003]]), np.array([0.002]), np.array([0.2])
     beads = Beads(case.point, case.label, place, size, speed, 12)
     cases.loc[2, "status"] = "NotSteady"
     record = Record("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
-    section = sections.coupon_section(study, sections.Coupon(cases, [[record]], beads))
+    section = coupon_section.coupon_section(study, Coupon(cases, [[record]], beads))
     names = [block.name for block in section.blocks if isinstance(block, html.Picture)]
     assert names == ["beads", "steadiness", "damping_over_frequency", "damping_over_level",
                      "loss_factor", "apparent_mass", "losses"]  # fmt: skip

@@ -13,6 +13,7 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report import evidence, html, sections, style
 from pidpanel.report.damping_section import DampingResults
+from pidpanel.report.inputs import Coupon, Inputs
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
@@ -29,7 +30,7 @@ def read_coupon(study, table, folder):
         sys.exit(f"{table}: {unknown[0]}: not a case of this study as it stands; run it again")
     pictured = evidence.nearest_case(cases)
     sizes = {case.point.packing.diameter for case in known.values()}
-    return sections.Coupon(
+    return Coupon(
         cases,
         [
             evidence.read_records(known[label], folder, with_size=len(sizes) > 1)
@@ -73,7 +74,7 @@ if __name__ == "__main__":
         maps = dataset.load()
     beside = folder / "response" / "radiation.csv"
     asked = study.response.radiation_beside != "none"
-    inputs = sections.Inputs(
+    inputs = Inputs(
         study=study,
         stamp=stamp(study),
         summary=pd.read_csv(folder / "response" / "summary.csv", dtype={"point": str}),

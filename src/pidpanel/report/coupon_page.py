@@ -11,10 +11,11 @@ from matplotlib import ticker
 from matplotlib.figure import Figure
 
 from pidpanel.report import figures, style, tables
+from pidpanel.report.coupon_section import beads_block
 from pidpanel.report.figures import EQUIVALENT_DAMPING, FREQUENCY, LEVEL
 from pidpanel.report.html import Block, Page, Picture, Section
+from pidpanel.report.inputs import Coupon
 from pidpanel.report.losses import losses_picture
-from pidpanel.report.sections import Coupon, beads_block
 from pidpanel.study import CouponStudy
 
 LABELS = {
