@@ -99,15 +99,21 @@ def test_another_study_with_the_same_coupon_shares_its_runs(smoke, tmp_path):
 def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
     folder = tmp_path / "stopped"
     shutil.copytree(smoke, folder)
-    missing = sorted((folder / "results" / "coupon").glob("r*/*pc_*.json"))[:3]
-    for path in missing:
-        path.unlink()  # cycles and logs are there, but the run did not come to its end
+    coupon = folder / "results" / "coupon"
+    (outcome, *_) = sorted(coupon.glob("r*/s1/*pc_*.json"))
+    outcome.unlink()  # cycles and logs are there, but the run did not come to its end
+    kept = outcome.with_name("cycles_1.txt").stat().st_mtime_ns
     shutil.rmtree(folder / "results" / "smoke")  # nothing had been made of the runs yet
     result = snakemake(folder, STUDIES / "smoke.yaml", "-n")
     table = said(result).split("Job stats")[1]
     shakes = next(line for line in table.splitlines() if line.startswith("shake"))
-    assert shakes.split() == ["shake", "3"]
+    assert shakes.split() == ["shake", "1"]
     assert "pour" not in table
+    result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/cases.csv")
+    assert result.returncode == 0, said(result)
+    assert json.loads(outcome.read_text())["status"] == "ok"
+    # what it had run already was not run again
+    assert outcome.with_name("cycles_1.txt").stat().st_mtime_ns == kept
 
 
 @pytest.mark.liggghts
