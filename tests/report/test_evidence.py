@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 
+from pidpanel.coupon.bed import cell_centres
 from pidpanel.coupon.cases import cases_of
-from pidpanel.report import evidence
+from pidpanel.report import coupon_section, evidence
 from pidpanel.report.coupon_section import beads_block
 from pidpanel.study_coupon import Cell, Coupon, Particles, Sweep
 
@@ -46,6 +47,30 @@ def test_the_last_state_is_shown_by_speed(case, tmp_path):
     assert beads.diameters == pytest.approx([0.0025, 0.002])
     caption = beads_block(beads).caption
     assert "State after 12 cycles; colour: speed relative to the cell" in caption
+
+
+def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
+    # red: seventy cells in a strip a finger high
+    packing = dataclasses.replace(case.point.packing, count=70)
+    bed_of_many = dataclasses.replace(case.point.bed, packing=packing)
+    run = dataclasses.replace(case.point, bed=bed_of_many)
+    centres = cell_centres(packing.across_flats, 70)
+    places = np.column_stack([centres + 1e-3, np.full(70, 0.004)])
+    beads = evidence.Beads(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
+    drawn = []
+
+    def picture(positions, diameters, speed, limits, *, count, **_):
+        drawn.append((positions, speed, count))
+        return np.zeros((4, 4, 3), np.uint8)
+
+    monkeypatch.setattr(coupon_section.pictures, "beads_picture", picture)
+    caption = coupon_section.beads_block(beads).caption
+    ((positions, speed, count),) = drawn
+    assert count == len(positions) == 5
+    assert speed.tolist() == [0, 1, 2, 3, 4]
+    assert positions[:, :2] == pytest.approx(cell_centres(packing.across_flats, 5) + 1e-3)
+    assert "in 70 hexagonal cells" in caption
+    assert "(5 of them set side by side for the picture)" in caption
 
 
 def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from pidpanel.coupon.bed import cell_centres
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import figures, pictures, style, tables
 from pidpanel.report.evidence import Beads
@@ -11,6 +14,9 @@ from pidpanel.report.html import Block, Paragraph, Picture, Section
 from pidpanel.report.inputs import Coupon
 from pidpanel.report.losses import losses_picture
 from pidpanel.study import Study
+
+CELLS_SHOWN = 5
+"""Cells of a picture at the most: more would be too small to see a sphere."""
 
 
 def coupon_section(study: Study, coupon: Coupon) -> Section:
@@ -86,27 +92,37 @@ def coupon_section(study: Study, coupon: Coupon) -> Section:
 
 
 def beads_block(beads: Beads) -> Picture:
-    """Picture of the spheres of one run in their cells."""
+    """Picture of the spheres of one run in its first cells."""
     packing = beads.run.packing
+    shown = min(packing.count, CELLS_SHOWN)
+    centres = cell_centres(packing.across_flats, packing.count)
+    own = np.linalg.norm(beads.positions[:, None, :2] - centres, axis=2).argmin(axis=1)
+    inside = own < shown
+    places = beads.positions[inside]
+    # from the grid of all cells to the grid of those shown
+    places[:, :2] += (cell_centres(packing.across_flats, shown) - centres[:shown])[own[inside]]
+    side = "set side by side for the picture"
+    if shown < packing.count:
+        side = f"{shown} of them {side}"
     limits = (0.0, float(beads.speed.max()))
     shape = {"hexagon": "hexagonal", "square": "square", "circle": "round"}[packing.shape]
     where = (
         f"{len(beads.positions)} spheres of {packing.diameter * 1e3:g} mm in {packing.count} "
-        f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm (set "
-        f"side by side for the picture), r = {beads.run.fill_fraction:g}, "
+        f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm "
+        f"({side}), r = {beads.run.fill_fraction:g}, "
         f"{beads.run.frequency:g} Hz, "
         f"Γ = {beads.run.acceleration / figures.STANDARD_GRAVITY:.4g} ({beads.label})."
     )
     caption = f"{where} State after {beads.cycles} cycles; colour: speed relative to the cell."
     image = pictures.beads_picture(
-        beads.positions,
-        beads.diameters,
-        beads.speed,
+        places,
+        beads.diameters[inside],
+        beads.speed[inside],
         limits,
         outline=packing.outline,
         across_flats=packing.across_flats,
         depth=packing.depth,
-        count=packing.count,
+        count=shown,
     )
     figure = figures.pictures_figure(
         [image],
