@@ -3,7 +3,7 @@
     python benchmarks/coupon.py share      # 15 minutes: LIGGGHTS' share of the paper's sweep,
                                            # and the estimate of it; takes another study as well
     python benchmarks/coupon.py accuracy   # 15 minutes: against the obvious way
-    python benchmarks/coupon.py starts     # 10 minutes: from what bed a run had best begin
+    python benchmarks/coupon.py starts     # 30 minutes: from what bed a run had best begin
 
 Process CPU throughout (user and system, of children too), never wall time.
 """

@@ -21,3 +21,13 @@ def test_check_answers_a_mistake_with_one_line_and_status_2(capsys, tmp_path):
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?" in error
+
+
+def test_an_estimate_without_liggghts_says_what_to_install(capsys, tmp_path, monkeypatch):
+    # red: a traceback
+    monkeypatch.setenv("PATH", str(tmp_path))
+    study = str(STUDIES / "coupon_friction.yaml")
+    assert main(["estimate", study, "--results", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "apt-get install liggghts" in error

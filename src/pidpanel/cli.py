@@ -11,6 +11,7 @@ from pathlib import Path
 from pidpanel.check import checked_study
 from pidpanel.coupon.cases import Case, cases_of
 from pidpanel.coupon.estimate import cpu_seconds, probe
+from pidpanel.coupon.log import SolverFailure
 from pidpanel.study import Study, StudyError
 
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
@@ -42,7 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
     cases = cases_of(study.coupon) if study.coupon else ()
     if given.command == "estimate":
-        print(_estimate(study.name, cases, given.results / "coupon", given.jobs))
+        try:
+            print(_estimate(study.name, cases, given.results / "coupon", given.jobs))
+        except SolverFailure as error:
+            print(error, file=sys.stderr)
+            return 2
         return 0
     what = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):

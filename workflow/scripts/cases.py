@@ -18,7 +18,7 @@ if __name__ == "__main__":
     rows = [summarise(case, case.outcomes(Path(coupon_folder))) for case in cases]
     write_cases(rows, Path(output))
     bad = [row for row in rows if row["status"] != "ok"]
-    good = 1 - len(bad) / len(rows)
+    good = (len(rows) - len(bad)) / len(rows)
     if last and good < study.coupon.accuracy.coverage:
         for row in bad:
             print(f"{row['case']}: {row['status']}: {row['message']}", file=sys.stderr)

@@ -140,7 +140,7 @@ def probe(cases: Sequence[Case]) -> Costs:
                 write_start(folder / "run", packing, spheres)
                 spent = [_steps(run, folder / "run", steps) for steps in PROBE_STEPS]
                 rows.append((1.0, len(spheres), len(spheres) * travel(run)))
-                times.append(max(spent[1] - spent[0], 0.0) / (PROBE_STEPS[1] - PROBE_STEPS[0]))
+                times.append(max(spent[1] - spent[0], 1e-3) / (PROBE_STEPS[1] - PROBE_STEPS[0]))
     return Costs(
         _fitted(np.array(rows), np.array(times)), poured / found["poured"], packing.diameter
     )
