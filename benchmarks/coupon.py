@@ -24,9 +24,13 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.check import checked_study
-from pidpanel.coupon import cycles, deck, log, runs
-from pidpanel.coupon.bed import cell_centres, lowest
-from pidpanel.coupon.beds import (
+from pidpanel.coupon import cycles, runs
+from pidpanel.coupon.cases import Case, Run, Target, cases_of
+from pidpanel.coupon.estimate import cpu_seconds, probe
+from pidpanel.coupon.geometry import cell_centres, lowest
+from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.preparation import (
     loosen,
     pour,
     read_bed,
@@ -35,10 +39,7 @@ from pidpanel.coupon.beds import (
     write_start,
     write_walls,
 )
-from pidpanel.coupon.cases import Case, Run, Target, cases_of
-from pidpanel.coupon.estimate import cpu_seconds, probe
-from pidpanel.coupon.solver import Liggghts
-from pidpanel.study_coupon import Coupon
+from pidpanel.study.coupon import Coupon
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -215,7 +216,7 @@ def accuracy() -> None:
 def after(run: Run, target: Target, bed: Path, folder: Path) -> Path:
     """The bed that another run leaves behind, brought to rest: a warm start."""
     runs.shake(run, target, bed, folder / "run")
-    places = log.read_dump(
+    places = output.read_dump(
         (folder / "run" / "last.dump").read_text(), "last.dump", runs.LAST_COLUMNS
     )[-1][:, :3]
     diameters = read_bed(bed / "bed.csv")[:, 3]

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import jinja2
 
-from pidpanel.coupon import deck
-from pidpanel.coupon.beds import shake_values
 from pidpanel.coupon.cases import cases_of
-from pidpanel.coupon.log import SolverMissing
-from pidpanel.coupon.solver import check_installed
+from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.liggghts.output import SolverMissing
+from pidpanel.coupon.liggghts.process import check_installed
+from pidpanel.coupon.preparation import shake_values
 from pidpanel.study import CouponStudy, Study, StudyError, load_any_study
-from pidpanel.study_coupon import Coupon
+from pidpanel.study.coupon import Coupon
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:
@@ -29,10 +29,7 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
         if study.coupon is not None:
             _check_decks(study.coupon)
         if isinstance(study, Study):
-            # two seconds of imports that a coupon alone need not pay for
-            from pidpanel.check_panel import check_panel
-
-            check_panel(study)
+            _check_panel(study)
     except ValueError as error:
         raise StudyError(f"{path}: {error}") from None
     return study
@@ -83,3 +80,32 @@ def check_machine(study: CouponStudy, results: Path) -> None:
         raise StudyError(
             f"{results}: cannot be written ({error.strerror}); a folder you may write to"
         ) from None
+
+
+def _check_panel(study: Study) -> None:
+    """Refuse a panel in sound that could not be carried through; `ValueError` says what."""
+    # two seconds of imports that a study of the coupon alone does not need
+    from pidpanel.damping.laws import FREQUENCY_RANGE
+    from pidpanel.damping.tables import read_surface
+    from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.sound.table import read_spl_table
+
+    low, high = study.response.frequency_hz
+    asked = f"response.frequency_hz = [{low:g}, {high:g}]"
+    edges = read_spl_table(study.sound.spectrum).edge_frequency
+    if low < edges[0] or high > edges[-1]:
+        raise StudyError(
+            f"{asked}: within the bands of {study.sound.spectrum.name}, "
+            f"{edges[0]:.5g} to {edges[-1]:.5g} Hz"
+        )
+    for reading in study.damping.readings:
+        if reading.startswith("paper") and not (
+            FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1]
+        ):
+            raise StudyError(
+                f"{asked}: the paper's law holds from {FREQUENCY_RANGE[0]:g} to "
+                f"{FREQUENCY_RANGE[1]:g} Hz"
+            )
+    if study.damping.table is not None:
+        read_surface(study.damping.table)
+    StudiedPanel(study.panel).check(high)

@@ -11,10 +11,9 @@ from pathlib import Path
 from pidpanel.check import checked_study
 from pidpanel.coupon.cases import Case, cases_of
 from pidpanel.coupon.estimate import cpu_seconds, probe
-from pidpanel.coupon.log import SolverFailure
+from pidpanel.coupon.liggghts.output import SolverFailure
+from pidpanel.paths import SNAKEFILE
 from pidpanel.study import Study, StudyError
-
-SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from pidpanel.arrays import Array, Index
+
 Position = tuple[float, float]
 
 PIECE_TURN = np.radians(7.5)
@@ -264,7 +265,7 @@ def _distance(points: Array, start: Array, end: Array) -> Array:
     return np.asarray(np.linalg.norm(points[:, None] - foot, axis=-1))
 
 
-def location(points: ArrayLike, corners: ArrayLike, slack: float) -> NDArray[np.int64]:
+def location(points: ArrayLike, corners: ArrayLike, slack: float) -> Index:
     """Whether points lie inside a polygon (1), on its edge (0) or outside (-1).
 
     Examples

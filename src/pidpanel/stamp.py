@@ -3,7 +3,7 @@
 import hashlib
 from importlib.metadata import version
 
-from pidpanel.coupon.solver import VERSION
+from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.study import CouponStudy
 
 

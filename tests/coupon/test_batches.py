@@ -4,7 +4,7 @@ import json
 
 from pidpanel.coupon import batches
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study_coupon import Coupon
+from pidpanel.study.coupon import Coupon
 
 
 def cases(**changes):

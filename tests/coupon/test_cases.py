@@ -6,7 +6,7 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cases, contact
-from pidpanel.study_coupon import Coupon
+from pidpanel.study.coupon import Coupon
 
 
 def coupon(**changes):

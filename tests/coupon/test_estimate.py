@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.coupon import estimate
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study_coupon import Coupon
+from pidpanel.study.coupon import Coupon
 
 COSTS = estimate.Costs(
     estimate.StepCost(fixed=1e-5, per_sphere=2e-7, per_travel=4e-5),

@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from pidpanel.coupon.bed import cell_centres
 from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.geometry import cell_centres
 from pidpanel.report import coupon_section, evidence
 from pidpanel.report.coupon_section import beads_block
-from pidpanel.study_coupon import Cell, Coupon, Particles, Sweep
+from pidpanel.study.coupon import Cell, Coupon, Particles, Sweep
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupon import bed
+from pidpanel.coupon import geometry
 from pidpanel.panel.supports import boundary_edges
 from pidpanel.report import pictures
 
@@ -15,13 +15,13 @@ def saturated(image):
 
 
 def scene(values, count=2):
-    centres = bed.cell_centres(6e-3, count)
+    centres = geometry.cell_centres(6e-3, count)
     positions = np.array(
         [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
     )
     return pictures.beads_picture(
         positions, np.full(len(positions), 3e-3), np.resize(values, len(positions)), (0.0, 1.0),
-        outline=bed.cell_outline("hexagon", 6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
+        outline=geometry.cell_outline("hexagon", 6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
     )  # fmt: skip
 
 
@@ -40,7 +40,7 @@ def test_spheres_are_seen_and_coloured_by_their_value():
 def test_cells_stand_in_a_row_with_their_own_spheres():
     # red: every sphere moved like the first cell
     width, count = 6e-3, 5
-    centres = bed.cell_centres(width, count)
+    centres = geometry.cell_centres(width, count)
     offset = np.array([1e-3, -2e-3, 4e-3])
     moved, row = pictures.cells_in_a_row(np.pad(centres, ((0, 0), (0, 1))) + offset, width, count)
     assert moved - np.pad(row, ((0, 0), (0, 1))) == pytest.approx(np.tile(offset, (count, 1)))

@@ -106,8 +106,8 @@ def test_a_coupon_brings_its_figures_and_its_table(study, cases):
     from pidpanel.coupon.cases import cases_of
     from pidpanel.report.evidence import Beads
     from pidpanel.report.figures import Record
-    from pidpanel.study_coupon import Cell, Sweep
-    from pidpanel.study_coupon import Coupon as Asked
+    from pidpanel.study.coupon import Cell, Sweep
+    from pidpanel.study.coupon import Coupon as Asked
 
     sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
     case = cases_of(Asked(cell=Cell(count=1), sweep=sweep))[0]

@@ -73,6 +73,6 @@ rule tabdmp1:
         results("damping/tabdmp1.log"),
     params:
         file=STUDY_FILE,
-        code=code("damping/nastran.py"),
+        code=code("response/tabdmp1.py"),
     shell:
         "python -m scripts.tabdmp1 {params.file} {input.modes} {input.psd} {output} 2> {log}"

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel.damping.nastran import modal_damping_ratio, write_tabdmp1
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
 from pidpanel.study import load_study
 
 if __name__ == "__main__":

@@ -17,11 +17,13 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, contact, deck
+from pidpanel.coupon import contact, geometry
+from pidpanel.coupon.liggghts import deck
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
-    from pidpanel.study_coupon import Coupon
+    from pidpanel.study.coupon import Coupon
 
 POUR_MODULUS = 20e6
 """Pa; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
@@ -58,7 +60,7 @@ class Packing:
     depth: float
     count: int
     diameter: float
-    sizes: bed.Sizes
+    sizes: geometry.Sizes
     density: float
     poissons_ratio: float
     friction: float
@@ -66,14 +68,14 @@ class Packing:
     seed: int
 
     @property
-    def outline(self) -> bed.Array:
+    def outline(self) -> Array:
         """Corners of one cell round its centre, (k, 2) m."""
-        return bed.cell_outline(self.shape, self.across_flats)
+        return geometry.cell_outline(self.shape, self.across_flats)
 
     @property
     def area(self) -> float:
         """Of all cells, m²."""
-        return self.count * bed.polygon_area(self.outline)
+        return self.count * geometry.polygon_area(self.outline)
 
     @cached_property
     def label(self) -> str:
@@ -89,7 +91,7 @@ class Packing:
 
     @staticmethod
     def from_dict(values: dict[str, Any]) -> Packing:
-        return Packing(**{**values, "sizes": bed.Sizes(**values["sizes"])})
+        return Packing(**{**values, "sizes": geometry.Sizes(**values["sizes"])})
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pidpanel.arrays import Array
 
 MIN_BLOCKS = 8
 """Fewest blocks an error is taken from: its own relative error is then 1/√14 = 27 %."""

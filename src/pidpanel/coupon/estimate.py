@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import deck
-from pidpanel.coupon.beds import loosen, pour, read_bed, shake_values, write_start
 from pidpanel.coupon.cases import LOOSEN_CYCLES, Bed, Case, Packing, Run, loosening
-from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.preparation import loosen, pour, read_bed, shake_values, write_start
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 
 BULK_FRACTION = 0.45

@@ -21,16 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import bed, cycles, deck, log
-from pidpanel.coupon.beds import (
-    loosen,
-    pour,
-    read_bed,
-    shake_values,
-    write_start,
-)
+from pidpanel.arrays import Array
+from pidpanel.coupon import cycles, geometry
 from pidpanel.coupon.cases import Bed, Packing, Run, Target
-from pidpanel.coupon.solver import VERSION, Liggghts
+from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts.process import VERSION, Liggghts
+from pidpanel.coupon.preparation import loosen, pour, read_bed, shake_values, write_start
 from pidpanel.coupon.window import measure_balance
 
 FLOOR = 2e-4
@@ -79,13 +75,13 @@ def is_steady(found: cycles.Estimate, done: int) -> bool:
     return found.start < 0.45 * done and abs(found.drift) < DRIFT_LIMIT
 
 
-def read_run(run: Run, folder: Path, legs: list[int], cycles_wanted: int) -> bed.Array:
-    """First rows of a run's cycles, checked; see `log.read_cycles`."""
+def read_run(run: Run, folder: Path, legs: list[int], cycles_wanted: int) -> Array:
+    """First rows of a run's cycles, checked; see `output.read_cycles`."""
     rows, before = [], 0
     for number, leg in enumerate(legs, 1):
         path = folder / f"cycles_{number}.txt"
         rows.append(
-            log.read_cycles(
+            output.read_cycles(
                 path.read_text(),
                 str(path),
                 steps_per_cycle=run.steps_per_cycle,
@@ -95,15 +91,15 @@ def read_run(run: Run, folder: Path, legs: list[int], cycles_wanted: int) -> bed
         )
         before += leg
     if before < cycles_wanted:
-        raise log.LogTruncated(f"{folder}: {before} of {cycles_wanted} cycles")
+        raise output.LogTruncated(f"{folder}: {before} of {cycles_wanted} cycles")
     return np.concatenate(rows)[:cycles_wanted]
 
 
-def harmonic(run: Run, rows: bed.Array, mass: float) -> tuple[bed.Array, bed.Array]:
+def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
     """C_e and m_a of each cycle of a run whose spheres weigh ``mass`` kg together."""
     return cycles.first_harmonic(
-        rows[:, log.CYCLE_COLUMNS.index("p_sin")],
-        rows[:, log.CYCLE_COLUMNS.index("p_cos")],
+        rows[:, output.CYCLE_COLUMNS.index("p_sin")],
+        rows[:, output.CYCLE_COLUMNS.index("p_cos")],
         amplitude=run.amplitude,
         frequency=run.frequency,
         mass=mass,
@@ -111,17 +107,17 @@ def harmonic(run: Run, rows: bed.Array, mass: float) -> tuple[bed.Array, bed.Arr
     )
 
 
-def stored_energy(run: Run, rows: bed.Array, mass: float) -> bed.Array:
+def stored_energy(run: Run, rows: Array, mass: float) -> Array:
     """Kinetic energy and energy of height of the bed, mean of each cycle, J, (n,)."""
     kinetic, rotational, height = (
-        rows[:, log.CYCLE_COLUMNS.index(name)]
+        rows[:, output.CYCLE_COLUMNS.index(name)]
         for name in ("kinetic_energy", "rotational_energy", "height")
     )
     weight = -mass * run.bed.gravity * run.bed.gravity_direction[2]
     return kinetic + rotational + weight * height
 
 
-def estimates(run: Run, rows: bed.Array, mass: float) -> tuple[cycles.Estimate, cycles.Estimate]:
+def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycles.Estimate]:
     """C_e and, from the same rows, m_a of a run."""
     damping, apparent_mass = harmonic(run, rows, mass)
     stored = stored_energy(run, rows, mass)
@@ -153,7 +149,7 @@ def _resumed(run: Run, folder: Path) -> State | None:
 def _begun(run: Run, bed_folder: Path, folder: Path) -> State:
     spheres = read_bed(bed_folder / "bed.csv")
     write_start(folder, run.packing, spheres, bed_folder / "walls.stl")
-    mass = float(bed.masses(spheres[:, 3], run.packing.density).sum())
+    mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
     return State(run.identity, len(spheres), mass)
 
 
@@ -205,7 +201,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> dict[str,
                 state.write(folder)
             last, _, _ = solver.execute("")
             solver.finish()
-            log.check_log(
+            output.check_log(
                 solver.log.read_text(errors="replace"),
                 str(solver.log),
                 last_step=last,
@@ -247,9 +243,9 @@ def _go_on(solver: Liggghts, run: Run, state: State, folder: Path, wanted: int) 
     more = (wanted - state.cycles) * run.steps_per_cycle
     step, atoms, _ = solver.execute(f"run {more}\nwrite_restart {restart}")
     if step != wanted * run.steps_per_cycle:
-        raise log.RunStopped(f"{solver.log}: at step {step}, not {wanted * run.steps_per_cycle}")
+        raise output.RunStopped(f"{solver.log}: at step {step}, not {wanted * run.steps_per_cycle}")
     if atoms != state.spheres:
-        raise log.ParticlesLost(f"{solver.log}: {atoms} spheres of {state.spheres}")
+        raise output.ParticlesLost(f"{solver.log}: {atoms} spheres of {state.spheres}")
     before = state.restart
     state.legs[-1] += wanted - state.cycles
     state.restart = restart
@@ -274,9 +270,9 @@ def _attempt(action: Callable[[], dict[str, Any]], folder: Path) -> dict[str, An
         attempts += 1
         try:
             outcome = {"status": "ok", "message": "", **action()}
-        except log.SolverMissing:
+        except output.SolverMissing:
             raise
-        except log.SolverFailure as failure:
+        except output.SolverFailure as failure:
             outcome = {"status": type(failure).__name__, "message": str(failure)}
         if outcome["status"] == "ok" or attempts == 2:
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -287,7 +283,7 @@ def _attempt(action: Callable[[], dict[str, Any]], folder: Path) -> dict[str, An
                 "liggghts": VERSION,
                 "solver_cpu_s": round(spent, 2),
             }
-        if outcome["status"] != log.RunStopped.__name__:
+        if outcome["status"] != output.RunStopped.__name__:
             shutil.rmtree(folder, ignore_errors=True)
 
 

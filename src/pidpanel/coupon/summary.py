@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles, log
+from pidpanel.coupon import cycles
 from pidpanel.coupon.cases import Case
+from pidpanel.coupon.liggghts import output
 from pidpanel.coupon.runs import FLOOR, estimates, is_steady, read_run
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
@@ -39,7 +40,7 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
                 problems.append((outcome["status"], outcome["message"]))
                 continue
             rows = read_run(run, path.parent, outcome["legs"], outcome["cycles"])
-        except log.SolverFailure as failure:
+        except output.SolverFailure as failure:
             problems.append((type(failure).__name__, str(failure)))
             continue
         found, mass = estimates(run, rows, outcome["mass_kg"])

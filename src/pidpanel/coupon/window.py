@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.coupon import balance, bed, cycles, log
-from pidpanel.coupon.beds import read_diameters, wall_planes
+from pidpanel.coupon import balance, cycles, geometry
 from pidpanel.coupon.cases import Run
-from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.preparation import read_diameters, wall_planes
 
 CLOSURE_LIMIT = 0.02
 """Share of the work that may be missing in the energy balance."""
@@ -84,11 +85,11 @@ def _window(
         "dump_modify spheres sort id"
     )
     solver.execute(f"run {window * steps}\nundump pairs\nundump touches\nundump spheres")
-    motion = log.read_binary_dump(
+    motion = output.read_binary_dump(
         moving.read_bytes(), str(moving), atoms=spheres, columns=1 + len(BALANCE_COLUMNS)
     )
     (pair_frame, pair), (touch_frame, touch) = (
-        log.read_local_dump(
+        output.read_local_dump(
             path.read_text(), str(path), frames=len(motion), columns=8 if rolling else 5
         )
         for path in (pairs, touches)
@@ -99,7 +100,7 @@ def _window(
     phase = 2 * math.pi * (first + stride * np.arange(len(motion))) / steps
     moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
     ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
-    mass = bed.masses(diameters, packing.density)
+    mass = geometry.masses(diameters, packing.density)
     velocity, force = motion[:, :, 4:7], motion[:, :, 10:13]
     found = balance.energy_balance(
         balance.Spheres(

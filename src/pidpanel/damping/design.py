@@ -16,12 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.surface import DampingSurface, groups
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

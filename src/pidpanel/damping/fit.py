@@ -25,12 +25,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import stats
 
+from pidpanel.arrays import Array
 from pidpanel.damping.surface import ERROR, VALUE
-
-Array = NDArray[np.float64]
 
 AT_FILL = ("ln_a1", "a2", "a3")
 OVER_FILL = ("ln_alpha", "beta1", "beta2", "gamma0", "gamma1", "delta0", "delta1")

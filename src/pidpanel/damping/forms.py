@@ -21,15 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import least_squares
 
+from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.laws import FREQUENCY_RANGE, paper_corrected
 from pidpanel.damping.surface import AXES, LEAST_GAP, VALUE, DampingSurface, onset
-
-Array = NDArray[np.float64]
 
 FOLDS = 10
 
@@ -48,7 +46,7 @@ class Points:
     onset: Array
     mass_per_fill: float
 
-    def __getitem__(self, index: NDArray[np.int64]) -> Points:
+    def __getitem__(self, index: Index) -> Points:
         return Points(
             self.fill_fraction[index], self.omega[index], self.acceleration_g[index],
             self.stroke_over_gap[index], self.onset[index], self.mass_per_fill,
@@ -165,7 +163,7 @@ def fit(form: Form, points: Points, log_eta: Array) -> Fit:
     )  # fmt: skip
 
 
-def folds(count: int) -> list[NDArray[np.int64]]:
+def folds(count: int) -> list[Index]:
     """The numbers of the cases left out together: every tenth, so that each fold is spread."""
     return [np.arange(k, count, FOLDS) for k in range(min(FOLDS, count))]
 

@@ -12,11 +12,10 @@ Both laws know neither amplitude nor apparent mass.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pidpanel.arrays import Array
 from pidpanel.damping.surface import DampingError, DampingValues
-
-Array = NDArray[np.float64]
 
 FREQUENCY_RANGE = (5.0, 2000.0)
 """Hz; the range in which the paper shook its coupon."""

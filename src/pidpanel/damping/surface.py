@@ -37,13 +37,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from pidpanel.arrays import Array, Flags
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
-
-Array = NDArray[np.float64]
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
@@ -87,7 +86,7 @@ class DampingValues:
     equivalent_damping: Array
     equivalent_damping_error: Array
     apparent_mass: Array
-    inside: NDArray[np.bool_]
+    inside: Flags
 
 
 def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
@@ -176,7 +175,7 @@ class DampingSurface:
 
     def _values(
         self, fill: Array, frequency: Array, level: Array, log_damping: Array, relative: Array,
-        share: Array, inside: NDArray[np.bool_],
+        share: Array, inside: Flags,
     ) -> DampingValues:  # fmt: skip
         h = onset(level, self.onset_g)
         most = self.bound * fill * frequency
@@ -189,14 +188,14 @@ class DampingSurface:
         """m₁ where it is known, else 0; kg/m²."""
         return self.mass_per_fill if np.isfinite(self.mass_per_fill) else 0.0
 
-    def inside(self, points: Array) -> NDArray[np.bool_]:
+    def inside(self, points: Array) -> Flags:
         """(n,) whether points (n, 3) of r, f and Γ lie within the convex hull of the cases."""
         within = np.all(
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
         spread, normals, offsets = self._facets
         away = _logarithmic(points)[:, spread] @ normals.T + offsets
-        result: NDArray[np.bool_] = within & (away <= 1e-6).all(axis=1)
+        result: Flags = within & (away <= 1e-6).all(axis=1)
         return result
 
     def __call__(
@@ -471,7 +470,7 @@ def _logarithmic(points: Array) -> Array:
     return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
 
-def _facets(points: Array) -> tuple[NDArray[np.bool_], Array, Array]:
+def _facets(points: Array) -> tuple[Flags, Array, Array]:
     """Axes along which points (n, 3) spread, and normals and offsets of their convex hull."""
     spread = np.ptp(points, axis=0) > 1e-9
     of = points[:, spread]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.supports import vertex_spacing
@@ -105,7 +105,7 @@ def with_attachments(
     return replace(plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass))
 
 
-def _along(line: LineMass, element_size: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _along(line: LineMass, element_size: float) -> tuple[Array, Array]:
     """Gauss points (n, 2) along a line [m], and weights that sum to 1."""
     start, end = np.array(line.start), np.array(line.end)
     pieces = max(1, int(np.ceil(4 * np.linalg.norm(end - start) / element_size)))

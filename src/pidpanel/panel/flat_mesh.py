@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh, gmsh_session
 from pidpanel.polygon import Position, Shape, location, show, signed_area
 
@@ -43,9 +44,9 @@ class FlatMesh:
     """
 
     path: Path
-    node: NDArray[np.int64]
-    position: NDArray[np.float64]
-    triangles: NDArray[np.int64]
+    node: Index
+    position: Array
+    triangles: Index
     groups: NDArray[np.str_]
 
     @classmethod
@@ -53,7 +54,7 @@ class FlatMesh:
         cls,
         path: Path,
         node: Sequence[int],
-        position: NDArray[np.float64],
+        position: Array,
         element: Sequence[int],
         corners: Sequence[Sequence[int]],
         group: NDArray[np.str_],
@@ -236,9 +237,7 @@ def read_gmsh(path: Path) -> FlatMesh:
     )
 
 
-def _cut(
-    path: Path, element: int, places: list[int], corners: NDArray[np.float64]
-) -> list[list[int]]:
+def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[list[int]]:
     """Triangles of an element; a quadrilateral is cut along its shorter diagonal."""
     if len(set(places)) < len(places):
         raise ValueError(f"{path}: element {element}: a node stands twice in it")
@@ -255,9 +254,7 @@ def _cut(
     return [[a, b, d], [b, c, d]]
 
 
-def _check_orientation(
-    path: Path, element: NDArray[np.int64], corners: NDArray[np.float64]
-) -> None:
+def _check_orientation(path: Path, element: Index, corners: Array) -> None:
     """Refuse triangles without area, and those turned over against the first."""
     x, y = corners.transpose(2, 1, 0)
     area = 0.5 * ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]))
@@ -273,9 +270,7 @@ def _check_orientation(
         )
 
 
-def _check_apart(
-    path: Path, node: NDArray[np.int64], position: NDArray[np.float64], close: float
-) -> None:
+def _check_apart(path: Path, node: Index, position: Array, close: float) -> None:
     """Refuse two nodes at one place."""
     pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
     if len(pairs):

@@ -19,7 +19,7 @@ from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
-from pidpanel.study_panel import Material, Node, Panel, Ply
+from pidpanel.study.panel import Material, Node, Panel, Ply
 
 
 def section_of(panel: Panel) -> ThinSection | ShearSection:

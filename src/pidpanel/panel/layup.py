@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.panel.section import Layer
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

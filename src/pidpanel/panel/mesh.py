@@ -18,7 +18,8 @@ from pathlib import Path
 import gmsh
 import meshio
 import numpy as np
-from numpy.typing import NDArray
+
+from pidpanel.arrays import Array, Index
 
 PANEL_GROUP = "panel"
 CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}
@@ -43,10 +44,10 @@ class PanelMesh:
         Vertex number of each response point.
     """
 
-    vertices: NDArray[np.float64]
-    cells: NDArray[np.int64]
+    vertices: Array
+    cells: Index
     cell_kind: str
-    patch_cells: dict[str, NDArray[np.int64]]
+    patch_cells: dict[str, Index]
     point_vertices: dict[str, int]
 
 
@@ -147,7 +148,7 @@ def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
     gmsh.model.setPhysicalName(dimension, group, name)
 
 
-def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[NDArray[np.int64]]:
+def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[Index]:
     """Members of a physical group: for each block of cells, the numbers within the block."""
     if name not in raw.field_data or raw.field_data[name][1] != dimension:
         found = sorted(key for key, (_, dim) in raw.field_data.items() if dim == dimension)
@@ -156,14 +157,14 @@ def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[NDAr
     return list(raw.cell_sets[name])
 
 
-def row_order(positions: NDArray[np.float64]) -> NDArray[np.int64]:
+def row_order(positions: Array) -> Index:
     """Order of points by rows: by y, then by x; rounding does not split a row."""
     extent = np.ptp(positions, axis=0).max()
     x, y = np.round(positions / extent, 9).T
     return np.lexsort((x, y))
 
 
-def counter_clockwise(vertices: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.int64]:
+def counter_clockwise(vertices: Array, cells: Index) -> Index:
     """Turn clockwise cells around."""
     x, y = vertices[cells[:, :3]].transpose(2, 1, 0)
     turn = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])

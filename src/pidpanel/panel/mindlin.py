@@ -10,10 +10,10 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from skfem import BilinearForm, CellBasis, ElementTriP2, ElementTriP3, ElementVector, MeshTri
 from skfem.helpers import dot, grad
 
+from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
@@ -44,7 +44,7 @@ class ShearSection(Section, Protocol):
     """A section with core shear and rotary inertia."""
 
     @property
-    def shear(self) -> NDArray[np.float64]:
+    def shear(self) -> Array:
         """S, shear force (q_x, q_y) per shear angle [N/m], shape (2, 2)."""
 
     @property
@@ -181,9 +181,9 @@ def _held(
     facet = {tuple(pair): k for k, pair in enumerate(pairs)}
     still = np.zeros((1, 0))
     w_rows: dict[int, str] = {}
-    b_rows: dict[int, tuple[str, NDArray[np.int64], list[NDArray[np.float64]]]] = {}
+    b_rows: dict[int, tuple[str, Index, list[Array]]] = {}
 
-    def hold(name: str, place: int, dofs: NDArray[np.int64], rows: NDArray[np.float64]) -> None:
+    def hold(name: str, place: int, dofs: Index, rows: Array) -> None:
         b_rows.setdefault(place, (name, dofs + deflection.N, []))[2].append(rows)
 
     for (start, end), (kind, tangent) in edges.items():
@@ -227,7 +227,7 @@ def _held(
     return blocks
 
 
-def _forbidden_rotation(kind: str, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forbidden_rotation(kind: str, tangent: Array) -> Array:
     """Rows on (b_x, b_y) that vanish at a supported edge, shape (n, 2)."""
     if kind == "clamped":
         return np.eye(2)

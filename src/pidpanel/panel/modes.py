@@ -12,8 +12,8 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.polygon import signed_area
@@ -85,27 +85,27 @@ class PanelBasis:
         Names of the patches, in the order of `patch_overlap`.
     """
 
-    natural_frequency: NDArray[np.float64]
-    modal_mass: NDArray[np.float64]
-    is_residual: NDArray[np.bool_]
-    shape_at_points: NDArray[np.float64]
-    patch_overlap: NDArray[np.float64]
-    quadrature_position: NDArray[np.float64]
-    quadrature_weight: NDArray[np.float64]
-    shape_at_quadrature: NDArray[np.float64]
-    vertex_position: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    shape_at_vertices: NDArray[np.float64]
-    curvature_at_vertices: NDArray[np.float64]
-    shear_at_vertices: NDArray[np.float64]
-    curvature_at_points: NDArray[np.float64]
-    shear_at_points: NDArray[np.float64]
+    natural_frequency: Array
+    modal_mass: Array
+    is_residual: Flags
+    shape_at_points: Array
+    patch_overlap: Array
+    quadrature_position: Array
+    quadrature_weight: Array
+    shape_at_quadrature: Array
+    vertex_position: Array
+    cells: Index
+    shape_at_vertices: Array
+    curvature_at_vertices: Array
+    shear_at_vertices: Array
+    curvature_at_points: Array
+    shear_at_points: Array
     layer_names: tuple[str, ...]
-    layer_strain: NDArray[np.float64]
-    layer_stress: NDArray[np.float64]
-    core_stress: NDArray[np.float64]
-    point_position: NDArray[np.float64]
-    cell_in_patch: NDArray[np.bool_]
+    layer_strain: Array
+    layer_stress: Array
+    core_stress: Array
+    point_position: Array
+    cell_in_patch: Flags
     point_names: tuple[str, ...]
     patch_names: tuple[str, ...]
 
@@ -184,7 +184,7 @@ def panel_basis(
     )
 
 
-def patch_areas(basis: PanelBasis) -> NDArray[np.float64]:
+def patch_areas(basis: PanelBasis) -> Array:
     """Area of each patch [m^2], shape (n_patches,)."""
     area = np.array([signed_area(corners) for corners in basis.vertex_position[basis.cells]])
     return basis.cell_in_patch @ area
@@ -229,9 +229,7 @@ def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
     return int(np.sum(factors.U.diagonal() < 0))
 
 
-def normal_modes(
-    plate: AssembledPlate, frequency_limit: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, Array]:
     """All modes below a frequency, (K - (2 pi f_i)^2 M) phi_i = 0, rigid-body modes at 0 Hz first.
 
     Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
@@ -308,16 +306,14 @@ def _factors(matrix: sp.csr_array) -> spla.SuperLU:
     )
 
 
-def _is_rigid(plate: AssembledPlate, modes: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_rigid(plate: AssembledPlate, modes: Array) -> Flags:
     """Whether the elastic energy of each mode is mere rounding."""
     energy = np.einsum("ki,ki->i", modes, plate.stiffness @ modes)
     terms = np.einsum("ki,ki->i", abs(modes), abs(plate.stiffness) @ abs(modes))
     return energy < RIGID * terms
 
 
-def residual_vectors(
-    plate: AssembledPlate, modes: NDArray[np.float64], tolerance: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> tuple[Array, Array]:
     """Static answer of the panel to the forces of its patches, beyond the modes.
 
     X = K^-1 [D_1 Phi, D_2 Phi, ...], made M-orthogonal to the modes (and with that
@@ -374,7 +370,7 @@ def residual_vectors(
     return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
 
 
-def _normalise(plate: AssembledPlate, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normalise(plate: AssembledPlate, vectors: Array) -> Array:
     """Scale each column to max |w| = 1 over the vertices, w > 0 there.
 
     A symmetric shape has several vertices with the same |w|; the first of them, to within

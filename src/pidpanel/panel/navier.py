@@ -5,9 +5,10 @@ k^2 = (m pi / a)^2 + (n pi / b)^2.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from pidpanel.arrays import Array, Index
 from pidpanel.panel.mindlin import ShearSection
 from pidpanel.panel.modes import PanelBasis
 
@@ -18,7 +19,7 @@ def thin_plate_frequency(
     size: tuple[float, float],
     bending_stiffness: float,
     mass_per_area: float,
-) -> NDArray[np.float64]:
+) -> Array:
     """Natural frequency of a thin rectangle, omega^2 = D k^4 / m''.
 
     Parameters
@@ -55,7 +56,7 @@ def sandwich_frequency(
     bending_stiffness: float,
     shear_stiffness: float,
     mass_per_area: float,
-) -> NDArray[np.float64]:
+) -> Array:
     """Natural frequency of a sandwich rectangle, omega^2 = D k^4 / (m'' (1 + D k^2 / S)).
 
     Isotropic core, hard simple support, rotary inertia neglected.
@@ -93,7 +94,7 @@ def sandwich_frequency(
 
 def shear_plate_frequency(
     m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ShearSection
-) -> NDArray[np.float64]:
+) -> Array:
     """First natural frequency of each order of a rectangle with transverse shear.
 
     Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and
@@ -149,16 +150,12 @@ def is_aligned(section: ShearSection) -> bool:
     return bool(np.abs(D[:2, 2]).max() < 1e-9 * D.max() and abs(S[0, 1]) < 1e-9 * S.max())
 
 
-def wave_number_squared(
-    m: ArrayLike, n: ArrayLike, size: tuple[float, float]
-) -> NDArray[np.float64]:
+def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -> Array:
     """k^2 = (m pi / a)^2 + (n pi / b)^2 [1/m^2]; arguments as in `thin_plate_frequency`."""
     return (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
 
 
-def sine_shapes(
-    m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:
     """Shapes sin(m pi x / a) sin(n pi y / b) at positions.
 
     Parameters
@@ -181,7 +178,7 @@ def sine_shapes(
 
 def mode_orders(
     basis: PanelBasis, size: tuple[float, float], pair_tolerance: float = 2e-3
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[Index, Array]:
     """Give each computed mode of a rectangle the order (m, n) of its sine.
 
     Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, come out as any

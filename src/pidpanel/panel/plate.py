@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from skfem import BilinearForm, CellBasis, Element, Mesh
 
+from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.section import Section
 
@@ -56,10 +56,10 @@ class AssembledPlate:
     stiffness: sp.csr_array
     mass: sp.csr_array
     patch_overlap: dict[str, sp.csr_array]
-    interpolate: Callable[[NDArray[np.float64]], sp.csr_array]
+    interpolate: Callable[[Array], sp.csr_array]
     at_vertices: sp.csr_array
-    quadrature_position: NDArray[np.float64]
-    quadrature_weight: NDArray[np.float64]
+    quadrature_position: Array
+    quadrature_weight: Array
     at_quadrature: sp.csr_array
     curvature_at_vertices: tuple[sp.csr_array, ...]
     shear_at_vertices: tuple[sp.csr_array, ...]
@@ -97,7 +97,7 @@ def assembled_plate(
     """
     skmesh, element = deflection.mesh, deflection.elem
 
-    def interpolate(positions: NDArray[np.float64]) -> sp.csr_array:
+    def interpolate(positions: Array) -> sp.csr_array:
         return sp.csr_array(sp.csr_array(deflection.probes(np.asarray(positions).T)) @ free)
 
     patch_overlap = {}
@@ -125,7 +125,7 @@ def assembled_plate(
     )
 
 
-def at_quadrature(basis: CellBasis, values: Sequence[NDArray[np.float64]]) -> sp.csr_array:
+def at_quadrature(basis: CellBasis, values: Sequence[Array]) -> sp.csr_array:
     """Matrix (n_quadrature, n_dofs) from the values (n_cells, n_points) of each basis function."""
     n_cells, n_points = basis.dx.shape
     point = np.arange(n_cells * n_points)

@@ -11,10 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.polygon import Position, signed_area
-
-Array = NDArray[np.float64]
 
 POINT_KINDS = ("hinge", "hold_down")
 EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
@@ -97,7 +96,7 @@ class HeldVertex:
     edges: list[tuple[str, Array, Array]]
 
 
-def boundary_edges(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+def boundary_edges(cells: Index) -> Index:
     """Edges with a cell on one side only, the panel to their left, shape (n, 2)."""
     edges = np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1).reshape(-1, 2)
     ordered = np.sort(edges, axis=1)
@@ -105,7 +104,7 @@ def boundary_edges(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return edges[np.sort(first[count == 1])]
 
 
-def boundary_loops(vertices: Array, cells: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
     """Closed chains of vertices round a set of cells, outer boundaries and holes.
 
     Parameters
@@ -198,7 +197,7 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
 
 def _mark(
     mesh: PanelMesh,
-    loops: Sequence[NDArray[np.int64]],
+    loops: Sequence[Index],
     kinds: Sequence[NDArray[np.object_]],
     support: EdgeSupport,
 ) -> None:
@@ -244,7 +243,7 @@ def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
     return nearest
 
 
-def foot_cells(mesh: PanelMesh, support: PointSupport) -> NDArray[np.int64]:
+def foot_cells(mesh: PanelMesh, support: PointSupport) -> Index:
     """Cells whose centre lies within the foot of a support."""
     centre = mesh.vertices[mesh.cells].mean(axis=1)
     return np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
@@ -290,7 +289,7 @@ class Block:
     """
 
     name: str
-    dofs: NDArray[np.int64]
+    dofs: Index
     columns: Array
 
 

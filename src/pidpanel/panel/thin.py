@@ -6,7 +6,6 @@ Bogner-Fox-Schmit (bicubic) on axis-parallel rectangles, Argyris (quintic) on tr
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 from skfem import (
     BilinearForm,
     CellBasis,
@@ -20,6 +19,7 @@ from skfem import (
 )
 from skfem.helpers import dd
 
+from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
@@ -212,7 +212,7 @@ def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
     return blocks
 
 
-def _forbidden(held: HeldVertex, h: float) -> NDArray[np.float64]:
+def _forbidden(held: HeldVertex, h: float) -> Array:
     """Rows on (w, h w_x, h w_y, h^2 w_xx, h^2 w_xy, h^2 w_yy) that vanish at a vertex.
 
     With t along the edge and s the length along it: w = 0, so w_,t = 0 and

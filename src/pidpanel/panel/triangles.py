@@ -6,8 +6,8 @@ from typing import Any
 
 import gmsh
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.panel.mesh import (
     PANEL_GROUP,
     PanelMesh,
@@ -130,7 +130,7 @@ def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: 
             )
 
 
-def reentrant_corners(shapes: Iterable[Shape]) -> NDArray[np.float64]:
+def reentrant_corners(shapes: Iterable[Shape]) -> Array:
     """Corners of an outline and its holes at which the panel spans more than 180 degrees.
 
     Parameters

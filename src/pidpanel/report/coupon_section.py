@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon.bed import cell_centres
+from pidpanel.coupon.geometry import cell_centres
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import figures, pictures, style, tables
 from pidpanel.report.evidence import Beads

@@ -18,14 +18,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import AXES, ERROR, VALUE, DampingSurface
 from pidpanel.report import style
 from pidpanel.report.figures import WIDTH
-
-Array = NDArray[np.float64]
 
 FILL, FREQUENCY, LEVEL = AXES
 LABELS = {FILL: "fill fraction r", FREQUENCY: "frequency, Hz", LEVEL: "Γ, g"}

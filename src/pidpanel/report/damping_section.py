@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.damping import forms
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5, paper_constants
@@ -18,8 +18,6 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.report import damping_figures, style
 from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
 from pidpanel.report.tables import number, records
-
-Array = NDArray[np.float64]
 
 FORM_NAMES = {
     "paper_corrected": "the paper's law, corrected: Eq. 5 and 6, |a₁|, f in Hz, its constants",

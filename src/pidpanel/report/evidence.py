@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import beds, cycles, log, runs
+from pidpanel.coupon import cycles, preparation, runs
 from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.liggghts import output
 from pidpanel.report.figures import Record
-
-Array = NDArray[np.float64]
 
 PICTURED = (0.5, 158.0, 10.0)
 """Fill fraction, frequency (Hz) and Γ of the case that is pictured, or the nearest to them."""
@@ -136,7 +135,7 @@ def read_beads(case: Case, folder: Path) -> Beads:
     run, path = case.point, case.outcomes(folder)[0]
     outcome = json.loads(path.read_text())
     last = path.parent / "last.dump"
-    state = log.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
-    diameters = beds.read_diameters((path.parent / "start.data").read_text())
+    state = output.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
+    diameters = preparation.read_diameters((path.parent / "start.data").read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
     return Beads(run, case.label, state[:, :3], diameters, speed, outcome["cycles"])

@@ -21,11 +21,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.supports import boundary_edges
 from pidpanel.report import style
-
-Array = NDArray[np.float64]
 
 WIDTH = 10.0
 """Inches of a figure that fills the page."""
@@ -58,7 +57,7 @@ class Curve:
     label: str
     values: Array
     colour: str
-    inside: NDArray[np.bool_] | None = None
+    inside: Flags | None = None
     width: float = 0.9
     log_error: Array | None = None
 
@@ -332,8 +331,8 @@ def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
 
 def mesh_figure(
     vertices: Array,
-    cells: NDArray[np.int64],
-    patches: Mapping[str, NDArray[np.bool_]],
+    cells: Index,
+    patches: Mapping[str, Flags],
     points: Mapping[str, tuple[float, float]],
 ) -> Figure:
     """The mesh with its patches and response points.

@@ -16,14 +16,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.polygon import signed_area
 from pidpanel.response.bands import band_rms, reduction, third_octaves
 from pidpanel.study import Study
-
-Array = NDArray[np.float64]
 
 ALIKE = 1.0
 """dB; two rms values closer than this are one to whoever reads a plot over six decades."""

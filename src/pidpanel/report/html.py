@@ -14,7 +14,7 @@ from typing import Literal
 
 import jinja2
 
-TEMPLATES = Path(__file__).resolve().parents[3] / "templates" / "report"
+from pidpanel.paths import TEMPLATES
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Page:
         return [b for s in self.sections for b in s.blocks if isinstance(b, Picture)]
 
 
-def render(page: Page, folder: Path = TEMPLATES) -> str:
+def render(page: Page, folder: Path = TEMPLATES / "report") -> str:
     """Return the page as one HTML text.
 
     Raises

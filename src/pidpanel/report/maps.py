@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.polygon import signed_area
 from pidpanel.report import style
@@ -26,7 +26,7 @@ BEYOND = 0.01
 """Share of the area beyond the end of the colours."""
 
 
-def patch_edges(cells: NDArray[np.int64], cell_in_patch: NDArray[np.bool_]) -> NDArray[np.int64]:
+def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
     """Vertex numbers (n, 2) of the edges round the patches: those of one cell of a patch only.
 
     Examples
@@ -46,7 +46,7 @@ def patch_edges(cells: NDArray[np.int64], cell_in_patch: NDArray[np.bool_]) -> N
 
 def map_figure(
     maps: xr.Dataset,
-    cell_in_patch: NDArray[np.bool_],
+    cell_in_patch: Flags,
     titles: Mapping[tuple[str, str], str],
 ) -> Figure:
     """A row for each case, a column for each of `SHOWN`; one scale of colour a column.
@@ -95,7 +95,7 @@ def map_figure(
     return figure
 
 
-def _exceeded_by(values: NDArray[np.float64], area: NDArray[np.float64]) -> float:
+def _exceeded_by(values: Array, area: Array) -> float:
     """The value that `BEYOND` of the area exceeds, of several maps (n, n_cells) the largest."""
     tops = []
     for one in values:
@@ -105,9 +105,7 @@ def _exceeded_by(values: NDArray[np.float64], area: NDArray[np.float64]) -> floa
     return float(max(tops))
 
 
-def map_section(
-    maps: xr.Dataset, cell_in_patch: NDArray[np.bool_], names: Mapping[str, str]
-) -> Section:
+def map_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> Section:
     """The maps of a study.
 
     Parameters

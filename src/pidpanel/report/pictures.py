@@ -11,9 +11,9 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from pidpanel.coupon import bed
+from pidpanel.arrays import Array, Index
+from pidpanel.coupon import geometry
 
-Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 ROW_PITCH = 1.35
@@ -26,7 +26,7 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
     Parameters
     ----------
     positions
-        (n, 3) m, in cells at `bed.cell_centres`.
+        (n, 3) m, in cells at `geometry.cell_centres`.
     across_flats, count
         Width of a cell in m, and how many there are.
 
@@ -37,7 +37,7 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
     centres
         (count, 2) m.
     """
-    centres = bed.cell_centres(across_flats, count)
+    centres = geometry.cell_centres(across_flats, count)
     row = np.zeros_like(centres)
     row[:, 0] = ROW_PITCH * across_flats * np.arange(count)
     away = np.linalg.norm(positions[:, None, :2] - centres[None], axis=-1)
@@ -65,7 +65,7 @@ def beads_picture(
     Parameters
     ----------
     positions
-        (n, 3) centres, m, in cells at `bed.cell_centres`.
+        (n, 3) centres, m, in cells at `geometry.cell_centres`.
     diameters
         (n,) m.
     values, limits
@@ -126,9 +126,9 @@ def beads_picture(
 
 def mode_pictures(
     vertices: Array,
-    cells: NDArray[np.int64],
+    cells: Index,
     shapes: Array,
-    lines: NDArray[np.int64],
+    lines: Index,
     points: Array,
     *,
     colormap: str = "RdBu_r",

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Flags
 from pidpanel.report import figures, findings, style, tables
 from pidpanel.report.figures import Curve, Panel
 from pidpanel.report.html import Block, Paragraph, Picture, Section
 from pidpanel.report.inputs import Inputs
 from pidpanel.response.bands import reduction
 from pidpanel.study import Scenario
-
-Array = NDArray[np.float64]
 
 EQUIVALENT_SINE = (
     "Γ = √2 a_rms/g of the patch, the sine of equal rms, is an assumption; C_e of a single tone "
@@ -80,7 +78,7 @@ def _known_as(inputs: Inputs, name: str, scenario: Scenario) -> tuple[str, str]:
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def _inside(inputs: Inputs, reading: str, label: str) -> NDArray[np.bool_]:
+def _inside(inputs: Inputs, reading: str, label: str) -> Flags:
     inside = inputs.psd["inside"].sel(reading=reading, scenario=label).to_numpy()
     return np.asarray(inside > 0.5)
 

@@ -9,25 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pidpanel.report import (
-    figures,
-    findings,
-    maps,
-    panel,
-    radiation,
-    stress,
-    style,
-    tables,
-)
+from pidpanel.report import figures, findings, maps, panel, radiation, stress, style, tables
 from pidpanel.report.coupon_section import coupon_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.html import Page, Picture, Section, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.response_section import response_section
-
-Array = NDArray[np.float64]
 
 OVERSTATED = (
     "C_e and m_a come from coupons shaken by one tone at a time. The panel moves at all "

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pidpanel.coupon import inelastic
-from pidpanel.coupon.solver import VERSION
+from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.verification import contacts, shaken
 from pidpanel.report import style
 from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table

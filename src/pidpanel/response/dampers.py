@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pidpanel.arrays import Array, Complexes
 from pidpanel.response.lines import root_mean_square
 from pidpanel.response.modal import (
     BarePanel,
@@ -26,8 +27,6 @@ from pidpanel.response.modal import (
     matrices_at,
 )
 from pidpanel.response.model import (
-    Complexes,
-    Floats,
     ModalBasis,
     Patches,
     Response,
@@ -159,10 +158,10 @@ class PatchMotion:
         (1,) as of the `BarePanel`.
     """
 
-    frequency: Floats
+    frequency: Array
     eigenvalue: Complexes
     weight: Complexes
-    damping_norm: Floats
+    damping_norm: Array
 
     @staticmethod
     def of(bare: BarePanel) -> "PatchMotion":
@@ -217,13 +216,13 @@ class PatchMotion:
         norm = np.array([np.max(own / basis.damping)])
         return PatchMotion(frequency, own * receptance, weight, norm)
 
-    def acceleration_psd(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Floats:
+    def acceleration_psd(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Array:
         """Return the mean over the patch of the acceleration PSD (nf,) [(m/s²)²/Hz].
 
         Parameters and errors are those of `attach_dampers`, each (nf,).
         """
         d, seen = self._followed(equivalent_damping, apparent_mass)
-        psd: Floats = np.sum(d * seen, axis=1).real
+        psd: Array = np.sum(d * seen, axis=1).real
         return psd
 
     def acceleration_slope(
@@ -297,14 +296,14 @@ def diagonal_response(
 
 
 def diagonal_slope(
-    frequency: Floats,
+    frequency: Array,
     basis: ModalBasis,
     patch: Patches,
     motion_at_points: ArrayLike,
-    pressure_psd: Floats,
+    pressure_psd: Array,
     modal_force: MatrixInput,
-    equivalent_damping: Floats,
-    apparent_mass: Floats,
+    equivalent_damping: Array,
+    apparent_mass: Array,
 ) -> Complexes:
     """Return t (nf, n_points) of `acceleration_slope` in the paper's form: δH_i = −H_i² D_ii δs.
 
@@ -327,7 +326,7 @@ def diagonal_slope(
 
 
 def _diagonal_transfer(
-    frequency: Floats, basis: ModalBasis, overlap: Floats, damping: Floats, mass: Floats
+    frequency: Array, basis: ModalBasis, overlap: Array, damping: Array, mass: Array
 ) -> Complexes:
     """(nf, n) H_i, with the diagonals (n_patches, n) of D."""
     omega = 2 * np.pi * frequency
@@ -336,7 +335,7 @@ def _diagonal_transfer(
     return transfer
 
 
-def check_stable(damping: Floats, damping_norm: Floats, allow_negative: bool) -> None:
+def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> None:
     """Refuse C_e < 0 unless allowed and outweighed.
 
     D_p ≤ norm_p C as quadratic forms, so Σ_p max(−C_e,p, 0) norm_p < 1 keeps C + Σ C_e D positive.

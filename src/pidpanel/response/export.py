@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pyuff
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.bands import band_rms, reduction, third_octaves
-from pidpanel.response.model import Floats
 
 PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 """Codes of Universal File 58: function type, kind of abscissa and of ordinate."""
@@ -40,10 +40,10 @@ class Curve:
     scenario: str
     point: str
     node: int
-    acceleration_psd: Floats
+    acceleration_psd: Array
 
 
-def write_tabrnd1(path: Path, frequency: Floats, curves: Sequence[Curve], title: str) -> None:
+def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
     """Write bulk data cards TABRND1, large field, linear in both axes, in (m/s²)²/Hz.
 
     Lines of the response are close enough for straight lines between them, which is what the
@@ -71,7 +71,7 @@ def write_tabrnd1(path: Path, frequency: Floats, curves: Sequence[Curve], title:
                 file.write("*       " + "".join(cells[start : start + 4]) + "\n")
 
 
-def write_uff58(path: Path, frequency: Floats, curves: Sequence[Curve], title: str) -> None:
+def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
     """Write data sets 58 (function at nodal degree of freedom), ASCII, double precision.
 
     Parameters are those of `write_tabrnd1`; the file ends in ``.uff``.
@@ -103,7 +103,7 @@ def write_uff58(path: Path, frequency: Floats, curves: Sequence[Curve], title: s
 
 
 def third_octave_rows(
-    frequency: Floats, curves: Sequence[Curve], bare: Mapping[tuple[str, str], Floats]
+    frequency: Array, curves: Sequence[Curve], bare: Mapping[tuple[str, str], Array]
 ) -> pd.DataFrame:
     """Rms and mean PSD of every curve in third octaves, with the reduction against bare.
 

@@ -15,18 +15,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 
-Floats = NDArray[np.float64]
-
-DampingOfLevel = Callable[[Floats, float], tuple[ArrayLike, ArrayLike, ArrayLike]]
+DampingOfLevel = Callable[[Array, float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], whether Γ and the
 frequencies are within the domain of the data (one bool or (nf,))."""
 
-RmsOfDamping = Callable[[Floats, Floats], float]
+RmsOfDamping = Callable[[Array, Array], float]
 """(C_e (nf,), m_a (nf,)) → rms acceleration of the patch [m/s²]."""
 
 
@@ -66,8 +65,8 @@ class FixedPoint:
     residual: float
     stable: bool
     within_domain: bool
-    equivalent_damping: Floats
-    apparent_mass: Floats
+    equivalent_damping: Array
+    apparent_mass: Array
 
 
 @dataclass(frozen=True)
@@ -199,7 +198,7 @@ def _close_in(
     surplus: Callable[[float], float],
     bracket: tuple[float, float],
     falls: bool,
-    lines: Floats,
+    lines: Array,
     damping: DampingOfLevel,
     tolerance: float,
 ) -> FixedPoint:

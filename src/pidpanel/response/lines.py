@@ -1,16 +1,16 @@
 """Frequency lines that resolve resonances, and rms values from PSDs on them."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from pidpanel.arrays import Array
 
 
 class GridError(ValueError):
     """A range or spacing of frequency lines that makes no grid."""
 
 
-def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Floats:
+def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Array:
     """Return √∫ S df along the first axis, by the trapezoidal rule.
 
     On a grid even in log f the rule converges exponentially in the lines per half-power bandwidth
@@ -32,7 +32,7 @@ def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Floats:
     >>> float(root_mean_square([10.0, 30.0, 110.0], [4.0, 4.0, 4.0]))
     20.0
     """
-    mean_square: Floats = np.trapezoid(
+    mean_square: Array = np.trapezoid(
         np.asarray(psd, dtype=np.float64), np.asarray(frequency, dtype=np.float64), axis=0
     )
     return np.sqrt(mean_square)
@@ -45,7 +45,7 @@ def frequency_grid(
     natural_frequency: ArrayLike = (),
     jumps: ArrayLike = (),
     lines_per_bandwidth: float = 8.0,
-) -> Floats:
+) -> Array:
     """Return frequency lines that resolve every resonance with at least the given damping ratio.
 
     Lines are even in log f, `lines_per_bandwidth` to the half-power bandwidth 2ζf, everywhere and

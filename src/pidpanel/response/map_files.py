@@ -7,9 +7,8 @@ from xml.sax.saxutils import quoteattr
 import meshio
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from pidpanel.response.model import Floats
+from pidpanel.arrays import Array, Index
 from pidpanel.response.stress import QUANTITIES
 
 UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
@@ -19,9 +18,9 @@ UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
 
 
 def map_dataset(
-    found: Mapping[tuple[str, str], Mapping[str, Floats]],
-    vertex_position: Floats,
-    cells: NDArray[np.int64],
+    found: Mapping[tuple[str, str], Mapping[str, Array]],
+    vertex_position: Array,
+    cells: Index,
     layers: Sequence[str],
 ) -> xr.Dataset:
     """Rms maps of some scenarios over the vertices of the mesh.

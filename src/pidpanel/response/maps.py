@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.modal import LINES_AT_ONCE, MatrixInput, bare_panels
-from pidpanel.response.model import Floats, ModalBasis, Patches
+from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.stress import VON_MISES, Layers
 
 MAP_CUTOFF = 1e-4
@@ -31,17 +32,17 @@ class ModalCovariance:
         (n, n) Σ_a [m²/s⁴] and Σ_w [m²].
     """
 
-    acceleration: Floats
-    displacement: Floats
+    acceleration: Array
+    displacement: Array
 
 
 def modal_covariances(
-    frequency: Floats,
+    frequency: Array,
     basis: ModalBasis,
     patches: Patches,
-    pressure_psd: Floats,
+    pressure_psd: Array,
     modal_force: MatrixInput,
-    dampers: Sequence[tuple[Floats, Floats, float]],
+    dampers: Sequence[tuple[Array, Array, float]],
     air_stiffness: MatrixInput | None = None,
 ) -> list[ModalCovariance]:
     """Return Σ_a and Σ_w of several dampers on the same patches.
@@ -79,7 +80,7 @@ def modal_covariances(
     return [ModalCovariance(*one) for one in total]
 
 
-def rms_map(covariance: Floats, motion: Floats) -> Floats:
+def rms_map(covariance: Array, motion: Array) -> Array:
     """Return the rms of a motion at every place.
 
     Parameters
@@ -89,11 +90,11 @@ def rms_map(covariance: Floats, motion: Floats) -> Floats:
     motion
         (n_places, n) the motion as rows over the shapes.
     """
-    mean_square: Floats = np.einsum("vi,ij,vj->v", motion, covariance, motion, optimize=True)
+    mean_square: Array = np.einsum("vi,ij,vj->v", motion, covariance, motion, optimize=True)
     return np.sqrt(np.maximum(mean_square, 0.0))
 
 
-def layer_maps(displacement: Floats, curvature: Floats, layers: Layers) -> dict[str, Floats]:
+def layer_maps(displacement: Array, curvature: Array, layers: Layers) -> dict[str, Array]:
     """Return the rms of strain, stress and von Mises stress at every place.
 
     Parameters

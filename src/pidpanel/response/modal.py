@@ -26,17 +26,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pidpanel.response.model import (
-    Complexes,
-    Floats,
-    ModalBasis,
-    Patches,
-    ResponseError,
-    checked_array,
-)
+from pidpanel.arrays import Array, Complexes
+from pidpanel.response.model import ModalBasis, Patches, ResponseError, checked_array
 
-Matrices = Floats | Complexes
-MatrixInput = Matrices | Callable[[Floats], Matrices]
+Matrices = Array | Complexes
+MatrixInput = Matrices | Callable[[Array], Matrices]
 """(n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n)."""
 
 OVERLAP_CUTOFF = 1e-8
@@ -72,13 +66,13 @@ class BarePanel:
         from the panel's own damping.
     """
 
-    frequency: Floats
+    frequency: Array
     patches: Patches
     patch_columns: list[slice]
     receptance: Complexes
     patch_psd: Complexes
     point_psd: Complexes
-    damping_norm: Floats
+    damping_norm: Array
 
 
 def bare_panels(
@@ -177,7 +171,7 @@ def bare_panels(
     ]
 
 
-def dense_stiffness(frequency: Floats, basis: ModalBasis, air: Matrices | None) -> Complexes:
+def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -> Complexes:
     """Return Z₀ (nf, n, n) of the bare panel."""
     diagonal = basis.dynamic_stiffness(frequency)
     stiffness = np.zeros((*diagonal.shape, diagonal.shape[1]), dtype=np.complex128)
@@ -189,7 +183,7 @@ def dense_stiffness(frequency: Floats, basis: ModalBasis, air: Matrices | None) 
 
 
 def _solve_bare(
-    frequency: Floats, basis: ModalBasis, observed: Floats, air: Matrices | None
+    frequency: Array, basis: ModalBasis, observed: Array, air: Matrices | None
 ) -> Complexes:
     """Return Z₀⁻¹ W, (nf, n, nw); Z₀ is diagonal in vacuum."""
     if air is None:
@@ -197,7 +191,8 @@ def _solve_bare(
         return in_vacuum
     stiffness = dense_stiffness(frequency, basis, air)
     right = np.broadcast_to(observed, (frequency.size, *observed.shape))
-    return np.linalg.solve(stiffness, right)
+    in_air: Complexes = np.linalg.solve(stiffness, right)
+    return in_air
 
 
 def _product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
@@ -212,7 +207,7 @@ def _product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
     return product
 
 
-def matrices_at(matrix: MatrixInput, frequency: Floats, lines: slice, n: int) -> Matrices:
+def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> Matrices:
     """Return the matrices of some lines, (n_lines, n, n), or (1, n, n) where all are equal."""
     if callable(matrix):
         values: NDArray[Any] = matrix(frequency[lines])
@@ -237,7 +232,7 @@ def chunks_of_lines(count: int) -> list[slice]:
     ]
 
 
-def checked_frequency(frequency: ArrayLike) -> Floats:
+def checked_frequency(frequency: ArrayLike) -> Array:
     array = np.asarray(frequency, dtype=np.float64)
     if array.ndim != 1 or array.size == 0:
         raise ResponseError(f"frequency has shape {array.shape}: (nf,) with nf > 0 is needed")
@@ -246,14 +241,14 @@ def checked_frequency(frequency: ArrayLike) -> Floats:
     return array
 
 
-def checked_pressure_psd(pressure_psd: ArrayLike, frequency: Floats) -> Floats:
+def checked_pressure_psd(pressure_psd: ArrayLike, frequency: Array) -> Array:
     array = checked_array("pressure_psd", pressure_psd, frequency.shape)
     if np.any(array < 0):
         raise ResponseError(f"pressure_psd = {array.min():g} Pa²/Hz must not be negative")
     return array
 
 
-def checked_motions(motion_at_points: ArrayLike, n: int) -> Floats:
+def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
     """Return (n_points, m, n), of (n_points, n) with m = 1."""
     motion = np.asarray(motion_at_points, dtype=np.float64)
     if motion.ndim not in (2, 3) or motion.shape[-1] != n:

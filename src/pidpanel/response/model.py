@@ -3,12 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pidpanel.arrays import Array, Complexes
 from pidpanel.response.lines import root_mean_square
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complexfloating]
 
 
 class ResponseError(ValueError):
@@ -40,9 +38,9 @@ class ModalBasis:
         Where shapes disagree or a value is not finite and positive.
     """
 
-    natural_frequency: Floats
-    modal_mass: Floats
-    damping_ratio: Floats
+    natural_frequency: Array
+    modal_mass: Array
+    damping_ratio: Array
 
     def __init__(
         self, natural_frequency: ArrayLike, modal_mass: ArrayLike, damping_ratio: ArrayLike
@@ -66,16 +64,16 @@ class ModalBasis:
             object.__setattr__(self, name, np.broadcast_to(array, frequency.shape))
 
     @property
-    def angular_frequency(self) -> Floats:
+    def angular_frequency(self) -> Array:
         """(n,) ω_i = 2π f_i [rad/s]."""
         return 2 * np.pi * self.natural_frequency
 
     @property
-    def damping(self) -> Floats:
+    def damping(self) -> Array:
         """(n,) diagonal of C, 2 ζ_i m_i ω_i [N s/m]."""
         return 2 * self.damping_ratio * self.modal_mass * self.angular_frequency
 
-    def dynamic_stiffness(self, frequency: Floats) -> Complexes:
+    def dynamic_stiffness(self, frequency: Array) -> Complexes:
         """Return the diagonal m_i (ω_i² − ω² + 2iζ_i ω_i ω) of Z₀, (nf, n) [N/m]."""
         omega = 2 * np.pi * frequency[:, None]
         stiffness: Complexes = (
@@ -101,8 +99,8 @@ class Patches:
         Where shapes disagree, D is not symmetric or has a negative eigenvalue.
     """
 
-    overlap: Floats
-    area: Floats
+    overlap: Array
+    area: Array
 
     def __post_init__(self) -> None:
         overlap = np.array(self.overlap, dtype=np.float64)
@@ -123,7 +121,7 @@ class Patches:
         object.__setattr__(self, "overlap", overlap)
         object.__setattr__(self, "area", area)
 
-    def factors(self, cutoff: float) -> list[Floats]:
+    def factors(self, cutoff: float) -> list[Array]:
         """Return U_p (n, rank_p) [m] of each patch with D_p = U_p U_pᵀ.
 
         Eigenvalues of D_p below `cutoff` times the largest are dropped.
@@ -154,7 +152,7 @@ class Response:
         the deflection w [m] first, then those that were asked for beside it (see `bare_panels`).
     """
 
-    frequency: Floats
+    frequency: Array
     cross_psd: Complexes
 
     def under(self, pressure_factor: float) -> "Response":
@@ -162,40 +160,40 @@ class Response:
         return replace(self, cross_psd=pressure_factor * self.cross_psd)
 
     @property
-    def displacement_psd(self) -> Floats:
+    def displacement_psd(self) -> Array:
         """(nf, n_points) S_w [m²/Hz]."""
-        psd: Floats = np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
+        psd: Array = np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
         return psd
 
     @property
-    def velocity_psd(self) -> Floats:
+    def velocity_psd(self) -> Array:
         """(nf, n_points) S_v = ω² S_w [(m/s)²/Hz]."""
-        psd: Floats = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
+        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
         return psd
 
     @property
-    def acceleration_psd(self) -> Floats:
+    def acceleration_psd(self) -> Array:
         """(nf, n_points) S_a = ω⁴ S_w [(m/s²)²/Hz]."""
-        psd: Floats = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
+        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
         return psd
 
     @property
-    def acceleration_rms(self) -> Floats:
+    def acceleration_rms(self) -> Array:
         """(n_points,) rms acceleration over the range of frequency [m/s²]."""
         return root_mean_square(self.frequency, self.acceleration_psd)
 
     @property
-    def velocity_rms(self) -> Floats:
+    def velocity_rms(self) -> Array:
         """(n_points,) rms velocity over the range of frequency [m/s]."""
         return root_mean_square(self.frequency, self.velocity_psd)
 
     @property
-    def displacement_rms(self) -> Floats:
+    def displacement_rms(self) -> Array:
         """(n_points,) rms displacement over the range of frequency [m]."""
         return root_mean_square(self.frequency, self.displacement_psd)
 
 
-def checked_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
+def checked_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     array = np.asarray(value, dtype=np.float64)
     if array.shape != shape:
         raise ResponseError(f"{name} has shape {array.shape}: {shape} is needed")

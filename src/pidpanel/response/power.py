@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pidpanel.arrays import Array
 from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.modal import (
     OVERLAP_CUTOFF,
@@ -15,7 +16,7 @@ from pidpanel.response.modal import (
     dense_stiffness,
     matrices_at,
 )
-from pidpanel.response.model import Floats, ModalBasis, Patches, checked_array
+from pidpanel.response.model import ModalBasis, Patches, checked_array
 
 
 @dataclass(frozen=True)
@@ -36,17 +37,17 @@ class PowerBalance:
         (nf,) radiated, ω² tr(R S_q).
     """
 
-    frequency: Floats
-    field: Floats
-    structure: Floats
-    patches: Floats
-    radiation: Floats
+    frequency: Array
+    field: Array
+    structure: Array
+    patches: Array
+    radiation: Array
 
     @property
-    def error(self) -> Floats:
+    def error(self) -> Array:
         """(nf,) |put in − lost| / put in [1]."""
         lost = self.structure + self.patches.sum(axis=1) + self.radiation
-        ratio: Floats = np.abs(self.field - lost) / self.field
+        ratio: Array = np.abs(self.field - lost) / self.field
         return ratio
 
 

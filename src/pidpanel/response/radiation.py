@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pidpanel.response.model import Complexes, Floats, ResponseError
+from pidpanel.arrays import Array, Complexes
+from pidpanel.response.model import ResponseError
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.wavenumber_table import WavenumberTable
 
@@ -47,7 +48,7 @@ class Air:
     diffuse: WavenumberTable
     added_volume: WavenumberTable
 
-    def stiffness(self, frequency: Floats) -> Complexes:
+    def stiffness(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
@@ -65,7 +66,7 @@ def air_resistance(
     density: float,
     speed_of_sound: float,
     wetted_sides: int = 1,
-) -> Floats:
+) -> Array:
     """Return the radiation resistance R = sides · ρ₀ω²/(2πc₀) G of a baffled panel.
 
     By reciprocity the resistance is that of the diffuse field's G, whatever field drives the panel.
@@ -93,7 +94,7 @@ def air_resistance(
         if not (np.isfinite(value) and value > 0):
             raise ResponseError(f"{name} = {value!r} must be finite and positive")
     omega = 2 * np.pi * np.asarray(frequency, dtype=np.float64)[:, None, None]
-    resistance: Floats = (
+    resistance: Array = (
         wetted_sides * density * omega**2 / (2 * np.pi * speed_of_sound)
     ) * np.asarray(diffuse_modal_force, dtype=np.float64)
     return resistance

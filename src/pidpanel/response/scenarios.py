@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.response.dampers import (
     PatchMotion,
     acceleration_slope,
@@ -19,9 +19,9 @@ from pidpanel.response.dampers import (
 )
 from pidpanel.response.linearisation import find_levels, sine_level
 from pidpanel.response.modal import BarePanel
-from pidpanel.response.model import Complexes, Floats, ModalBasis, Patches, Response
+from pidpanel.response.model import ModalBasis, Patches, Response
 
-DampingOfLevel = Callable[[Floats, float], tuple[Floats, Floats, NDArray[np.bool_]]]
+DampingOfLevel = Callable[[Array, float], tuple[Array, Array, Flags]]
 """(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], on run points (nf,)."""
 
 
@@ -48,9 +48,9 @@ class ScenarioResponse:
     response: Response
     acceleration_g: float
     patch_acceleration_g: float
-    equivalent_damping: Floats
-    apparent_mass: Floats
-    inside: NDArray[np.bool_]
+    equivalent_damping: Array
+    apparent_mass: Array
+    inside: Flags
     levels: int
 
 
@@ -74,11 +74,11 @@ class Solver:
         """Return the response without a damper."""
         return Response(self.frequency, self._bare.point_psd)
 
-    def response(self, equivalent_damping: Floats, apparent_mass: Floats) -> Response:
+    def response(self, equivalent_damping: Array, apparent_mass: Array) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
         return attach_dampers(self._bare, equivalent_damping[None], apparent_mass[None])
 
-    def slope(self, equivalent_damping: Floats, apparent_mass: Floats) -> Complexes:
+    def slope(self, equivalent_damping: Array, apparent_mass: Array) -> Complexes:
         """Return how the PSDs follow the damper, t (nf, n_points) of `acceleration_slope`."""
         return acceleration_slope(self._bare, equivalent_damping, apparent_mass)
 
@@ -91,12 +91,12 @@ class DiagonalSolver:
 
     def __init__(
         self,
-        frequency: Floats,
+        frequency: Array,
         basis: ModalBasis,
         patch: Patches,
-        motion_at_points: Floats,
-        pressure_psd: Floats,
-        modal_force: Callable[[Floats], Floats],
+        motion_at_points: Array,
+        pressure_psd: Array,
+        modal_force: Callable[[Array], Array],
         motion: PatchMotion,
     ) -> None:
         self.frequency = frequency
@@ -108,11 +108,11 @@ class DiagonalSolver:
         zero = np.zeros(self.frequency.shape)
         return self.response(zero, zero)
 
-    def response(self, equivalent_damping: Floats, apparent_mass: Floats) -> Response:
+    def response(self, equivalent_damping: Array, apparent_mass: Array) -> Response:
         """Return the response with C_e (nf,) and m_a (nf,) on the patch."""
         return diagonal_response(*self._panel, equivalent_damping[None], apparent_mass[None])
 
-    def slope(self, equivalent_damping: Floats, apparent_mass: Floats) -> Complexes:
+    def slope(self, equivalent_damping: Array, apparent_mass: Array) -> Complexes:
         """Return how the PSDs follow the damper, t (nf, n_points) of `acceleration_slope`."""
         return diagonal_slope(*self._panel, equivalent_damping, apparent_mass)
 
@@ -166,11 +166,11 @@ def solve_scenario(
         Where motion and damping agree nowhere.
     """
 
-    def read(frequency: Floats, level: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def read(frequency: Array, level: float) -> tuple[Array, Array, Flags]:
         value, mass, inside = damping(frequency, level)
         return value, mass if damper_mass else np.zeros_like(mass), inside
 
-    def patch_rms(value: Floats, mass: Floats) -> float:
+    def patch_rms(value: Array, mass: Array) -> float:
         return float(np.sqrt(pressure_factor)) * solver.motion.acceleration_rms(value, mass)
 
     lines = solver.motion.frequency

@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pidpanel.response.model import Complexes, Floats, Response
+from pidpanel.arrays import Array, Complexes
+from pidpanel.response.model import Response
 
 VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 """A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy)."""
@@ -53,11 +53,11 @@ class Layers:
     """
 
     names: tuple[str, ...]
-    strain: Floats
-    stress: Floats
+    strain: Array
+    stress: Array
 
 
-def distinct_layers(names: Sequence[str], strain: Floats, stress: Floats) -> Layers:
+def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layers:
     """Join the layers whose strain and stress differ by sign alone: their PSDs are one.
 
     Examples
@@ -83,7 +83,7 @@ def distinct_layers(names: Sequence[str], strain: Floats, stress: Floats) -> Lay
     return Layers(tuple(joined), strain[kept], stress[kept])
 
 
-def layer_psd(response: Response, layers: Layers) -> Floats:
+def layer_psd(response: Response, layers: Layers) -> Array:
     """PSDs of strain and stress in every layer at every point.
 
     Parameters
@@ -104,7 +104,7 @@ def layer_psd(response: Response, layers: Layers) -> Floats:
     return np.concatenate([_diagonal(strain), _diagonal(stress), von_mises[..., None]], axis=-1)
 
 
-def core_psd(response: Response, core_stress: Floats) -> Floats:
+def core_psd(response: Response, core_stress: Array) -> Array:
     """PSDs of the shear stresses in the core.
 
     Parameters
@@ -121,10 +121,10 @@ def core_psd(response: Response, core_stress: Floats) -> Floats:
     return _diagonal(_congruence(core_stress, response.cross_psd[:, :, 4:6, 4:6]))
 
 
-def _congruence(matrix: Floats, psd: Complexes) -> NDArray[np.complexfloating]:
-    product: NDArray[np.complexfloating] = matrix @ psd @ matrix.swapaxes(-1, -2)
+def _congruence(matrix: Array, psd: Complexes) -> Complexes:
+    product: Complexes = matrix @ psd @ matrix.swapaxes(-1, -2)
     return product
 
 
-def _diagonal(psd: NDArray[np.complexfloating]) -> Floats:
-    return np.diagonal(psd, axis1=-2, axis2=-1).real
+def _diagonal(psd: Complexes) -> Array:
+    return np.asarray(np.diagonal(psd, axis1=-2, axis2=-1).real, np.float64)

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.lines import root_mean_square
-from pidpanel.response.model import Floats, Response
+from pidpanel.response.model import Response
 from pidpanel.response.scenarios import ScenarioResponse
 
 
@@ -83,7 +84,7 @@ def beside_rows(
 
 def psd_dataset(
     found: Mapping[tuple[str, str], ScenarioResponse],
-    frequency: Floats,
+    frequency: Array,
     readings: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],
@@ -109,7 +110,7 @@ def psd_dataset(
         displacement[at] = one.response.displacement_psd
         damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
     dims = ("reading", "scenario", "frequency")
-    variables: list[tuple[str, tuple[str, ...], Floats, str, str]] = [
+    variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
         ("acceleration_psd", (*dims, "point"), acceleration, "m2 s-4 Hz-1",
          "one-sided acceleration PSD"),
         ("velocity_psd", (*dims, "point"), velocity, "m2 s-2 Hz-1", "one-sided velocity PSD"),
@@ -138,7 +139,7 @@ SHOWN = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
 
 
 def stress_rows(
-    frequency: Floats, psd: Floats, quantities: Mapping[str, str], points: Sequence[str]
+    frequency: Array, psd: Array, quantities: Mapping[str, str], points: Sequence[str]
 ) -> list[dict[str, Any]]:
     """Rms and three sigma, a row per point and quantity.
 
@@ -164,8 +165,8 @@ def stress_rows(
 
 
 def stress_dataset(
-    found: Mapping[tuple[str, str], Floats],
-    frequency: Floats,
+    found: Mapping[tuple[str, str], Array],
+    frequency: Array,
     readings: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],

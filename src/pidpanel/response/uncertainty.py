@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from pidpanel.arrays import Array, Complexes
 from pidpanel.response.linearisation import sine_level
-from pidpanel.response.model import Complexes, Floats
 from pidpanel.response.scenarios import DampingOfLevel, DiagonalSolver, ScenarioResponse, Solver
 
 STEP = 0.05
@@ -48,11 +48,11 @@ class Sensitivity:
         (2n,) of ln Γ; 0 where the level is stated or plays no part.
     """
 
-    log_psd: Floats
-    log_rms: Floats
-    log_level: Floats
+    log_psd: Array
+    log_rms: Array
+    log_level: Array
 
-    def under(self, covariance: Floats) -> StandardErrors:
+    def under(self, covariance: Array) -> StandardErrors:
         """Standard errors under a covariance (2n, 2n) of what the derivatives are taken by."""
         psd, rms, level = (
             _standard_error(of, covariance) for of in (self.log_psd, self.log_rms, self.log_level)
@@ -74,12 +74,12 @@ class StandardErrors:
         Of ln Γ.
     """
 
-    log_psd: Floats
-    log_rms: Floats
+    log_psd: Array
+    log_rms: Array
     log_level: float
 
 
-def _standard_error(derivative: Floats, covariance: Floats) -> Floats:
+def _standard_error(derivative: Array, covariance: Array) -> Array:
     variance = np.einsum("i...,ij,j...->...", derivative, covariance, derivative, optimize=True)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
@@ -88,7 +88,7 @@ def sensitivity(
     solver: Solver | DiagonalSolver,
     damping: DampingOfLevel,
     found: ScenarioResponse,
-    nodes: Floats,
+    nodes: Array,
     pressure_factor: float,
     *,
     own_level: bool,
@@ -144,8 +144,8 @@ def sensitivity(
 
 
 def _local(
-    slope: Complexes, psd: Floats, frequency: Floats, damping: Floats, damper_mass: bool
-) -> tuple[Floats, Floats]:
+    slope: Complexes, psd: Array, frequency: Array, damping: Array, damper_mass: bool
+) -> tuple[Array, Array]:
     """A and B (nf, n) of PSDs (nf, n) with the slopes t."""
     omega = 2 * np.pi * frequency[:, None]
     of_damping = 2 * omega * damping[:, None] * slope.imag / psd
@@ -166,13 +166,13 @@ def _level_slope(
     return (log_out(level * np.exp(STEP)) - log_out(level * np.exp(-STEP))) / (2 * STEP)
 
 
-def _hats(frequency: Floats, nodes: Floats) -> Floats:
+def _hats(frequency: Array, nodes: Array) -> Array:
     """(n, nf) the piecewise linear functions of ln f that are 1 at one node and 0 at the others."""
     x, at = np.log(frequency), np.log(nodes)
     return np.stack([np.interp(x, at, one) for one in np.eye(len(nodes))])
 
 
-def _log_rms(frequency: Floats, psd: Floats, log_psd: Floats) -> Floats:
+def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
     """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
     whole = np.trapezoid(psd, frequency, axis=0)
     return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / (2 * whole))

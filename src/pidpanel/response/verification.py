@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.arrays import Array
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import panel_basis, patch_areas
 from pidpanel.panel.plate import AssembledPlate
@@ -17,7 +18,7 @@ from pidpanel.response import stress
 from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import bare_panels
-from pidpanel.response.model import Floats, ModalBasis, Patches, Response
+from pidpanel.response.model import ModalBasis, Patches, Response
 from pidpanel.response.power import power_balance
 from pidpanel.sound.field import (
     PanelQuadrature,
@@ -132,7 +133,7 @@ RAYLEIGH = (4.0, 6e-6)
 
 def damped_panel(
     folder: Path,
-) -> tuple[AssembledPlate, ModalBasis, Patches, "PanelQuadrature", Floats]:
+) -> tuple[AssembledPlate, ModalBasis, Patches, "PanelQuadrature", Array]:
     """The paper's panel with PID-1, in elements and in the modes that a study up to 2 kHz has."""
     mesh = mesh_quadrilaterals(
         folder / "damped.msh", SIZE, ELEMENTS, {"PID-1": Rectangle((0.75, 0.5), (0.2, 0.2))}, POINTS
@@ -156,7 +157,7 @@ def damped_panel(
 
 def full_displacement_psd(
     plate: AssembledPlate, frequency: float, damping: float, mass: float
-) -> Floats:
+) -> Array:
     """PSDs at `POINTS` per S_p from the whole elements, [m²/Pa²]: one sparse solve a point.
 
     With Z symmetric, w at a point under the load F of a plane wave is (Z⁻¹ c)ᵀF; the diffuse field

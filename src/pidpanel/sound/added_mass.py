@@ -16,10 +16,10 @@ no singular integral is left (Junger and Feit, Sound, Structures, and Their Inte
 
 import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.sound.field import PanelQuadrature, half_circle, sum_of_plane_waves, transform
 from pidpanel.sound.wavenumber_table import (
     FieldError,
-    Floats,
     WavenumberTable,
     chebyshev_nodes,
     even_interpolation,
@@ -82,18 +82,18 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     return WavenumberTable(k_max, k, np.array([_integrated(one, reach, content) for one in k]))
 
 
-def _azimuthal_mean(kappa: float, panel: PanelQuadrature) -> Floats:
+def _azimuthal_mean(kappa: float, panel: PanelQuadrature) -> Array:
     """Return Ā(κ), (n, n) [m⁴]."""
     even, odd = transform(np.array([kappa]), half_circle(kappa, panel.diameter), panel)
     return sum_of_plane_waves(even, odd, np.ones(1))
 
 
-def _integrated(k: float, reach: float, content: Floats) -> Floats:
+def _integrated(k: float, reach: float, content: Array) -> Array:
     """Return V(k) from Ā at the Chebyshev nodes up to `reach`."""
     count = len(content)
     node, weight = np.polynomial.legendre.leggauss(4 * count)
     longest = np.sqrt(reach**2 - k**2)
     t = longest / 2 * (1 + node)
     to_content = longest / 2 * weight @ even_interpolation(np.hypot(k, t), reach, count)
-    integral: Floats = np.tensordot(to_content, content, axes=1) / (2 * np.pi)
+    integral: Array = np.tensordot(to_content, content, axes=1) / (2 * np.pi)
     return integral

@@ -22,13 +22,12 @@ the n shapes there, (nq, n). Order 5 on elements that resolve the shapes is enou
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.sound.wavenumber_table import (
     SPARE_NODES,
-    Complexes,
     FieldError,
-    Floats,
     WavenumberTable,
     chebyshev_nodes,
     checked_wavenumber,
@@ -47,7 +46,7 @@ class TableNotResolved(FieldError):
     """The interpolated modal force is further from the direct one than the tolerance."""
 
 
-def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Floats:
+def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
     """Return k = 2πf/c₀ [rad/m] from frequencies [Hz] and the speed of sound c₀ [m/s].
 
     Examples
@@ -79,9 +78,9 @@ class PanelQuadrature:
         Where shapes of arrays do not agree or a value is not finite.
     """
 
-    position: Floats
-    weight: Floats
-    shape: Floats
+    position: Array
+    weight: Array
+    shape: Array
 
     def __post_init__(self) -> None:
         for name in ("position", "weight", "shape"):
@@ -98,9 +97,9 @@ class PanelQuadrature:
             raise FieldError(f"shape has shape {self.shape.shape}: ({count}, n) is needed")
 
     @property
-    def center(self) -> Floats:
+    def center(self) -> Array:
         """(2,) middle of the box round the panel [m]."""
-        middle: Floats = (self.position.min(axis=0) + self.position.max(axis=0)) / 2
+        middle: Array = (self.position.min(axis=0) + self.position.max(axis=0)) / 2
         return middle
 
     @property
@@ -109,13 +108,13 @@ class PanelQuadrature:
         return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
 
     @property
-    def shape_square_integral(self) -> Floats:
+    def shape_square_integral(self) -> Array:
         """(n,) ∫ φ_i² dA [m²]."""
-        integral: Floats = self.weight @ self.shape**2
+        integral: Array = self.weight @ self.shape**2
         return integral
 
 
-def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Floats:
+def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
     """Return G for a diffuse field at one wavenumber, as a sum over plane waves.
 
     sin(kR)/(kR) is the mean of exp(i k·(x − x′)) over all directions, so
@@ -207,7 +206,7 @@ def tabulate_diffuse(
     return table
 
 
-def uniform_modal_force(panel: PanelQuadrature) -> Floats:
+def uniform_modal_force(panel: PanelQuadrature) -> Array:
     """Return G (n, n) [m⁴] of one pressure over the whole face: G_ij = ∫φ_i dA ∫φ_j dA."""
     force = panel.weight @ panel.shape
     return np.outer(force, force)
@@ -255,14 +254,14 @@ def tabulate_plane_wave(
     k_max = float(wavenumber_max)
     nodes = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
     modal_force = plane_wave_modal_force(nodes, incidence, azimuth, panel)
-    odd = modal_force.imag / nodes[:, None, None]
+    odd = np.asarray(modal_force.imag / nodes[:, None, None], np.float64)
     table = WavenumberTable(k_max, nodes, modal_force.real, odd)
     for k in (k_max, k_max / 2):
         _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0])
     return table
 
 
-def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Floats:
+def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Array:
     """Return G of pressures lumped on elements or nodes, independent of one another (the paper's).
 
     G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in the place of Eq. 22. It does not
@@ -297,7 +296,7 @@ def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Floats:
     return force.T @ force
 
 
-def lumped_area(vertex_position: ArrayLike, cells: NDArray[np.int64]) -> Floats:
+def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
     """Return the area that belongs to each vertex: each cell shared equally by its corners.
 
     Parameters
@@ -327,7 +326,7 @@ def lumped_area(vertex_position: ArrayLike, cells: NDArray[np.int64]) -> Floats:
 
 def radiation_efficiency(
     wavenumber: ArrayLike, modal_force_diagonal: ArrayLike, shape_square_integral: ArrayLike
-) -> Floats:
+) -> Array:
     """Return the one-sided radiation efficiency of a baffled panel from G of the diffuse field.
 
     By reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA.
@@ -347,15 +346,11 @@ def radiation_efficiency(
     """
     k = checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
     diagonal = np.asarray(modal_force_diagonal, dtype=np.float64)
-    efficiency: Floats = (
-        k[:, None] ** 2 * diagonal / (2 * np.pi * np.asarray(shape_square_integral))
-    )
+    efficiency: Array = k[:, None] ** 2 * diagonal / (2 * np.pi * np.asarray(shape_square_integral))
     return efficiency
 
 
-def _check_table(
-    table: WavenumberTable, k: float, direct: NDArray[np.complexfloating] | Floats
-) -> None:
+def _check_table(table: WavenumberTable, k: float, direct: Complexes | Array) -> None:
     """Refuse a table that misses the direct G at k by more than the tolerance."""
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
@@ -368,20 +363,20 @@ def _check_table(
         )
 
 
-def _half_gauss(k: float, diameter: float) -> tuple[Floats, Floats]:
+def _half_gauss(k: float, diameter: float) -> tuple[Array, Array]:
     """Return nodes and weights in μ on (0, 1), exact for even polynomials of degree 4·count − 1."""
     count = int(np.ceil(k * diameter / 4)) + SPARE_NODES
     node, weight = np.polynomial.legendre.leggauss(2 * count)
     return node[count:], weight[count:]
 
 
-def half_circle(k: float, diameter: float) -> Floats:
+def half_circle(k: float, diameter: float) -> Array:
     """Return equally spaced azimuths on [0, π) [rad]."""
     count = int(np.ceil(k * diameter / 2)) + SPARE_NODES
     return np.pi * np.arange(count) / count
 
 
-def transform(radial: Floats, azimuth: Floats, panel: PanelQuadrature) -> tuple[Floats, Floats]:
+def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Array, Array]:
     """Return ∫ φ cos(κ n_α·x) dA and ∫ φ sin(κ n_α·x) dA, each (n_radial, n_azimuth, n) [m²].
 
     x counts from the middle of the panel, so that both vary as slowly as they can with κ.
@@ -402,7 +397,7 @@ def transform(radial: Floats, azimuth: Floats, panel: PanelQuadrature) -> tuple[
     return even.reshape(shape), odd.reshape(shape)
 
 
-def sum_of_plane_waves(even: Floats, odd: Floats, cosine_weight: Floats) -> Floats:
+def sum_of_plane_waves(even: Array, odd: Array, cosine_weight: Array) -> Array:
     """Return Σ_μ w_μ (1/n_α) Σ_α Re(B Bᴴ) with B = even + i odd, (n, n)."""
     n_azimuth, n = even.shape[1:]
     root_weight = np.sqrt(cosine_weight / n_azimuth)[:, None, None]

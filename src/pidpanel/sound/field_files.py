@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel.sound.wavenumber_table import Floats, WavenumberTable
+from pidpanel.arrays import Array
+from pidpanel.sound.wavenumber_table import WavenumberTable
 
 MODAL_FORCE = "modal_force"
 """G of the field that drives the panel [m⁴]."""
@@ -35,7 +36,7 @@ def write_tables(
     attributes
         Global attributes of the file.
     """
-    variables: dict[str, tuple[tuple[str, ...], Floats, dict[str, object]]] = {}
+    variables: dict[str, tuple[tuple[str, ...], Array, dict[str, object]]] = {}
     for name, table in tables.items():
         axis = f"{name}_wavenumber"
         units, long_name = KINDS[name]
@@ -73,7 +74,7 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     """
     with xr.open_dataset(path, engine="scipy") as dataset:
 
-        def values(of: str) -> Floats:
+        def values(of: str) -> Array:
             return dataset[of].to_numpy().astype(np.float64)
 
         return WavenumberTable(

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from pidpanel.arrays import Array, Index
+
 BandKind = Literal["third octave", "octave"]
 PressureReference = Literal["surface", "room", "incident"]
 
@@ -63,8 +64,8 @@ class BandSpectrum:
     """
 
     kind: BandKind
-    band_number: NDArray[np.int64]
-    band_spl: Floats
+    band_number: Index
+    band_spl: Array
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -92,12 +93,12 @@ class BandSpectrum:
             raise SpectrumError(f"band_spl = {self.band_spl.tolist()}: levels must be finite")
 
     @property
-    def center_frequency(self) -> Floats:
+    def center_frequency(self) -> Array:
         """(n_bands,) exact centres 10^(N/10) [Hz]."""
         return 10.0 ** (self.band_number / 10)
 
     @property
-    def edge_frequency(self) -> Floats:
+    def edge_frequency(self) -> Array:
         """(n_bands + 1,) exact edges 10^((N ± b/2)/10) [Hz], b = 1 for thirds, 3 for octaves."""
         half_width = BAND_WIDTH[self.kind] / 2
         steps = np.append(self.band_number, self.band_number[-1] + BAND_WIDTH[self.kind])
@@ -130,7 +131,7 @@ def pressure_psd(
     frequency: ArrayLike,
     pressure_reference: PressureReference = "surface",
     loaded_sides: int = 1,
-) -> Floats:
+) -> Array:
     """Return the one-sided PSD of the pressure on the face, constant in each band.
 
     S_p(f) = c p_ref² 10^(L/10) / (f_u − f_l) for f_l ≤ f < f_u, so that each band integrates

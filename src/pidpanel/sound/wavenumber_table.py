@@ -8,10 +8,9 @@ nodes than kL/2, with L the diameter of the panel.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from pidpanel.arrays import Array, Complexes
 
 SPARE_NODES = 14
 """Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table.
@@ -44,11 +43,11 @@ class WavenumberTable:
     """
 
     wavenumber_max: float
-    wavenumber: Floats
-    even: Floats
-    odd_over_wavenumber: Floats | None = None
+    wavenumber: Array
+    even: Array
+    odd_over_wavenumber: Array | None = None
 
-    def at(self, wavenumber: ArrayLike) -> Floats | Complexes:
+    def at(self, wavenumber: ArrayLike) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n).
 
         Raises
@@ -62,14 +61,14 @@ class WavenumberTable:
                 f"wavenumber = {k.max():g} rad/m: the table reaches to {self.wavenumber_max:g}"
             )
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
-        even: Floats = np.tensordot(weights, self.even, axes=1)
+        even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
             return even
         odd = np.tensordot(k[:, None] * weights, self.odd_over_wavenumber, axes=1)
         return even + 1j * odd
 
 
-def constant_table(wavenumber_max: float, matrix: Floats) -> WavenumberTable:
+def constant_table(wavenumber_max: float, matrix: Array) -> WavenumberTable:
     """Return a table of a matrix (n, n) that is the same at every k up to `wavenumber_max`.
 
     One node makes the interpolation constant.
@@ -78,7 +77,7 @@ def constant_table(wavenumber_max: float, matrix: Floats) -> WavenumberTable:
     return WavenumberTable(wavenumber_max, nodes, np.asarray(matrix)[None])
 
 
-def checked_wavenumber(k: Floats) -> Floats:
+def checked_wavenumber(k: Array) -> Array:
     """Return k; raise `FieldError` where it is negative or not finite."""
     bad = ~(np.isfinite(k) & (k >= 0))
     if np.any(bad):
@@ -91,13 +90,13 @@ def node_count(wavenumber_max: float, diameter: float) -> int:
     return int(np.ceil(wavenumber_max * diameter / 2)) + SPARE_NODES
 
 
-def chebyshev_nodes(k_max: float, count: int) -> Floats:
+def chebyshev_nodes(k_max: float, count: int) -> Array:
     """Return the positive nodes of the Chebyshev rule with 2·count nodes on [−k_max, k_max]."""
-    nodes: Floats = k_max * np.cos(np.pi * (2 * np.arange(count) + 1) / (4 * count))
+    nodes: Array = k_max * np.cos(np.pi * (2 * np.arange(count) + 1) / (4 * count))
     return nodes
 
 
-def even_interpolation(k: Floats, k_max: float, count: int) -> Floats:
+def even_interpolation(k: Array, k_max: float, count: int) -> Array:
     """Return the matrix (k.size, count) from node values to values at k, for even functions.
 
     With t = 2(k/k_max)² − 1 the nodes are Chebyshev's of the first kind in t, whose barycentric

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import beds, contact, deck, log
+from pidpanel.coupon import contact, preparation
 from pidpanel.coupon.cases import Constants
-from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.verification import Row
-
-Array = NDArray[np.float64]
 
 POISSONS_RATIO = 0.35
 DENSITY = 1190.0
@@ -61,7 +60,7 @@ def _pair(restitution: float, step: float, **more: Any) -> dict[str, Any]:
     """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
     return {
         **vars(alike(MODULUS, restitution, FRICTION)),
-        "contact_model": beds.contact_model(rolling=False),
+        "contact_model": preparation.contact_model(rolling=False),
         "diameter": DIAMETER,
         "density": DENSITY,
         "time_step": step * RAYLEIGH,
@@ -84,7 +83,7 @@ def energy_lost(folder: Path, restitution: float, step: float, speed: float = 0.
         solver.execute(deck.render("verification/collide.in.j2", values))
         solver.execute(f"dump ends all custom {steps} ends.dump id vx\nrun {steps}")
         solver.finish()
-    ends = log.read_dump((folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",))
+    ends = output.read_dump((folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",))
     before, after = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
     return 1 - after / before
 

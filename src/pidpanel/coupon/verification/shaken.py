@@ -11,16 +11,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, beds, cycles, deck, inelastic, log, runs
+from pidpanel.coupon import cycles, geometry, inelastic, preparation, runs
 from pidpanel.coupon.cases import Bed, Constants, Packing, Run, drive
-from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.verification.contacts import DENSITY, alike
 from pidpanel.verification import Row
-
-Array = NDArray[np.float64]
 
 HIGH = 0.1
 """m; depth of a cell whose lid is never met."""
@@ -45,20 +44,20 @@ def shaken(
         Along z at the start, in the frame of the cell, m/s; at rest in space if left out.
     """
     diameters = np.full(len(positions), run.packing.diameter)
-    beds.write_start(folder, run.packing, np.column_stack([positions, diameters]))
+    preparation.write_start(folder, run.packing, np.column_stack([positions, diameters]))
     with Liggghts(folder, "shake") as solver:
-        solver.execute(deck.render("shake.in.j2", beds.shake_values(run)))
+        solver.execute(deck.render("shake.in.j2", preparation.shake_values(run)))
         if velocity is not None:
             solver.execute(f"velocity all set 0 0 {velocity}")
         solver.execute(f"run {count * run.steps_per_cycle}")
         solver.finish()
-    log.check_log(
+    output.check_log(
         (folder / "shake.log").read_text(errors="replace"),
         str(folder / "shake.log"),
         last_step=count * run.steps_per_cycle,
         atoms=len(positions),
     )
-    mass = float(bed.masses(diameters, run.packing.density).sum())
+    mass = float(geometry.masses(diameters, run.packing.density).sum())
     damping, _ = runs.harmonic(run, runs.read_run(run, folder, [count], count), mass)
     energy = cycles.dissipated_energy(damping, run.amplitude, run.frequency) * run.packing.area
     return np.asarray(energy) / (mass * run.speed**2)
@@ -92,7 +91,7 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
         depth=depth,
         count=1,
         diameter=diameter,
-        sizes=bed.Sizes("mono", diameter, diameter),
+        sizes=geometry.Sizes("mono", diameter, diameter),
         density=DENSITY,
         poissons_ratio=constants.poissons_ratio,
         friction=constants.friction,
@@ -201,7 +200,7 @@ def _bed_constants(youngs_modulus: float) -> Constants:
 def poured(folder: Path) -> Array:
     """Centres of the spheres of a poured bed from the bottom up, (n, 3) m, n ≥ `BED_SIZES`."""
     packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, _bed_constants(SLUG_MODULUS))
-    beds.pour(packing, folder)
+    preparation.pour(packing, folder)
     table = np.loadtxt(folder / "packing.csv", delimiter=",", skiprows=1)
     return table[np.argsort(table[:, 3]), 1:4]
 

@@ -14,7 +14,13 @@ import subprocess
 from pathlib import Path
 from types import TracebackType
 
-from pidpanel.coupon.log import MARK, ParticlesLost, RunStopped, SolverFailure, SolverMissing
+from pidpanel.coupon.liggghts.output import (
+    MARK,
+    ParticlesLost,
+    RunStopped,
+    SolverFailure,
+    SolverMissing,
+)
 
 COMMAND = "liggghts"
 VERSION = "3.8.0"

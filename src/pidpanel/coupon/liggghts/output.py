@@ -11,9 +11,8 @@ import math
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pidpanel.arrays import Array, Index
 
 
 class SolverFailure(RuntimeError):
@@ -196,9 +195,7 @@ def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -
 _ENTRIES = re.compile(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n")
 
 
-def read_local_dump(
-    text: str, source: str, *, frames: int, columns: int
-) -> tuple[NDArray[np.int64], Array]:
+def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tuple[Index, Array]:
     """Rows of a ``dump local`` of so many frames with the frame of each, (n,), (n, columns).
 
     Raises

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pidpanel.arrays import Array, Index
 
 CELL_SPACING = 3.0
 """Distance of neighbouring cells' centres over their width. They are closed off from each
@@ -193,7 +192,7 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
     raise ValueError(f"{n} of {len(size)} spheres found room in {height:g} m")
 
 
-def full_count(cell: NDArray[np.int64], z: Array, depth: float, diameters: Array) -> int:
+def full_count(cell: Index, z: Array, depth: float, diameters: Array) -> int:
     """Spheres per cell that stand wholly below the lid in the emptiest cell: N_full.
 
     The fill fraction is r = N/N_full. ``cell`` (n,) is the index of each sphere's cell,
@@ -204,7 +203,7 @@ def full_count(cell: NDArray[np.int64], z: Array, depth: float, diameters: Array
     return int(np.bincount(cell[inside], minlength=int(cell.max()) + 1).min())
 
 
-def lowest(cell: NDArray[np.int64], z: Array, count: int) -> NDArray[np.int64]:
+def lowest(cell: Index, z: Array, count: int) -> Index:
     """Indices of the ``count`` lowest spheres of every cell, sorted by cell and height.
 
     What remains of a settled bed when its top is taken off is a settled bed, so one pour

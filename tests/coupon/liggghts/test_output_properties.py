@@ -6,19 +6,19 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pidpanel.coupon import log
+from pidpanel.coupon.liggghts import output
 
 WHOLE = (Path(__file__).parent / "golden" / "shake" / "cycles_1.txt").read_text()
 LINES = WHOLE.splitlines(keepends=True)
 ROWS = np.loadtxt(WHOLE.splitlines())
-FIELD = {column: i for i, column in enumerate(log.CYCLE_COLUMNS)}
+FIELD = {column: i for i, column in enumerate(output.CYCLE_COLUMNS)}
 
 
 def same_or_named(text):
     """None if the reader refuses by name; else the rows must be those that were written."""
     try:
-        rows = log.read_cycles(text, "cycles.txt", steps_per_cycle=1000, cycles=len(ROWS))
-    except log.SolverFailure:
+        rows = output.read_cycles(text, "cycles.txt", steps_per_cycle=1000, cycles=len(ROWS))
+    except output.SolverFailure:
         return
     np.testing.assert_array_equal(rows, ROWS)
 
@@ -45,7 +45,7 @@ def test_lines_dropped_repeated_and_shuffled(order):
 @settings(max_examples=300, deadline=None)
 @given(
     st.integers(2, len(LINES) - 1),
-    st.integers(0, len(log.CYCLE_COLUMNS) - 1),
+    st.integers(0, len(output.CYCLE_COLUMNS) - 1),
     st.text(st.characters(exclude_categories=["Cs", "Nd"]), min_size=1, max_size=8),
 )
 def test_a_field_garbled_without_digits(line, field, garble):

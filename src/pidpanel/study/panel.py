@@ -10,8 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from pidpanel.paths import DATA
 from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel
-from pidpanel.study_base import PROJECT_DATA, Model, Positive
+from pidpanel.study.base import Model, Positive
 
 Position = tuple[float, float]
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
@@ -117,7 +118,7 @@ class Core(Model):
 
 def core_grades() -> dict[str, tuple[float, float, float]]:
     """Known cores: G_L and G_W in MPa and density in kg/m³ by grade."""
-    path = PROJECT_DATA / "materials" / "honeycomb_5056.csv"
+    path = DATA / "materials" / "honeycomb_5056.csv"
     with path.open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return {

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, contact, deck, log
+from pidpanel.coupon import contact, geometry
 from pidpanel.coupon.cases import LOOSEN_CYCLES, POUR_MODULUS, Bed, Packing, Run, loosening
-from pidpanel.coupon.solver import Liggghts
+from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts.process import Liggghts
 
 SETTLED = 1e-6
 """Kinetic energy per sphere over m g d at which a poured bed is at rest."""
@@ -21,19 +23,19 @@ FRAMES = 20
 """Frames of the last loosening cycle, of which the one with the least overlap is kept."""
 
 
-def wall_triangles(packing: Packing) -> bed.Array:
+def wall_triangles(packing: Packing) -> Array:
     """Triangles of the closed cells, sides first, then floors, then lids, (n, 3, 3) m."""
-    centres = bed.cell_centres(packing.across_flats, packing.count)
-    sides = bed.side_walls(packing.outline, centres, packing.depth)
-    return np.concatenate([sides, bed.caps(packing.outline, centres, packing.depth)])
+    centres = geometry.cell_centres(packing.across_flats, packing.count)
+    sides = geometry.side_walls(packing.outline, centres, packing.depth)
+    return np.concatenate([sides, geometry.caps(packing.outline, centres, packing.depth)])
 
 
-def wall_planes(packing: Packing) -> bed.Array:
+def wall_planes(packing: Packing) -> Array:
     """Plane of each triangle of `wall_triangles`: unit normal into the cell, offset; (n, 4)."""
     corner, along, up = np.moveaxis(wall_triangles(packing), 1, 0)
     normal = np.cross(along - corner, up - corner)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    centres = bed.cell_centres(packing.across_flats, packing.count)
+    centres = geometry.cell_centres(packing.across_flats, packing.count)
     middle = np.column_stack([centres, np.full(packing.count, packing.depth / 2)])
     corners = len(packing.outline)
     own = np.concatenate(
@@ -44,7 +46,7 @@ def wall_planes(packing: Packing) -> bed.Array:
     return np.column_stack([side[:, None] * normal, side * offset])
 
 
-def write_walls(path: Path, triangles: bed.Array) -> None:
+def write_walls(path: Path, triangles: Array) -> None:
     """STL of wall triangles, (n, 3, 3) m."""
     facets = "".join(
         "facet normal 0 0 0\nouter loop\n"
@@ -55,9 +57,9 @@ def write_walls(path: Path, triangles: bed.Array) -> None:
     path.write_text(f"solid cells\n{facets}endsolid cells\n")
 
 
-def _box(packing: Packing, height: float) -> bed.Array:
-    centres = bed.cell_centres(packing.across_flats, packing.count)
-    reach = bed.CELL_SPACING / 2 * packing.across_flats
+def _box(packing: Packing, height: float) -> Array:
+    centres = geometry.cell_centres(packing.across_flats, packing.count)
+    reach = geometry.CELL_SPACING / 2 * packing.across_flats
     low, high = centres.min(axis=0) - reach, centres.max(axis=0) + reach
     # the wall triangles reach twice as high as the walls
     below = -packing.sizes.largest
@@ -69,9 +71,7 @@ def contact_model(rolling: bool) -> str:
     return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")
 
 
-def write_start(
-    folder: Path, packing: Packing, spheres: bed.Array, walls: Path | None = None
-) -> None:
+def write_start(folder: Path, packing: Packing, spheres: Array, walls: Path | None = None) -> None:
     """An emptied folder with what a shake deck reads: the spheres and the walls.
 
     ``spheres`` (n, 4) are x, y, z and diameter, m. ``walls`` is an STL of the same cells to
@@ -88,12 +88,12 @@ def write_start(
     )
 
 
-def read_bed(path: Path) -> bed.Array:
+def read_bed(path: Path) -> Array:
     """The spheres of a ``bed.csv``: x, y, z and diameter, (n, 4) m."""
     return np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
 
 
-def read_diameters(data: str) -> bed.Array:
+def read_diameters(data: str) -> Array:
     """Diameters of the spheres of a LIGGGHTS data file, (n,) m."""
     rows = data.partition("Atoms\n\n")[2].splitlines()
     return np.array([float(row.split()[2]) for row in rows])
@@ -143,28 +143,30 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     outline = packing.outline
-    area = bed.polygon_area(outline)
+    area = geometry.polygon_area(outline)
     rng = np.random.default_rng(packing.seed)
     poured = [
-        bed.poured_sizes(packing.sizes, area, packing.depth, rng) for _ in range(packing.count)
+        geometry.poured_sizes(packing.sizes, area, packing.depth, rng) for _ in range(packing.count)
     ]
     cell = np.repeat(np.arange(packing.count), [len(sizes) for sizes in poured])
     diameters = np.concatenate(poured)
-    height = max(max(bed.chimney_height(outline, sizes) for sizes in poured), 1.5 * packing.depth)
-    centres = bed.cell_centres(packing.across_flats, packing.count)
+    height = max(
+        max(geometry.chimney_height(outline, sizes) for sizes in poured), 1.5 * packing.depth
+    )
+    centres = geometry.cell_centres(packing.across_flats, packing.count)
     start = np.concatenate(
         [
-            bed.scatter(outline, height, sizes, rng) + np.array([*centre, 0.0])
+            geometry.scatter(outline, height, sizes, rng) + np.array([*centre, 0.0])
             for centre, sizes in zip(centres, poured, strict=True)
         ]
     )
-    chimneys = bed.side_walls(outline, centres, height)
-    floors = bed.caps(outline, centres, packing.depth)[: packing.count]
+    chimneys = geometry.side_walls(outline, centres, height)
+    floors = geometry.caps(outline, centres, packing.depth)[: packing.count]
     write_walls(folder / "walls.stl", np.concatenate([chimneys, floors]))
     (folder / "start.data").write_text(
         deck.data_file(start, diameters, packing.density, _box(packing, height))
     )
-    smallest, mass = packing.sizes.smallest, bed.masses(diameters, packing.density)
+    smallest, mass = packing.sizes.smallest, geometry.masses(diameters, packing.density)
     time_step = 0.25 * contact.rayleigh_time(
         smallest / 2, packing.density, POUR_MODULUS, packing.poissons_ratio
     )
@@ -202,28 +204,30 @@ def pour(packing: Packing, folder: Path) -> dict[str, Any]:
             if step * time_step > fall_time and energy < rest:
                 break
         else:
-            raise log.NotSteady(
+            raise output.NotSteady(
                 f"{folder}: the poured bed still moves after {step * time_step:.2g} s, "
                 f"{energy:.2g} J against {rest:.2g} J"
             )
         solver.execute("dump settled all custom 1 settled.dump id x y z\nrun 0")
         solver.finish()
-    log.check_log(
+    output.check_log(
         (folder / "fill.log").read_text(errors="replace"),
         str(folder / "fill.log"),
         last_step=step,
         atoms=len(start),
     )
-    settled = log.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))[-1]
+    settled = output.read_dump((folder / "settled.dump").read_text(), str(folder / "settled.dump"))[
+        -1
+    ]
     reach = settled[:, 2] + diameters / 2
     top = np.array([reach[cell == c].max() for c in range(packing.count)])
     if top.min() < packing.depth:
-        raise log.UnderFilled(
+        raise output.UnderFilled(
             f"{folder}: the bed of cell {int(top.argmin())} stands {top.min():g} m high, the cell "
             f"is {packing.depth:g} m deep"
         )
-    full = bed.full_count(cell, settled[:, 2], packing.depth, diameters)
-    chosen = bed.lowest(cell, settled[:, 2], full)
+    full = geometry.full_count(cell, settled[:, 2], packing.depth, diameters)
+    chosen = geometry.lowest(cell, settled[:, 2], full)
     volume = math.pi / 6 * float((diameters[chosen] ** 3).sum())
     np.savetxt(
         folder / "packing.csv",
@@ -264,11 +268,11 @@ def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[st
     table = np.loadtxt(packing_folder / "packing.csv", delimiter=",", skiprows=1)
     count = round(start.fill_fraction * full)
     if count < 1:
-        raise log.UnderFilled(
+        raise output.UnderFilled(
             f"{folder}: a fill of {start.fill_fraction:g} is less than one of {full} spheres a cell"
         )
     cell = table[:, 0].astype(int)
-    spheres = table[bed.lowest(cell, table[:, 3], count), 1:]
+    spheres = table[geometry.lowest(cell, table[:, 3], count), 1:]
     write_start(folder, packing, spheres)
     run = loosening(start)
     every = run.steps_per_cycle // FRAMES
@@ -280,14 +284,14 @@ def loosen(start: Bed, packing_folder: Path, folder: Path, full: int) -> dict[st
             f"dump frames all custom {every} frames.dump id x y z\nrun {run.steps_per_cycle}"
         )
         solver.finish()
-    log.check_log(
+    output.check_log(
         (folder / "loosen.log").read_text(errors="replace"),
         str(folder / "loosen.log"),
         last_step=steps,
         atoms=len(spheres),
     )
-    frames = log.read_dump((folder / "frames.dump").read_text(), str(folder / "frames.dump"))
-    overlaps = [bed.deepest_overlap(frame, spheres[:, 3]) for frame in frames]
+    frames = output.read_dump((folder / "frames.dump").read_text(), str(folder / "frames.dump"))
+    overlaps = [geometry.deepest_overlap(frame, spheres[:, 3]) for frame in frames]
     best = int(np.argmin(overlaps))
     np.savetxt(
         folder / "bed.csv",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.damping.nastran import modal_damping_ratio, write_tabdmp1
+from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
 
 
 def read_tabdmp1(text):

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 
-from pidpanel.coupon.bed import Sizes
-from pidpanel.study_base import Fill, Fraction, Model, Positive
+from pidpanel.coupon.geometry import Sizes
+from pidpanel.study.base import Fill, Fraction, Model, Positive
 
 
 class Cell(Model):

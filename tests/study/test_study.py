@@ -9,8 +9,8 @@ import yaml
 from pidpanel.check import checked_study
 from pidpanel.study import StudyError, load_any_study, load_study
 
-STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
-TEMPLATES = Path(__file__).parents[1] / "templates"
+STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
+TEMPLATES = Path(__file__).parents[2] / "templates"
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pidpanel.coupon import contact, log
+from pidpanel.coupon import contact
+from pidpanel.coupon.liggghts import output
 
 GOLDEN = Path(__file__).parent / "golden"
 STEPS, CYCLES, ATOMS = 1000, 12, 8
@@ -14,16 +15,16 @@ LOG = (GOLDEN / "shake" / "shake_1.log").read_text()
 
 
 def read(text, cycles=CYCLES):
-    return log.read_cycles(text, "cycles.txt", steps_per_cycle=STEPS, cycles=cycles)
+    return output.read_cycles(text, "cycles.txt", steps_per_cycle=STEPS, cycles=cycles)
 
 
 def check(text):
-    log.check_log(text, "shake.log", last_step=STEPS * (CYCLES + 1), atoms=ATOMS)
+    output.check_log(text, "shake.log", last_step=STEPS * (CYCLES + 1), atoms=ATOMS)
 
 
 def test_a_whole_file_gives_the_numbers_that_stand_in_it():
     rows = read(WHOLE)
-    assert rows.shape == (CYCLES, len(log.CYCLE_COLUMNS))
+    assert rows.shape == (CYCLES, len(output.CYCLE_COLUMNS))
     reference = np.loadtxt(GOLDEN / "shake" / "cycles_1.txt")  # numpy's own reader skips '#'
     np.testing.assert_array_equal(rows, reference)
 
@@ -35,13 +36,13 @@ def test_a_whole_log_is_accepted():
 def test_a_file_cut_at_any_line_is_refused():
     lines = WHOLE.splitlines(keepends=True)
     for kept in range(len(lines)):
-        with pytest.raises(log.LogTruncated):
+        with pytest.raises(output.LogTruncated):
             read("".join(lines[:kept]))
 
 
 def test_a_file_cut_at_any_byte_is_refused():
     for kept in range(len(WHOLE)):
-        with pytest.raises(log.SolverFailure):
+        with pytest.raises(output.SolverFailure):
             read(WHOLE[:kept])
 
 
@@ -51,26 +52,26 @@ def test_a_number_that_is_none_is_refused_with_its_line(word):
     fields = lines[4].split(" ")
     fields[2] = word
     lines[4] = " ".join(fields)
-    with pytest.raises(log.NotFinite, match=r"cycles.txt:5: "):
+    with pytest.raises(output.NotFinite, match=r"cycles.txt:5: "):
         read("\n".join(lines) + "\n")
 
 
 def test_a_missing_row_is_refused_with_the_step_that_should_stand_there():
     lines = WHOLE.splitlines()
     del lines[5]
-    with pytest.raises(log.LogTruncated, match="step 5000 where 4000 should stand"):
+    with pytest.raises(output.LogTruncated, match="step 5000 where 4000 should stand"):
         read("\n".join(lines) + "\n")
 
 
 def test_a_doubled_row_is_refused():
     lines = WHOLE.splitlines()
     lines.insert(6, lines[6])
-    with pytest.raises(log.LogTruncated, match="should stand"):
+    with pytest.raises(output.LogTruncated, match="should stand"):
         read("\n".join(lines) + "\n")
 
 
 def test_one_cycle_less_than_asked_for_is_refused():
-    with pytest.raises(log.LogTruncated, match="12 of 13 cycles"):
+    with pytest.raises(output.LogTruncated, match="12 of 13 cycles"):
         read(WHOLE, cycles=13)
 
 
@@ -85,28 +86,28 @@ def test_warnings_between_table_rows_do_no_harm():
 def test_a_run_ended_by_sigterm_is_named_though_it_exited_0():
     text = (GOLDEN / "stopped_by_sigterm" / "shake.log").read_text()
     assert "3000000 steps" in text  # what its footer claims
-    with pytest.raises(log.RunStopped, match="Forced restart written"):
-        log.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
+    with pytest.raises(output.RunStopped, match="Forced restart written"):
+        output.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
     rows = (GOLDEN / "stopped_by_sigterm" / "cycles.txt").read_text()
-    with pytest.raises(log.LogTruncated, match="of 3000 cycles"):
-        log.read_cycles(rows, "cycles.txt", steps_per_cycle=STEPS, cycles=3000)
+    with pytest.raises(output.LogTruncated, match="of 3000 cycles"):
+        output.read_cycles(rows, "cycles.txt", steps_per_cycle=STEPS, cycles=3000)
 
 
 def test_a_run_ended_by_sigkill_is_named():
     text = (GOLDEN / "stopped_by_sigkill" / "shake.log").read_text()
-    with pytest.raises(log.RunStopped, match="last mark at step 0, not 3000000"):
-        log.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
+    with pytest.raises(output.RunStopped, match="last mark at step 0, not 3000000"):
+        output.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
 
 
 def test_lost_spheres_are_named():
     lines = LOG.splitlines()
     lines.append("ERROR: Lost atoms: original 8 current 7 (./src/thermo.cpp:439)")
-    with pytest.raises(log.ParticlesLost, match="Lost atoms"):
+    with pytest.raises(output.ParticlesLost, match="Lost atoms"):
         check("\n".join(lines))
 
 
 def test_a_mark_with_fewer_spheres_is_named():
-    with pytest.raises(log.ParticlesLost, match="7 spheres of 8"):
+    with pytest.raises(output.ParticlesLost, match="7 spheres of 8"):
         check(
             LOG.replace(
                 f"MARK step {STEPS * CYCLES} atoms 8", f"MARK step {STEPS * CYCLES} atoms 7"
@@ -115,26 +116,26 @@ def test_a_mark_with_fewer_spheres_is_named():
 
 
 def test_too_few_insertions_are_named():
-    with pytest.raises(log.ParticlesLost, match="Less insertions"):
+    with pytest.raises(output.ParticlesLost, match="Less insertions"):
         check(LOG + "WARNING: Particle insertion: Less insertions than requested\n")
 
 
 def test_a_log_without_any_mark_is_refused():
-    with pytest.raises(log.LogTruncated, match="no mark"):
+    with pytest.raises(output.LogTruncated, match="no mark"):
         check("LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0)\n")
 
 
 def test_the_echo_of_a_mark_is_not_taken_for_the_mark():
     text = "\n".join(line for line in LOG.splitlines() if not line.startswith("MARK"))
     assert 'print "MARK' in text
-    with pytest.raises(log.LogTruncated, match="no mark"):
+    with pytest.raises(output.LogTruncated, match="no mark"):
         check(text)
 
 
 def test_positions_are_those_of_the_dump_by_id():
     text = (GOLDEN / "shake" / "last.dump").read_text()
     columns = ("x", "y", "z", "vx", "vy", "vz")
-    frame = log.read_dump(text, "last.dump", columns)
+    frame = output.read_dump(text, "last.dump", columns)
     assert frame.shape == (1, ATOMS, 6)
     third = next(line for line in text.splitlines() if line.startswith("3 "))
     np.testing.assert_array_equal(frame[0, 2], [float(v) for v in third.split()[1:]])
@@ -143,8 +144,8 @@ def test_positions_are_those_of_the_dump_by_id():
 def test_a_dump_cut_anywhere_is_refused():
     text = (GOLDEN / "shake" / "last.dump").read_text()
     for kept in range(len(text)):
-        with pytest.raises(log.SolverFailure):
-            log.read_dump(text[:kept], "last.dump", ("x", "y", "z", "vx", "vy", "vz"))
+        with pytest.raises(output.SolverFailure):
+            output.read_dump(text[:kept], "last.dump", ("x", "y", "z", "vx", "vy", "vz"))
 
 
 def test_our_rayleigh_time_is_the_solvers():
@@ -159,7 +160,7 @@ def test_our_rayleigh_time_is_the_solvers():
 
 
 def binary_frame(step, table):
-    head = np.zeros(1, log._BINARY_HEADER)
+    head = np.zeros(1, output._BINARY_HEADER)
     head["step"], head["atoms"], head["columns"] = step, len(table), table.shape[1]
     head["values"] = table.size
     return head.tobytes() + table.astype("<f8").tobytes()
@@ -170,7 +171,7 @@ TABLE = np.array([[1.0, 0.1, 0.2], [2.0, 0.3, 0.4]])
 
 def test_a_binary_dump_is_read_frame_by_frame():
     content = binary_frame(5, TABLE) + binary_frame(9, 2 * TABLE - TABLE[:, :1] * [1, 0, 0])
-    found = log.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
+    found = output.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
     assert found.shape == (2, 2, 3)
     np.testing.assert_array_equal(found[0], TABLE)
 
@@ -178,16 +179,16 @@ def test_a_binary_dump_is_read_frame_by_frame():
 @pytest.mark.parametrize(
     ("content", "failure"),
     [
-        (binary_frame(5, TABLE)[:-1], log.LogTruncated),
-        (b"", log.LogTruncated),
-        (binary_frame(5, TABLE) + binary_frame(5, TABLE), log.LogTruncated),
-        (binary_frame(5, TABLE * [1, np.nan, 1]), log.NotFinite),
-        (binary_frame(5, TABLE + 1), log.ParticlesLost),
+        (binary_frame(5, TABLE)[:-1], output.LogTruncated),
+        (b"", output.LogTruncated),
+        (binary_frame(5, TABLE) + binary_frame(5, TABLE), output.LogTruncated),
+        (binary_frame(5, TABLE * [1, np.nan, 1]), output.NotFinite),
+        (binary_frame(5, TABLE + 1), output.ParticlesLost),
     ],
 )
 def test_a_binary_dump_that_is_not_whole_is_named(content, failure):
     with pytest.raises(failure, match=r"spheres\.bin"):
-        log.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
+        output.read_binary_dump(content, "spheres.bin", atoms=2, columns=3)
 
 
 LOCAL = (
@@ -201,30 +202,30 @@ LOCAL = (
 
 
 def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():
-    frame, table = log.read_local_dump(LOCAL, "pairs.dump", frames=3, columns=2)
+    frame, table = output.read_local_dump(LOCAL, "pairs.dump", frames=3, columns=2)
     assert frame.tolist() == [0, 0, 2]
     assert table.tolist() == [[1, 0.5], [2, 0.25], [3, 0.125]]
 
 
 def test_contacts_cut_anywhere_are_named():
     for end in range(len(LOCAL)):
-        with pytest.raises(log.LogTruncated, match=r"pairs\.dump"):
-            log.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)
+        with pytest.raises(output.LogTruncated, match=r"pairs\.dump"):
+            output.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)
 
 
 @pytest.mark.parametrize(
     ("line", "instead", "failure"),
     [
-        ("2 0.25 \n", "2 \n", log.LogTruncated),
-        ("2 0.25 \n", "\n", log.LogTruncated),
-        ("2 0.25 \n", "", log.LogTruncated),
-        ("2 0.25 \n", "2 0.25 \n" * 2, log.LogTruncated),
-        ("3 0.125 \n", "3 0.125 1 \n", log.LogTruncated),
-        ("3 0.125 \n", "3 nan \n", log.NotFinite),
-        ("3 0.125 \n", "3 0.1#5 \n", log.NotFinite),
-        ("3 0.125 \n", "# 0.125 \n", log.NotFinite),
+        ("2 0.25 \n", "2 \n", output.LogTruncated),
+        ("2 0.25 \n", "\n", output.LogTruncated),
+        ("2 0.25 \n", "", output.LogTruncated),
+        ("2 0.25 \n", "2 0.25 \n" * 2, output.LogTruncated),
+        ("3 0.125 \n", "3 0.125 1 \n", output.LogTruncated),
+        ("3 0.125 \n", "3 nan \n", output.NotFinite),
+        ("3 0.125 \n", "3 0.1#5 \n", output.NotFinite),
+        ("3 0.125 \n", "# 0.125 \n", output.NotFinite),
     ],
 )
 def test_garbled_contacts_are_named(line, instead, failure):
     with pytest.raises(failure, match=r"pairs\.dump"):
-        log.read_local_dump(LOCAL.replace(line, instead), "pairs.dump", frames=3, columns=2)
+        output.read_local_dump(LOCAL.replace(line, instead), "pairs.dump", frames=3, columns=2)

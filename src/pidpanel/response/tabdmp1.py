@@ -14,9 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pidpanel.arrays import Array
 
 
 def modal_damping_ratio(

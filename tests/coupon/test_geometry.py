@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupon import bed
+from pidpanel.coupon import geometry
 
 WIDTH = 6.35e-3
 
 
-HEXAGON = bed.cell_outline("hexagon", WIDTH)
-MONO = bed.Sizes("mono", 2e-3, 2e-3)
+HEXAGON = geometry.cell_outline("hexagon", WIDTH)
+MONO = geometry.Sizes("mono", 2e-3, 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -21,16 +21,16 @@ MONO = bed.Sizes("mono", 2e-3, 2e-3)
     ],
 )
 def test_a_cell_is_as_wide_as_it_says_and_has_the_closed_form_area(shape, area):
-    outline = bed.cell_outline(shape, WIDTH)
-    assert bed.polygon_area(outline) == pytest.approx(area, rel=1e-12)
+    outline = geometry.cell_outline(shape, WIDTH)
+    assert geometry.polygon_area(outline) == pytest.approx(area, rel=1e-12)
     # the circle's polygon of equal area is 0.3 % narrower across its flats
     assert np.ptp(outline[:, 0]) == pytest.approx(WIDTH, rel=4e-3 if shape == "circle" else 1e-12)
 
 
-@pytest.mark.parametrize("shape", bed.CORNERS)
+@pytest.mark.parametrize("shape", geometry.CORNERS)
 def test_a_cap_holds_the_whole_cell(shape):
-    outline = bed.cell_outline(shape, WIDTH)
-    for a, b, c in bed.caps(outline, np.zeros((1, 2)), 0.025):
+    outline = geometry.cell_outline(shape, WIDTH)
+    for a, b, c in geometry.caps(outline, np.zeros((1, 2)), 0.025):
         weights = np.linalg.solve(
             np.vstack([np.stack([a, b, c])[:, :2].T, np.ones(3)]),
             np.vstack([outline.T, np.ones(len(outline))]),
@@ -42,11 +42,11 @@ def test_a_cap_holds_the_whole_cell(shape):
 @pytest.mark.parametrize(
     ("sizes", "mean", "deviation"),
     [
-        (bed.Sizes("mono", 2e-3, 2e-3), 2e-3, 0.0),
-        (bed.Sizes("uniform", 1e-3, 3e-3), 2e-3, 2e-3 / np.sqrt(12)),
+        (geometry.Sizes("mono", 2e-3, 2e-3), 2e-3, 0.0),
+        (geometry.Sizes("uniform", 1e-3, 3e-3), 2e-3, 2e-3 / np.sqrt(12)),
         # cut at two deviations: σ² (1 − 2·2φ(2)/(2Φ(2) − 1)) = 0.7737 σ²
-        (bed.Sizes("normal", 1e-3, 3e-3), 2e-3, 0.5e-3 * np.sqrt(0.77371)),
-        (bed.Sizes("binary", 1e-3, 3e-3, 0.25), 1.5e-3, 2e-3 * np.sqrt(0.25 * 0.75)),
+        (geometry.Sizes("normal", 1e-3, 3e-3), 2e-3, 0.5e-3 * np.sqrt(0.77371)),
+        (geometry.Sizes("binary", 1e-3, 3e-3, 0.25), 1.5e-3, 2e-3 * np.sqrt(0.25 * 0.75)),
     ],
 )
 def test_sizes_have_the_mean_and_deviation_of_their_distribution(sizes, mean, deviation):
@@ -59,8 +59,12 @@ def test_sizes_have_the_mean_and_deviation_of_their_distribution(sizes, mean, de
 
 def test_enough_is_poured_of_any_mixture():
     rng = np.random.default_rng(1)
-    for sizes in (MONO, bed.Sizes("uniform", 1e-3, 2e-3), bed.Sizes("binary", 1e-3, 2e-3, 0.1)):
-        diameters = bed.poured_sizes(sizes, 35e-6, 25e-3, rng)
+    for sizes in (
+        MONO,
+        geometry.Sizes("uniform", 1e-3, 2e-3),
+        geometry.Sizes("binary", 1e-3, 2e-3, 0.1),
+    ):
+        diameters = geometry.poured_sizes(sizes, 35e-6, 25e-3, rng)
         # a bed as dense as random close packing would still reach the lid
         assert (np.pi / 6 * diameters**3).sum() >= 0.64 * 35e-6 * 25e-3
 
@@ -68,7 +72,7 @@ def test_enough_is_poured_of_any_mixture():
 def test_a_wall_triangle_holds_its_side_and_nothing_of_the_cell():
     outline = HEXAGON
     height = 0.025
-    triangles = bed.side_walls(outline, np.zeros((1, 2)), height)
+    triangles = geometry.side_walls(outline, np.zeros((1, 2)), height)
     assert len(triangles) == 6
     for corner, nxt, (a, b, c) in zip(
         outline, np.roll(outline, -1, axis=0), triangles, strict=True
@@ -88,8 +92,8 @@ def test_a_wall_triangle_holds_its_side_and_nothing_of_the_cell():
 
 def test_cells_are_farther_apart_than_their_wall_triangles_reach():
     outline = HEXAGON
-    centres = bed.cell_centres(WIDTH, 5)
-    triangles = bed.side_walls(outline, centres, 0.025).reshape(5, -1, 3)
+    centres = geometry.cell_centres(WIDTH, 5)
+    triangles = geometry.side_walls(outline, centres, 0.025).reshape(5, -1, 3)
     for i, centre in enumerate(centres):
         others = np.delete(triangles, i, axis=0).reshape(-1, 3)
         # farther than the cell's own corners
@@ -99,7 +103,7 @@ def test_cells_are_farther_apart_than_their_wall_triangles_reach():
 def test_scattered_spheres_neither_touch_nor_leave_the_cell():
     rng = np.random.default_rng(1)
     d = rng.uniform(1.5e-3, 2.5e-3, 60)
-    points = bed.scatter(HEXAGON, 0.1, d, rng)
+    points = geometry.scatter(HEXAGON, 0.1, d, rng)
     distance = np.linalg.norm(points[:, None] - points[None], axis=2) + np.eye(60)
     assert (distance >= (d[:, None] + d) / 2).all()
     edge = np.roll(HEXAGON, -1, axis=0) - HEXAGON
@@ -110,27 +114,27 @@ def test_scattered_spheres_neither_touch_nor_leave_the_cell():
 
 def test_too_many_spheres_are_refused_by_number():
     with pytest.raises(ValueError, match=r"of 40 spheres found room in 0\.006 m"):
-        bed.scatter(HEXAGON, 0.006, np.full(40, 2e-3), np.random.default_rng(1))
+        geometry.scatter(HEXAGON, 0.006, np.full(40, 2e-3), np.random.default_rng(1))
 
 
 def test_the_full_count_is_that_of_the_emptiest_cell():
     cell = np.array([0, 0, 0, 1, 1, 1])
     z = np.array([1, 3, 5, 1, 3, 9.5]) * 1e-3
     # depth 10 mm, diameter 2 mm: centres up to 9 mm lie below the lid
-    assert bed.full_count(cell, z, 10e-3, np.full(6, 2e-3)) == 2
+    assert geometry.full_count(cell, z, 10e-3, np.full(6, 2e-3)) == 2
     # the last is small enough to stand below it, 9.5 + 0.4 mm
-    assert bed.full_count(cell, z, 10e-3, np.array([2, 2, 2, 2, 2, 0.8]) * 1e-3) == 3
+    assert geometry.full_count(cell, z, 10e-3, np.array([2, 2, 2, 2, 2, 0.8]) * 1e-3) == 3
 
 
 def test_the_lowest_spheres_of_every_cell_stay():
     cell = np.array([0, 1, 0, 1, 0, 1])
     z = np.array([3.0, 2.0, 1.0, 4.0, 2.0, 1.0])
-    assert bed.lowest(cell, z, 2).tolist() == [2, 4, 5, 1]
+    assert geometry.lowest(cell, z, 2).tolist() == [2, 4, 5, 1]
 
 
 def test_the_deepest_overlap_is_that_of_the_pair_that_overlaps_most():
     places = np.array([[0, 0, 0], [1.9e-3, 0, 0], [3.3e-3, 0, 0]])
     # 2 + 2 mm: 0.1 mm; 2 + 1 mm: 0.1 mm; then a larger third: 0.35 mm
-    assert bed.deepest_overlap(places, np.array([2, 2, 1.0]) * 1e-3) == pytest.approx(1e-4)
-    assert bed.deepest_overlap(places, np.array([2, 2, 1.5]) * 1e-3) == pytest.approx(3.5e-4)
-    assert bed.deepest_overlap(2 * places, np.array([2, 2, 1.0]) * 1e-3) == 0.0
+    assert geometry.deepest_overlap(places, np.array([2, 2, 1.0]) * 1e-3) == pytest.approx(1e-4)
+    assert geometry.deepest_overlap(places, np.array([2, 2, 1.5]) * 1e-3) == pytest.approx(3.5e-4)
+    assert geometry.deepest_overlap(2 * places, np.array([2, 2, 1.0]) * 1e-3) == 0.0

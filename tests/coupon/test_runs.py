@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import bed, beds, cycles, deck, log, runs, solver, summary, window
+from pidpanel.coupon import cycles, geometry, preparation, runs, summary, window
 from pidpanel.coupon.cases import cases_of
-from pidpanel.coupon.solver import Liggghts
-from pidpanel.study_coupon import Coupon
+from pidpanel.coupon.liggghts import deck, output, process
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.study.coupon import Coupon
 
 pytestmark = pytest.mark.liggghts
 
@@ -73,9 +74,9 @@ def one_ball(folder, frequency, level, restitution, friction, height, velocity, 
         sweep={"frequency_hz": [frequency], "acceleration_g": [level]},
     )  # fmt: skip
     run = cases_of(study)[0].runs[0]
-    beds.write_start(folder, run.packing, np.array([[0.0, 0.0, height, 2e-3]]))
+    preparation.write_start(folder, run.packing, np.array([[0.0, 0.0, height, 2e-3]]))
     with Liggghts(folder, "shake") as process:
-        process.execute(deck.render("shake.in.j2", beds.shake_values(run)))
+        process.execute(deck.render("shake.in.j2", preparation.shake_values(run)))
         process.execute(f"velocity all set 0 0 {velocity}")
         process.execute(f"run {cycles_run * run.steps_per_cycle}")
         process.finish()
@@ -86,9 +87,9 @@ def one_ball(folder, frequency, level, restitution, friction, height, velocity, 
 
 def test_without_loss_in_the_contacts_nothing_is_dissipated(tmp_path):
     run, rows, mass = one_ball(tmp_path / "ball", 100.0, 5.0, 1.0, 0.0, 3e-3, 0.0, 200)
-    energy = rows[:, log.CYCLE_COLUMNS.index("kinetic_energy")]
+    energy = rows[:, output.CYCLE_COLUMNS.index("kinetic_energy")]
     work = run.acceleration * rows[:, 1] / run.frequency  # per cycle
-    height = rows[:, log.CYCLE_COLUMNS.index("height")]
+    height = rows[:, output.CYCLE_COLUMNS.index("height")]
     # what the shaker put in is still there, as motion and height; the means over a cycle stand
     # for the values at its end, which is good to the energy of one cycle
     kept = energy[-1] - energy[0] + mass * STANDARD_GRAVITY * (height[-1] - height[0])
@@ -119,14 +120,14 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
     gravity and inertia; the shaker's power is that force times the velocity of the cells.
     """
     run = cases_of(coupon())[0].runs[0]
-    beds.write_start(
+    preparation.write_start(
         tmp_path / "run", run.packing,
         np.loadtxt(bed_file.with_name("bed.csv"), delimiter=",", skiprows=1),
     )  # fmt: skip
     count = 10
     trace = "fix trace all ave/time 1 1 5 v_p v_inertia file trace.txt\n"
     with Liggghts(tmp_path / "run", "shake") as process:
-        process.execute(deck.render("shake.in.j2", beds.shake_values(run)) + trace)
+        process.execute(deck.render("shake.in.j2", preparation.shake_values(run)) + trace)
         process.execute(f"run {count * run.steps_per_cycle}")
         process.finish()
     rows = runs.read_run(run, tmp_path / "run", [count], count)
@@ -134,8 +135,8 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
     _, keep = np.unique(trace[:, 0], return_index=True)
     step, p, inertia = trace[keep].T
     pull = STANDARD_GRAVITY - inertia
-    diameters = beds.read_bed(bed_file.with_name("bed.csv"))[:, 3]
-    mass = bed.masses(diameters, run.packing.density).sum()
+    diameters = preparation.read_bed(bed_file.with_name("bed.csv"))[:, 3]
+    mass = geometry.masses(diameters, run.packing.density).sum()
     omega = 2 * np.pi * run.frequency
     t = step * run.time_step
     velocity = omega * run.amplitude * np.cos(omega * t)
@@ -205,7 +206,7 @@ def stop_when_running(folder, sig):
     """Send a signal to LIGGGHTS as soon as it has written a cycle."""
     script = (
         "import sys; from pathlib import Path\n"
-        "from pidpanel.coupon.solver import Liggghts\n"
+        "from pidpanel.coupon.liggghts.process import Liggghts\n"
         "folder = Path(sys.argv[1])\n"
         "with Liggghts(folder, 'shake') as p:\n"
         "    print(p._process.pid, flush=True)\n"
@@ -234,8 +235,10 @@ def stop_when_running(folder, sig):
 def test_a_solver_killed_from_outside_is_a_stopped_run(tmp_path, bed_file, sig, status):
     run = cases_of(coupon())[0].runs[0]
     positions = np.loadtxt(bed_file.with_name("bed.csv"), delimiter=",", skiprows=1)
-    beds.write_start(tmp_path / "run", run.packing, positions)
-    (tmp_path / "run" / "deck").write_text(deck.render("shake.in.j2", beds.shake_values(run)))
+    preparation.write_start(tmp_path / "run", run.packing, positions)
+    (tmp_path / "run" / "deck").write_text(
+        deck.render("shake.in.j2", preparation.shake_values(run))
+    )
     child, _ = stop_when_running(tmp_path / "run", sig)
     said = child.communicate(timeout=60)[0]
     # SIGTERM makes LIGGGHTS end its run early and go on as if nothing had happened
@@ -245,8 +248,10 @@ def test_a_solver_killed_from_outside_is_a_stopped_run(tmp_path, bed_file, sig, 
 def test_the_solver_dies_with_its_caller(tmp_path, bed_file):
     run = cases_of(coupon())[0].runs[0]
     positions = np.loadtxt(bed_file.with_name("bed.csv"), delimiter=",", skiprows=1)
-    beds.write_start(tmp_path / "run", run.packing, positions)
-    (tmp_path / "run" / "deck").write_text(deck.render("shake.in.j2", beds.shake_values(run)))
+    preparation.write_start(tmp_path / "run", run.packing, positions)
+    (tmp_path / "run" / "deck").write_text(
+        deck.render("shake.in.j2", preparation.shake_values(run))
+    )
     _, pid = stop_when_running(tmp_path / "run", None)
     deadline = time.monotonic() + 10
     while Path(f"/proc/{pid}").exists() and "Z" not in _state(pid):
@@ -264,20 +269,20 @@ def _state(pid):
 def test_an_error_in_a_deck_is_told_in_the_solvers_words(tmp_path):
     with (
         Liggghts(tmp_path, "bad") as process,
-        pytest.raises(log.RunStopped, match="exit status 1: ERROR: Unknown command"),
+        pytest.raises(output.RunStopped, match="exit status 1: ERROR: Unknown command"),
     ):
         process.execute("units si\nno_such_command 1")
 
 
 def test_without_liggghts_the_message_says_what_to_install(monkeypatch, tmp_path):
-    monkeypatch.setattr(solver, "COMMAND", "liggghts-that-is-not-there")
-    with pytest.raises(log.SolverMissing, match="apt-get install liggghts"):
+    monkeypatch.setattr(process, "COMMAND", "liggghts-that-is-not-there")
+    with pytest.raises(output.SolverMissing, match="apt-get install liggghts"):
         Liggghts(tmp_path, "x")
 
 
 def test_another_version_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(solver, "VERSION", "9.9.9")
-    with pytest.raises(log.SolverMissing, match=r"version 9\.9\.9 is wanted"):
+    monkeypatch.setattr(process, "VERSION", "9.9.9")
+    with pytest.raises(output.SolverMissing, match=r"version 9\.9\.9 is wanted"):
         Liggghts(tmp_path, "x")
 
 

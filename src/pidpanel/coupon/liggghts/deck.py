@@ -9,10 +9,9 @@ from typing import Any
 
 import jinja2
 import jinja2.meta
-import numpy as np
-from numpy.typing import NDArray
 
-TEMPLATES = Path(__file__).resolve().parents[3] / "templates"
+from pidpanel.arrays import Array
+from pidpanel.paths import TEMPLATES
 
 
 def _number(value: Any) -> Any:
@@ -65,10 +64,10 @@ def undeclared(text: str, known: Iterable[str]) -> list[str]:
 
 
 def data_file(
-    positions: NDArray[np.float64],
-    diameters: NDArray[np.float64],
+    positions: Array,
+    diameters: Array,
     density: float,
-    box: NDArray[np.float64],
+    box: Array,
 ) -> str:
     """LIGGGHTS data file of spheres.
 

@@ -6,9 +6,10 @@ import jinja2
 import numpy as np
 import pytest
 
-from pidpanel.coupon import beds, deck
+from pidpanel.coupon import preparation
 from pidpanel.coupon.cases import cases_of
-from pidpanel.study_coupon import Coupon
+from pidpanel.coupon.liggghts import deck
+from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "golden" / "shake"
 
@@ -25,14 +26,14 @@ def golden_run():
 
 
 def test_the_rendered_deck_is_the_recorded_one_to_the_letter():
-    text = deck.render("shake.in.j2", beds.shake_values(golden_run()))
+    text = deck.render("shake.in.j2", preparation.shake_values(golden_run()))
     recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs
     assert recorded.startswith(text.rstrip() + "\nprint ")
 
 
 def test_a_variable_that_nobody_set_is_refused_by_name():
-    values = beds.shake_values(golden_run())
+    values = preparation.shake_values(golden_run())
     del values["time_step"]
     with pytest.raises(jinja2.UndefinedError, match="'time_step' is undefined"):
         deck.render("shake.in.j2", values)

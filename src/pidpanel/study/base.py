@@ -1,11 +1,12 @@
 """What all sections of a study are made of."""
 
-from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-PROJECT_DATA = Path(__file__).resolve().parents[2] / "workflow" / "data"
+
+class StudyError(ValueError):
+    """A mistake in a study file; the text is one line a user can act on."""
 
 
 class Model(BaseModel):

@@ -1,0 +1,157 @@
+"""Hashes of what a result rests on: code without its comments, and files.
+
+A result is computed again when the code behind it changes, and not when a comment or a docstring
+does. The code behind a module is the module itself and every module of the project that it
+imports, directly or not.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from pidpanel.paths import PROJECT
+
+ROOTS = {"pidpanel": PROJECT / "src", "scripts": PROJECT / "workflow"}
+"""Folder in which each of the project's packages lies."""
+
+
+def code_digest(*modules: str) -> str:
+    """Hash of the code behind some modules.
+
+    Parameters
+    ----------
+    modules
+        Dotted names, such as ``pidpanel.panel.modes`` or ``scripts.panel``; a package stands
+        for all modules in it.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits, the same on every machine with one version of Python.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(code_behind(*modules)):
+        digest.update(f"{name} {_meaning(_file_of(name) or Path())}\n".encode())
+    return digest.hexdigest()
+
+
+def code_behind(*modules: str) -> set[str]:
+    """Names of the modules themselves and of all that they import of this project."""
+    found: set[str] = set()
+    waiting = [name for module in modules for name in _with_members(module)]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += [other for other in _imported(name) if other not in found]
+    return found
+
+
+def file_digest(*paths: Path) -> str:
+    """Hash of the content of files, in their order; 64 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def _file_of(module: str) -> Path | None:
+    """File of a module of this project; None for a module of somebody else."""
+    root, *parts = module.split(".")
+    if root not in ROOTS:
+        return None
+    folder = ROOTS[root].joinpath(root, *parts)
+    for path in (folder / "__init__.py", folder.with_suffix(".py")):
+        if path.is_file():
+            return path
+    return None
+
+
+def _with_members(module: str) -> Iterator[str]:
+    path = _file_of(module)
+    if path is None:
+        raise ValueError(f"{module}: no module of this project")
+    yield module
+    if path.name == "__init__.py":
+        for member in sorted(path.parent.rglob("*.py")):
+            parts = member.relative_to(path.parent).with_suffix("").parts
+            yield ".".join((module, *(part for part in parts if part != "__init__")))
+
+
+@lru_cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_bytes(), str(path))
+
+
+@lru_cache
+def _meaning(path: Path) -> str:
+    """Hash of the syntax tree of a file without docstrings; comments are not in it."""
+    tree = ast.parse(path.read_bytes(), str(path))
+    for node in ast.walk(tree):
+        for field in ("body", "orelse", "finalbody"):
+            block = getattr(node, field, None)
+            if isinstance(block, list):
+                kept = [one for one in block if not _is_docstring(one)]
+                setattr(node, field, kept)
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def _is_docstring(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+@lru_cache
+def _imported(module: str) -> tuple[str, ...]:
+    """Modules of this project that a module imports, and the packages they lie in."""
+    path = _file_of(module)
+    if path is None:
+        return ()
+    named: list[str] = []
+    for node in _run_nodes(_tree(path)):
+        if isinstance(node, ast.Import):
+            named += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            named += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    packages = (
+        ".".join(parts[:end])
+        for parts in (name.split(".") for name in named)
+        for end in range(1, len(parts) + 1)
+    )
+    return tuple(dict.fromkeys(name for name in packages if _file_of(name)))
+
+
+def _run_nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """Nodes that run: without the imports that only type checkers see."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, ast.If) and _names_type_checking(node.test):
+            waiting += node.orelse
+        else:
+            waiting += ast.iter_child_nodes(node)
+
+
+def _names_type_checking(test: ast.expr) -> bool:
+    return "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", ""))
+
+
+def text_digest(texts: Iterable[str]) -> str:
+    """Hash of some texts, in their order; 64 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for text in texts:
+        digest.update(hashlib.sha256(text.encode()).digest())
+    return digest.hexdigest()
