@@ -254,8 +254,9 @@ def tabulate_plane_wave(
     k_max = float(wavenumber_max)
     nodes = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
     modal_force = plane_wave_modal_force(nodes, incidence, azimuth, panel)
+    even = np.asarray(modal_force.real, np.float64)
     odd = np.asarray(modal_force.imag / nodes[:, None, None], np.float64)
-    table = WavenumberTable(k_max, nodes, modal_force.real, odd)
+    table = WavenumberTable(k_max, nodes, even, odd)
     for k in (k_max, k_max / 2):
         _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0])
     return table
