@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.damping import laws
-from pidpanel.damping.surface import DampingError
+from pidpanel.damping.readings import DampingError
 
 FREQUENCY = np.geomspace(5, 2000, 50)
 

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.damping.surface import DampingError, DampingSurface, groups, onset
+from pidpanel.damping.readings import DampingError
+from pidpanel.damping.surface import DampingSurface, groups, onset
 from pidpanel.damping.tables import in_our_terms, read_surface, read_table, to_frame
 
 FILLS = np.array([0.1, 0.5, 0.9])
@@ -87,7 +88,7 @@ def test_many_frequencies_of_one_fill_and_level_are_those_of_the_points(surface)
     for r, level in ((0.1, 3.0), (0.33, 17.0), (0.9, 400.0), (0.5, 1.7)):
         quick = surface(frequency, r, level)
         slow = surface.at(np.full(501, r), frequency, np.full(501, level))
-        # linear interpolation over FREQUENCY_STEP and LEVEL_STEP
+        # linear interpolation over FREQUENCY_STEP and ACCELERATION_STEP
         for name, within in (("equivalent_damping", 5e-3), ("equivalent_damping_error", 5e-2)):
             np.testing.assert_allclose(getattr(quick, name), getattr(slow, name), rtol=within)
         np.testing.assert_allclose(quick.apparent_mass, slow.apparent_mass, atol=0.01)
@@ -216,7 +217,7 @@ def test_a_sweep_without_spread_along_an_axis_has_a_domain_all_the_same(of, aske
 
 def test_cases_of_one_level_know_no_level():
     surface = DampingSurface.from_frame(frame(levels=LEVELS[:1]))
-    assert not surface.depends_on_level
+    assert not surface.depends_on_acceleration
     asked = np.array([100.0])
     assert surface(asked, 0.3, np.nan) == surface(asked, 0.3, 3.0)
 

@@ -10,8 +10,8 @@ from pidpanel.response.linearisation import (
     LinearisationError,
     NoFixedPoint,
     NotConverged,
-    find_levels,
-    sine_level,
+    find_motions,
+    sine_acceleration_g,
 )
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import bare_panels
@@ -36,17 +36,17 @@ def rms_of_level(level):
 
 
 def test_gamma_is_the_amplitude_of_the_sine_with_the_same_rms():
-    # red: math.sqrt(2) * → 1 * in `sine_level`
+    # red: math.sqrt(2) * → 1 * in `sine_acceleration_g`
     time = np.linspace(0, 1, 10_000, endpoint=False)
     sine = 3.0 * G * np.sin(2 * np.pi * time)
-    assert sine_level(np.std(sine)) == pytest.approx(3.0, rel=1e-12)
+    assert sine_acceleration_g(np.std(sine)) == pytest.approx(3.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("exponent", [0.5, -0.5, -1.5])
 def test_power_laws_meet_where_algebra_says(exponent):
     # Γ_out = 10/√C_e, C_e = Γ^p: Γ = 10^(1/(1 + p/2)); tolerance 1e-6 in ln h, slope 1 + p/2
     # red: root → root + 1e-4 in `_close_in`
-    search = find_levels(
+    search = find_motions(
         LINES,
         uniform(lambda gamma: gamma**exponent),
         rms_of_level(lambda damping: 10 / math.sqrt(damping)),
@@ -64,7 +64,7 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
     # white noise on one mode with c = 2ζmω + C_e A, C_e = 40 Γ: closed form of the mean square of
     # a Lorentzian of acceleration, S ω²/(4 c m), cut to ±10 Hz by its arctangent. What is left is
     # the slope of ω⁴ over the band, 0.2 % of Γ; 0.4 % is allowed
-    # red: math.sqrt(2) * → 2 * in `sine_level`
+    # red: math.sqrt(2) * → 2 * in `sine_acceleration_g`
     mass, area, slope, force_psd, omega = 2.0, 0.1, 40.0, 300.0, 2 * np.pi * 100.0
     basis = ModalBasis([100.0], [mass], 0.01)
     frequency = frequency_grid(90.0, 110.0, 0.01, lines_per_bandwidth=40)
@@ -78,7 +78,7 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
     )
 
     rms = PatchMotion.of(bare).acceleration_rms
-    (point,) = find_levels(frequency, uniform(lambda gamma: slope * gamma), rms).fixed_points
+    (point,) = find_motions(frequency, uniform(lambda gamma: slope * gamma), rms).fixed_points
 
     def closed_form(gamma):
         """a_rms in the band by the arctangent of a Lorentzian, exact to order ζ."""
@@ -98,7 +98,7 @@ def peaked(gamma):
 def test_damping_that_falls_on_both_sides_may_have_three_levels_the_middle_one_unstable():
     # Γ_out = 60/C_e: found by a fine scan of h, written out here
     # red: `_sign_changes` that returns its first only; stable=falls → stable=True
-    search = find_levels(LINES, uniform(peaked), rms_of_level(lambda damping: 60 / damping))
+    search = find_motions(LINES, uniform(peaked), rms_of_level(lambda damping: 60 / damping))
     gamma = np.geomspace(0.01, 1000, 400_001)
     above = 60 / peaked(gamma) > gamma
     crossings = np.flatnonzero(above[1:] != above[:-1])
@@ -114,7 +114,7 @@ def test_a_level_outside_the_data_is_marked():
     # red: np.all → np.any in `_close_in`
     law = uniform(lambda gamma: gamma, within=np.array([True, False]))
     lines = np.array([100.0, 200.0])
-    search = find_levels(lines, law, rms_of_level(lambda damping: 10 / damping))
+    search = find_motions(lines, law, rms_of_level(lambda damping: 10 / damping))
     assert not search.governing.within_domain
 
 
@@ -122,21 +122,21 @@ def test_a_level_outside_the_data_is_marked():
 def test_a_level_beyond_the_range_is_no_level(level, side):
     # red: the last scan value returned in the place of the error
     with pytest.raises(NoFixedPoint, match=f"Γ_out is {side} Γ.*widen gamma_range"):
-        find_levels(LINES, uniform(lambda gamma: 1.0), rms_of_level(lambda damping: level))
+        find_motions(LINES, uniform(lambda gamma: 1.0), rms_of_level(lambda damping: level))
 
 
 def test_a_jump_of_the_damping_is_not_taken_for_a_level():
     # red: abs(residual) > tolerance → False in `_close_in`
     law = uniform(lambda gamma: 1.0 if gamma < 5 else 100.0)
     with pytest.raises(NotConverged, match=r"near Γ = 5 .*does C_e or m_a jump"):
-        find_levels(LINES, law, rms_of_level(lambda damping: 20 / damping))
+        find_motions(LINES, law, rms_of_level(lambda damping: 20 / damping))
 
 
 @pytest.mark.parametrize("rms", [math.nan, math.inf, 0.0])
 def test_a_motion_that_is_no_motion_is_refused(rms):
     # red: no check of rms in `surplus`
     with pytest.raises(LinearisationError, match="finite, positive motion"):
-        find_levels(LINES, uniform(lambda gamma: 1.0), lambda damping, mass: rms)
+        find_motions(LINES, uniform(lambda gamma: 1.0), lambda damping, mass: rms)
 
 
 @pytest.mark.parametrize(
@@ -145,4 +145,4 @@ def test_a_motion_that_is_no_motion_is_refused(rms):
 )
 def test_a_search_without_extent_is_refused(changes):
     with pytest.raises(ValueError, match="gamma_range"):
-        find_levels(LINES, uniform(lambda gamma: 1.0), rms_of_level(lambda d: 1.0), **changes)
+        find_motions(LINES, uniform(lambda gamma: 1.0), rms_of_level(lambda d: 1.0), **changes)

@@ -53,20 +53,26 @@ def test_the_level_read_is_the_level_that_results(kind, sound):
 
 
 def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
-    found = scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=4.0)
+    found = scenarios.solve_scenario(one_mode(), falling, 1.0, stated_acceleration_g=4.0)
     assert found.acceleration_g == 4.0
     assert found.equivalent_damping[0] == 500.0
     assert found.patch_acceleration_g != pytest.approx(4.0, rel=0.1)
 
 
 def test_a_level_beyond_the_run_points_is_marked():
-    assert scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=4.0).inside.all()
-    assert not scenarios.solve_scenario(one_mode(), falling, 1.0, stated_level=6.0).inside.any()
+    assert scenarios.solve_scenario(
+        one_mode(), falling, 1.0, stated_acceleration_g=4.0
+    ).inside.all()
+    assert not scenarios.solve_scenario(
+        one_mode(), falling, 1.0, stated_acceleration_g=6.0
+    ).inside.any()
 
 
 def test_a_law_without_level_scales_with_the_sound():
-    quiet = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
-    loud = scenarios.solve_scenario(one_mode(), dashpot(300.0), 100.0, depends_on_level=False)
+    quiet = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_acceleration=False)
+    loud = scenarios.solve_scenario(
+        one_mode(), dashpot(300.0), 100.0, depends_on_acceleration=False
+    )
     ratio = loud.response.acceleration_psd / quiet.response.acceleration_psd
     np.testing.assert_allclose(ratio, 100.0, rtol=1e-12)
     assert np.isnan(quiet.acceleration_g)
@@ -88,11 +94,11 @@ def test_without_damper_mass_the_damper_is_a_dashpot():
         )
 
     free = scenarios.solve_scenario(
-        one_mode(), heavy, 1.0, depends_on_level=False, damper_mass=False
+        one_mode(), heavy, 1.0, depends_on_acceleration=False, damper_mass=False
     )
-    plain = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
+    plain = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_acceleration=False)
     np.testing.assert_array_equal(free.response.acceleration_psd, plain.response.acceleration_psd)
-    with_mass = scenarios.solve_scenario(one_mode(), heavy, 1.0, depends_on_level=False)
+    with_mass = scenarios.solve_scenario(one_mode(), heavy, 1.0, depends_on_acceleration=False)
     peak = with_mass.response.frequency[np.argmax(with_mass.response.displacement_psd[:, 0])]
     # ω² = K/(m + m_a D): 65 Hz √(1.5/1.7) = 61.06 Hz; lines stand 0.25 % apart there
     assert peak == pytest.approx(FREQUENCY * np.sqrt(MASS / (MASS + 5.0 * AREA)), rel=5e-3)
@@ -100,12 +106,14 @@ def test_without_damper_mass_the_damper_is_a_dashpot():
 
 def test_damping_that_feeds_the_panel_is_refused():
     with pytest.raises(UnstableDamping):
-        scenarios.solve_scenario(one_mode(), dashpot(-300.0), 1.0, depends_on_level=False)
+        scenarios.solve_scenario(one_mode(), dashpot(-300.0), 1.0, depends_on_acceleration=False)
 
 
 def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     bare = scenarios.solve_bare(one_mode(), 1.0)
-    damped = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_level=False)
+    damped = scenarios.solve_scenario(
+        one_mode(), dashpot(300.0), 1.0, depends_on_acceleration=False
+    )
     (row,) = summary_rows(
         damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response
     )

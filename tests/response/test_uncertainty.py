@@ -49,7 +49,7 @@ def moved(log_damping=0.0, mass=0.0):
 
 
 def solve(solver, damping, stated=None):
-    return scenarios.solve_scenario(solver, damping, FACTOR, stated_level=stated)
+    return scenarios.solve_scenario(solver, damping, FACTOR, stated_acceleration_g=stated)
 
 
 @pytest.mark.parametrize("form", ["full", "diagonal"])
@@ -79,7 +79,9 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
 @pytest.mark.parametrize("stated", [None, 3.0])
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
-    got = uncertainty.sensitivity(solver, moved(), found, NODES, FACTOR, own_level=stated is None)
+    got = uncertainty.sensitivity(
+        solver, moved(), found, NODES, FACTOR, own_acceleration=stated is None
+    )
     step = 1e-3
     for number in range(8):
         change = step * np.eye(4)[number % 4]
@@ -92,7 +94,7 @@ def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
         for of, derivative in (
             (lambda r: r.response.acceleration_rms, got.log_rms[number]),
             (lambda r: r.response.acceleration_psd, got.log_psd[number]),
-            (lambda r: r.acceleration_g, got.log_level[number]),
+            (lambda r: r.acceleration_g, got.log_acceleration[number]),
         ):
             anew = np.log(of(up) / of(down)) / (2 * step)
             # central differences over 5 %, squared; the search closes to 1e-6 over 2e-3
@@ -103,22 +105,24 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     rng = np.random.default_rng(3)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     found = solve(solver, moved())
-    errors = uncertainty.sensitivity(solver, moved(), found, NODES, FACTOR, own_level=True).under(
-        root @ root.T
-    )
+    errors = uncertainty.sensitivity(
+        solver, moved(), found, NODES, FACTOR, own_acceleration=True
+    ).under(root @ root.T)
     drawn = []
     for _ in range(120):
         change = root @ rng.normal(size=8)
         one = solve(solver, moved(change[:4], change[4:]))
         drawn.append([*np.log(one.response.acceleration_rms), np.log(one.acceleration_g)])
     # the standard deviation of 120 draws is good to 6.5 %, the linearisation to about as much
-    np.testing.assert_allclose(np.std(drawn, axis=0), [*errors.log_rms, errors.log_level], rtol=0.2)
+    np.testing.assert_allclose(
+        np.std(drawn, axis=0), [*errors.log_rms, errors.log_acceleration], rtol=0.2
+    )
 
 
 def test_a_dashpot_without_mass_does_not_follow_its_mass(solver):
     found = scenarios.solve_scenario(solver, moved(), FACTOR, damper_mass=False)
     got = uncertainty.sensitivity(
-        solver, moved(), found, NODES, FACTOR, own_level=True, damper_mass=False
+        solver, moved(), found, NODES, FACTOR, own_acceleration=True, damper_mass=False
     )
     assert (got.log_psd[4:] == 0).all() and (got.log_rms[4:] == 0).all()
 

@@ -19,7 +19,9 @@ from pidpanel.study import load_study
 def wanted_of(panel, solvers, surface):
     """Of every scenario with a damper: its label, rms accelerations and how they move."""
     study = panel.study
-    own_level = surface.depends_on_level and study.damping.level.acceleration_g is None
+    own_acceleration = (
+        surface.depends_on_acceleration and study.damping.level.acceleration_g is None
+    )
     for case in panel.responses(solvers, {"dem": surface}):
         if case.damping is None:
             continue
@@ -29,7 +31,7 @@ def wanted_of(panel, solvers, surface):
             case.found,
             surface.nodes,
             case.pressure_factor,
-            own_level=own_level,
+            own_acceleration=own_acceleration,
             damper_mass=study.response.damper_mass,
         ).log_rms
         read_at = case.found.acceleration_g

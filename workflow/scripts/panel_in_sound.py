@@ -18,7 +18,7 @@ from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.power import power_balance
 from pidpanel.response.radiation import Air
 from pidpanel.response.scenarios import (
-    DampingOfLevel,
+    DampingOfMotion,
     DiagonalSolver,
     ScenarioResponse,
     Solver,
@@ -59,7 +59,7 @@ class Case(NamedTuple):
     pressure_factor: float
     """S_p over that of the study."""
     solver: Solver | DiagonalSolver
-    damping: DampingOfLevel | None
+    damping: DampingOfMotion | None
 
 
 class PanelInSound:
@@ -175,8 +175,8 @@ class PanelInSound:
                         solver,
                         damping,
                         factor,
-                        depends_on_level=law.depends_on_level,
-                        stated_level=stated,
+                        depends_on_acceleration=law.depends_on_acceleration,
+                        stated_acceleration_g=stated,
                         damper_mass=self.study.response.damper_mass,
                     )
                 except UnstableDamping as error:

@@ -56,14 +56,14 @@ if __name__ == "__main__":
             )
         found[reading, scenario.label] = one
         if isinstance(law, DampingSurface) and scenario.patch is not None:
-            own_level = law.depends_on_level and level.acceleration_g is None
+            own_acceleration = law.depends_on_acceleration and level.acceleration_g is None
             errors[reading, scenario.label] = uncertainty.sensitivity(
                 case.solver,
                 case.damping,
                 one,
                 law.nodes,
                 case.pressure_factor,
-                own_level=own_level,
+                own_acceleration=own_acceleration,
                 damper_mass=study.response.damper_mass,
             ).under(law.covariance(law.nodes, scenario.fill_fraction, one.acceleration_g))
         judge = one.response

@@ -6,7 +6,7 @@ a₁ = r (−20 + 36.09 r − 25.2 r²) 10⁻⁴,  a₂ = 4.10 − 0.6 r,  a₃ 
 *As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative: the panel would be fed.
 *Corrected* means two changes, the only reading that gives physical damping: |a₁|, and the
 frequency in Hz in place of ω (in rad/s the modal damping comes out far beyond critical).
-Both laws know neither amplitude nor apparent mass.
+Both laws are independent of amplitude and have no apparent mass.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.damping.surface import DampingError, DampingValues
+from pidpanel.damping.readings import DampingError, DampingValues
 
 FREQUENCY_RANGE = (5.0, 2000.0)
 """Hz; the range in which the paper shook its coupon."""
@@ -91,17 +91,28 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
 
 
 class PaperLaw:
-    """A law of the paper as an answer to what `response` asks; amplitude plays no part."""
+    """A law of the paper as a reading of the damping, independent of Γ and without mass.
 
-    depends_on_level = False
+    Parameters
+    ----------
+    printed
+        The law as printed, whose C_e is negative; else the corrected one.
+    """
 
-    def __init__(self, printed: bool) -> None:
+    depends_on_acceleration = False
+
+    def __init__(self, *, printed: bool) -> None:
         self._law = paper_printed if printed else paper_corrected
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
+        """C_e at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         damping = self._law(frequency, fill_fraction)
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
+
+    def without_mass(self) -> PaperLaw:
+        """The law itself, which has no mass."""
+        return self

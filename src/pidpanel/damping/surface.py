@@ -13,7 +13,7 @@ processes (`gaussian_process`). C_e is cut at the bound 4 m₁ r ω/π of an ine
 share of it that the cases themselves reach (a single elastic sphere can exceed it).
 
 Chosen by leaving out one case after the other, 83 cases of the paper's study (5 fills, 5
-frequencies, 4 levels; rms and largest error of ln C_e):
+frequencies, 4 accelerations; rms and largest error of ln C_e):
 
 ======================================================  =====  =======
 trilinear in r, ln f, ln Γ, continued along Γ           1.467   3.91
@@ -32,7 +32,6 @@ What remains is the jump of C_e by ten where the stroke comes near the gap (80 H
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -43,6 +42,7 @@ from scipy.spatial import ConvexHull
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
+from pidpanel.damping.readings import DampingError, DampingValues
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
@@ -56,37 +56,13 @@ LEAST_GAP = 0.02
 """Of the depth: the clear gap of a cell that is full."""
 
 FREQUENCY_STEP = 0.04
-LEVEL_STEP = 0.05
+ACCELERATION_STEP = 0.05
 """Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
 them: ln C_e within 3e-3 in the paper's study, a tenth of its standard error."""
 
 
 NODE_STEP = 0.17
 """Of ln f, between the nodes of the covariance; a quarter octave."""
-
-
-class DampingError(ValueError):
-    """A question that a law or table of damping has no answer to."""
-
-
-@dataclass(frozen=True)
-class DampingValues:
-    """C_e, its error and m_a at the frequencies asked, and where they rest on run points.
-
-    Attributes
-    ----------
-    equivalent_damping, equivalent_damping_error
-        (n,) N s/m³ (per area).
-    apparent_mass
-        (n,) kg/m².
-    inside
-        (n,) False where the value is a continuation past the run points.
-    """
-
-    equivalent_damping: Array
-    equivalent_damping_error: Array
-    apparent_mass: Array
-    inside: Flags
 
 
 def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
@@ -104,8 +80,8 @@ def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
 def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
     """(n, 3) of r, ln Γ and ln(W/L) but for a constant."""
     gap = np.maximum(1 - fill_fraction, LEAST_GAP)
-    level = np.log(acceleration_g)
-    return np.stack([fill_fraction, level, level - 2 * np.log(frequency) - np.log(gap)], axis=1)
+    gamma = np.log(acceleration_g)
+    return np.stack([fill_fraction, gamma, gamma - 2 * np.log(frequency) - np.log(gap)], axis=1)
 
 
 class DampingSurface:
@@ -121,7 +97,9 @@ class DampingSurface:
         m₁ [kg/m²]; NaN where it is not known: then there is no bound, and m_a vanishes below the
         onset.
     damping, mass
-        g_C and g_m; None for m_a = 0 everywhere.
+        g_C and g_m; None for g_m = 0 everywhere.
+    with_mass
+        Whether the particles have an apparent mass; see `without_mass`.
     """
 
     def __init__(
@@ -131,15 +109,19 @@ class DampingSurface:
         mass_per_fill: float,
         damping: GaussianProcess,
         mass: GaussianProcess | None,
+        *,
+        with_mass: bool = True,
     ) -> None:
         self.cases = cases
         self.onset_g = onset_g
         self.mass_per_fill = mass_per_fill
         self.damping = damping
-        self.mass = mass
+        self.mass = mass if with_mass else None
+        known = with_mass and np.isfinite(mass_per_fill)
+        self._rest_mass = mass_per_fill if known else 0.0
         axes = cases[list(AXES)].to_numpy(float)
         self.low, self.high = axes.min(axis=0), axes.max(axis=0)
-        self.depends_on_level = bool(self.high[2] > self.low[2])
+        self.depends_on_acceleration = bool(self.high[2] > self.low[2])
         self._facets = _facets(_logarithmic(axes))
         share = cases[VALUE].to_numpy() / (axes[:, 0] * axes[:, 1])
         self.bound = max(8 * mass_per_fill, float(share.max()))  # 4 ω/π = 8 f
@@ -147,7 +129,7 @@ class DampingSurface:
             self.bound = np.inf
         nodes = np.log(self.low[1:]), np.log(self.high[1:])
         self._log_frequency = _even(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
-        self._log_level = _even(nodes[0][1], nodes[1][1], LEVEL_STEP)
+        self._log_acceleration = _even(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
         self._slices: dict[float, tuple[Array, Array, Array]] = {}
 
     def at(
@@ -174,19 +156,25 @@ class DampingSurface:
                             self.inside(asked))  # fmt: skip
 
     def _values(
-        self, fill: Array, frequency: Array, level: Array, log_damping: Array, relative: Array,
+        self, fill: Array, frequency: Array, gamma: Array, log_damping: Array, relative: Array,
         share: Array, inside: Flags,
     ) -> DampingValues:  # fmt: skip
-        h = onset(level, self.onset_g)
+        h = onset(gamma, self.onset_g)
         most = self.bound * fill * frequency
         damping = np.minimum(h * fill * frequency * np.exp(log_damping), most)
         mass = fill * (h * share + (1 - h) * self._rest_mass)
         return DampingValues(damping, damping * relative, mass, inside)
 
-    @property
-    def _rest_mass(self) -> float:
-        """m₁ where it is known, else 0; kg/m²."""
-        return self.mass_per_fill if np.isfinite(self.mass_per_fill) else 0.0
+    def without_mass(self) -> DampingSurface:
+        """The same damping with m_a = 0, known exactly."""
+        return DampingSurface(
+            self.cases,
+            self.onset_g,
+            self.mass_per_fill,
+            self.damping,
+            None,
+            with_mass=False,
+        )
 
     def inside(self, points: Array) -> Flags:
         """(n,) whether points (n, 3) of r, f and Γ lie within the convex hull of the cases."""
@@ -203,9 +191,8 @@ class DampingSurface:
     ) -> DampingValues:
         """C_e and m_a at ``frequency`` (n,) Hz for one fill and one amplitude Γ.
 
-        Read from values computed once for each fill (`FREQUENCY_STEP`), since the search for a
-        level asks thousands of times. A surface of cases of one Γ knows no other: it answers
-        with that.
+        Read from values computed once for each fill (`FREQUENCY_STEP`), since the search for the
+        motion asks thousands of times. A surface of cases of one Γ answers with that Γ.
 
         Raises
         ------
@@ -213,13 +200,16 @@ class DampingSurface:
             With ``outside="refuse"``, if any value would be a continuation.
         """
         frequency = np.asarray(frequency, float)
-        level = float(acceleration_g) if self.depends_on_level else float(self.low[2])
-        log_level = np.clip(np.log(level), self._log_level[0], self._log_level[-1])
-        row = min(
-            int(np.searchsorted(self._log_level, log_level, "right")) - 1, len(self._log_level) - 2
+        gamma = float(acceleration_g) if self.depends_on_acceleration else float(self.low[2])
+        log_acceleration = np.clip(
+            np.log(gamma), self._log_acceleration[0], self._log_acceleration[-1]
         )
-        weight = (log_level - self._log_level[row]) / (
-            self._log_level[row + 1] - self._log_level[row]
+        row = min(
+            int(np.searchsorted(self._log_acceleration, log_acceleration, "right")) - 1,
+            len(self._log_acceleration) - 2,
+        )
+        weight = (log_acceleration - self._log_acceleration[row]) / (
+            self._log_acceleration[row + 1] - self._log_acceleration[row]
         )
         held = np.clip(frequency, self.low[1], self.high[1])
         log_damping, relative, share = (
@@ -233,12 +223,12 @@ class DampingSurface:
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
         inside = self.inside(
             np.stack([np.full(len(frequency), float(fill_fraction)), frequency,
-                      np.full(len(frequency), level)], axis=1)
+                      np.full(len(frequency), gamma)], axis=1)
         )  # fmt: skip
         if outside == "refuse" and not inside.all():
             worst = frequency[~inside]
             raise DampingError(
-                f"acceleration_g = {level:.3g} at fill_fraction {fill_fraction:g}, "
+                f"acceleration_g = {gamma:.3g} at fill_fraction {fill_fraction:g}, "
                 f"{worst.min():g} to {worst.max():g} Hz: outside the run points ("
                 + ", ".join(
                     f"{axis} {low:g} to {high:g}"
@@ -247,18 +237,20 @@ class DampingSurface:
                 + ", and between cases that stand)"
             )
         return self._values(
-            fill, held, np.full(len(frequency), level), log_damping, relative, share, inside
+            fill, held, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
 
     def _slice(self, fill: float) -> tuple[Array, Array, Array]:
         """g_C, its standard error and g_m over (ln Γ, ln f) at one fill."""
         if fill not in self._slices:
-            level, frequency = np.meshgrid(self._log_level, self._log_frequency, indexing="ij")
-            held = np.full(level.size, np.clip(fill, self.low[0], self.high[0]))
-            point = groups(held, np.exp(frequency.ravel()), np.exp(level.ravel()))
-            share = np.zeros(level.size) if self.mass is None else self.mass.mean(point)
+            gamma, frequency = np.meshgrid(
+                self._log_acceleration, self._log_frequency, indexing="ij"
+            )
+            held = np.full(gamma.size, np.clip(fill, self.low[0], self.high[0]))
+            point = groups(held, np.exp(frequency.ravel()), np.exp(gamma.ravel()))
+            share = np.zeros(gamma.size) if self.mass is None else self.mass.mean(point)
             values = (self.damping.mean(point), self.damping.standard_error(point), share)
-            self._slices[fill] = tuple(v.reshape(level.shape) for v in values)  # type: ignore[assignment]
+            self._slices[fill] = tuple(v.reshape(gamma.shape) for v in values)  # type: ignore[assignment]
         return self._slices[fill]
 
     @property
@@ -304,14 +296,14 @@ class DampingSurface:
             )  # fmt: skip
         return cross, variance
 
-    def _held(self, frequency: Array, fill: float, level: float) -> tuple[Array, float]:
+    def _held(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
         """Groups of points held within the cases, and m_a per g_m there."""
-        if not self.depends_on_level:
-            level = float(self.low[2])
+        if not self.depends_on_acceleration:
+            gamma = float(self.low[2])
         asked = np.stack([np.full(len(frequency), fill), frequency,
-                          np.full(len(frequency), level)], axis=1)  # fmt: skip
+                          np.full(len(frequency), gamma)], axis=1)  # fmt: skip
         held = np.clip(asked, self.low, self.high)
-        return groups(*held.T), float(held[0, 0] * onset(level, self.onset_g))
+        return groups(*held.T), float(held[0, 0] * onset(gamma, self.onset_g))
 
     def leave_one_out(self) -> pd.DataFrame:
         """The cases, each with ln of C_e foretold by the others over its own, and its error."""
@@ -324,8 +316,8 @@ class DampingSurface:
         """The surface on a grid to look at, and the cases and constants that it is made of."""
         fills = np.unique(np.linspace(self.low[0], self.high[0], 17))
         frequency = np.exp(self._log_frequency[:: max(1, len(self._log_frequency) // 32)])
-        level = np.exp(self._log_level[:: max(1, len(self._log_level) // 26)])
-        grid = np.meshgrid(fills, frequency, level, indexing="ij")
+        gamma = np.exp(self._log_acceleration[:: max(1, len(self._log_acceleration) // 26)])
+        grid = np.meshgrid(fills, frequency, gamma, indexing="ij")
         values = self.at(*(g.ravel() for g in grid))
         shape = grid[0].shape
         C_e, m_a = "equivalent viscous damping per area, C_e", "apparent mass per area, m_a"
@@ -360,7 +352,7 @@ class DampingSurface:
                 axis: (axis, data, {"units": unit, "long_name": long_name})
                 for axis, data, unit, long_name in zip(
                     AXES,
-                    (fills, frequency, level),
+                    (fills, frequency, gamma),
                     ("1", "Hz", "g"),
                     ("fill fraction r", "frequency", "acceleration amplitude Γ"),
                     strict=True,
@@ -447,8 +439,8 @@ def _training(
     cases: pd.DataFrame, onset_g: float, mass_per_fill: float
 ) -> dict[str, tuple[Array, Array, Array]]:
     """Points, values and errors from which g_C and g_m are learnt."""
-    fill, frequency, level = cases[list(AXES)].to_numpy(float).T
-    point, h = groups(fill, frequency, level), onset(level, onset_g)
+    fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
+    point, h = groups(fill, frequency, gamma), onset(gamma, onset_g)
     value, error = cases[VALUE].to_numpy(float), cases[ERROR].to_numpy(float)
     rest = mass_per_fill if np.isfinite(mass_per_fill) else 0.0
     mass, mass_error = cases[MASS].to_numpy(float), cases[MASS_ERROR].to_numpy(float)

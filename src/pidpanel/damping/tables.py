@@ -15,15 +15,8 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.surface import (
-    AXES,
-    ERROR,
-    MASS,
-    PARTICLE_MASS,
-    VALUE,
-    DampingError,
-    DampingSurface,
-)
+from pidpanel.damping.readings import DampingError
+from pidpanel.damping.surface import AXES, ERROR, MASS, PARTICLE_MASS, VALUE, DampingSurface
 
 
 def read_table(path: Path) -> pd.DataFrame:

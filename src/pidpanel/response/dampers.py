@@ -138,7 +138,7 @@ def acceleration_slope(
 
 @dataclass(frozen=True)
 class PatchMotion:
-    """Mean motion of one patch as a function of the damper on it, for the search of a level.
+    """Mean motion of one patch as a function of the damper on it, for the search of its Γ.
 
     With R_uu = V Λ V⁻¹ a damper acts on each column of V alone, u = V d V⁻¹ u₀ with
     d = 1/(1 + sλ), so that any number of dampers costs one decomposition a line:

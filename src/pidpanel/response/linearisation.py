@@ -1,4 +1,4 @@
-"""The level of motion at which the panel and its damper agree.
+"""The motion at which the panel and its damper agree.
 
 The panel sets the motion of a patch, and the motion sets the damping: C_e(f, Γ) peaks near
 Γ = 2.5 and falls on both sides. Equivalent linearisation replaces the random motion of the patch
@@ -18,19 +18,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 
-DampingOfLevel = Callable[[Array, float], tuple[ArrayLike, ArrayLike, ArrayLike]]
-"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], whether Γ and the
-frequencies are within the domain of the data (one bool or (nf,))."""
+DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
+"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
+(nf,)."""
 
 RmsOfDamping = Callable[[Array, Array], float]
 """(C_e (nf,), m_a (nf,)) → rms acceleration of the patch [m/s²]."""
 
 
 class LinearisationError(RuntimeError):
-    """No level was found at which motion and damping agree."""
+    """No Γ was found at which motion and damping agree."""
 
 
 class NoFixedPoint(LinearisationError):
@@ -38,12 +38,12 @@ class NoFixedPoint(LinearisationError):
 
 
 class NotConverged(LinearisationError):
-    """The search for a level ended before its tolerance."""
+    """The search for Γ ended before its tolerance."""
 
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """One level at which the motion of the patch reproduces itself.
+    """One Γ at which the motion of the patch reproduces itself.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ class FixedPoint:
 
 
 @dataclass(frozen=True)
-class LevelSearch:
-    """All levels found, lowest first.
+class MotionSearch:
+    """All Γ found, lowest first.
 
     Parameters
     ----------
@@ -91,25 +91,25 @@ class LevelSearch:
         return self.fixed_points[-1]
 
 
-def sine_level(acceleration_rms: float) -> float:
+def sine_acceleration_g(acceleration_rms: float) -> float:
     """Return Γ = √2 a_rms/g from a_rms [m/s²].
 
     Examples
     --------
-    >>> round(sine_level(9.80665), 6)
+    >>> round(sine_acceleration_g(9.80665), 6)
     1.414214
     """
     return math.sqrt(2) * acceleration_rms / STANDARD_GRAVITY
 
 
-def find_levels(
+def find_motions(
     frequency: ArrayLike,
-    damping: DampingOfLevel,
+    damping: DampingOfMotion,
     patch_acceleration_rms: RmsOfDamping,
     gamma_range: tuple[float, float] = (0.01, 1e4),
     scan_count: int = 31,
     tolerance: float = 1e-6,
-) -> LevelSearch:
+) -> MotionSearch:
     """Return every Γ in a range at which the motion of one patch reproduces itself.
 
     h(x) = ln Γ_out(eˣ) − x is scanned at `scan_count` values even in x = ln Γ, and each change of
@@ -121,7 +121,7 @@ def find_levels(
     frequency
         (nf,) [Hz], handed to `damping`.
     damping
-        C_e, m_a and the domain flag at a level.
+        C_e, m_a and the domain flag at a Γ.
     patch_acceleration_rms
         rms acceleration of the patch [m/s²] with that damping.
     gamma_range
@@ -133,7 +133,7 @@ def find_levels(
 
     Returns
     -------
-    LevelSearch
+    MotionSearch
 
     Raises
     ------
@@ -170,7 +170,7 @@ def find_levels(
                 f"the patch moves with an rms acceleration of {rms!r} m/s² at Γ = {gamma:g}: "
                 "a finite, positive motion is needed"
             )
-        return math.log(sine_level(rms)) - log_gamma
+        return math.log(sine_acceleration_g(rms)) - log_gamma
 
     grid = np.linspace(math.log(low), math.log(high), scan_count).tolist()
     values = [surplus(x) for x in grid]
@@ -185,7 +185,7 @@ def find_levels(
             f"{low * math.exp(values[0]):.3g} at Γ = {low:g} to "
             f"{high * math.exp(values[-1]):.3g} at Γ = {high:g}; widen gamma_range"
         )
-    return LevelSearch(tuple(points), iterations)
+    return MotionSearch(tuple(points), iterations)
 
 
 def _sign_changes(values: Sequence[float]) -> list[int]:
@@ -199,7 +199,7 @@ def _close_in(
     bracket: tuple[float, float],
     falls: bool,
     lines: Array,
-    damping: DampingOfLevel,
+    damping: DampingOfMotion,
     tolerance: float,
 ) -> FixedPoint:
     """Return the root of h in a bracket; it is stable where h falls through zero."""

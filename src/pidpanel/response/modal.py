@@ -109,7 +109,7 @@ def bare_panels(
         Share of the largest eigenvalue of D below which eigenvalues are dropped. On 124 shapes of
         the paper's panel with C_e = 3000 √(f/100 Hz) N s/m³ and m_a = 5 kg/m² on PID-1:
         1e-8 keeps 45 and errs by 2e-8 in the PSD of any line (7e-8 with ten times the damper);
-        1e-4 keeps 29, 5e-4, and is enough for the search of a level.
+        1e-4 keeps 29, 5e-4, and is enough for the search of a Γ.
 
     Raises
     ------

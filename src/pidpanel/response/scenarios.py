@@ -1,7 +1,7 @@
-"""One scenario: a patch, its damping as a function of its own motion, one sound level.
+"""One scenario: a patch, its damping as a function of its own motion, one level of the sound.
 
-The level at which C_e(r, f, Γ) is read is either stated or the patch's own: the Γ that
-reproduces itself (`linearisation`). Whether the answer rests on run points is carried along.
+The Γ at which C_e(r, f, Γ) is read is either stated or the patch's own: the one that reproduces
+itself (`linearisation`). Whether the answer is within the simulated range is carried along.
 """
 
 from collections.abc import Callable
@@ -17,12 +17,9 @@ from pidpanel.response.dampers import (
     diagonal_response,
     diagonal_slope,
 )
-from pidpanel.response.linearisation import find_levels, sine_level
+from pidpanel.response.linearisation import DampingOfMotion, find_motions, sine_acceleration_g
 from pidpanel.response.modal import BarePanel
 from pidpanel.response.model import ModalBasis, Patches, Response
-
-DampingOfLevel = Callable[[Array, float], tuple[Array, Array, Flags]]
-"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], on run points (nf,)."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +37,8 @@ class ScenarioResponse:
     equivalent_damping, apparent_mass
         (nf,) C_e [N s/m³] and m_a [kg/m²] of the patch.
     inside
-        (nf,) whether the damping rests on run points.
-    levels
+        (nf,) whether the damping is within the simulated range.
+    fixed_points
         Number of Γ that reproduce themselves (1 unless C_e falls steeply with Γ).
     """
 
@@ -51,7 +48,7 @@ class ScenarioResponse:
     equivalent_damping: Array
     apparent_mass: Array
     inside: Flags
-    levels: int
+    fixed_points: int
 
 
 class Solver:
@@ -62,7 +59,7 @@ class Solver:
     bare
         The bare panel on the lines of the result.
     motion
-        Motion of its patch on fewer lines, for the search of a level.
+        Motion of its patch on fewer lines, for the search of its Γ.
     """
 
     def __init__(self, bare: BarePanel, motion: PatchMotion) -> None:
@@ -120,7 +117,7 @@ class DiagonalSolver:
 def solve_bare(solver: Solver | DiagonalSolver, pressure_factor: float) -> ScenarioResponse:
     """Return the response without any damper."""
     zero, none = np.zeros(solver.frequency.shape), np.zeros(solver.motion.frequency.shape)
-    own = sine_level(np.sqrt(pressure_factor) * solver.motion.acceleration_rms(none, none))
+    own = sine_acceleration_g(np.sqrt(pressure_factor) * solver.motion.acceleration_rms(none, none))
     return ScenarioResponse(
         response=solver.bare().under(pressure_factor),
         acceleration_g=np.nan,
@@ -128,18 +125,17 @@ def solve_bare(solver: Solver | DiagonalSolver, pressure_factor: float) -> Scena
         equivalent_damping=zero,
         apparent_mass=zero,
         inside=np.ones(zero.shape, dtype=np.bool_),
-        levels=0,
+        fixed_points=0,
     )
 
 
 def solve_scenario(
     solver: Solver | DiagonalSolver,
-    damping: DampingOfLevel,
+    damping: DampingOfMotion,
     pressure_factor: float,
     *,
-    depends_on_level: bool = True,
-    stated_level: float | None = None,
-    damper_mass: bool = True,
+    depends_on_acceleration: bool = True,
+    stated_acceleration_g: float | None = None,
 ) -> ScenarioResponse:
     """Return the response with a damper whose C_e and m_a are read at one Γ.
 
@@ -151,12 +147,10 @@ def solve_scenario(
         C_e and m_a of the filled patch as a function of frequency and Γ.
     pressure_factor
         S_p over that of the solver.
-    depends_on_level
+    depends_on_acceleration
         Whether `damping` depends on Γ at all.
-    stated_level
+    stated_acceleration_g
         Γ to read the damping at; left out, the Γ of the patch's own motion is found.
-    damper_mass
-        Whether m_a acts; without it the damper is a dashpot.
 
     Raises
     ------
@@ -166,25 +160,21 @@ def solve_scenario(
         Where motion and damping agree nowhere.
     """
 
-    def read(frequency: Array, level: float) -> tuple[Array, Array, Flags]:
-        value, mass, inside = damping(frequency, level)
-        return value, mass if damper_mass else np.zeros_like(mass), inside
-
     def patch_rms(value: Array, mass: Array) -> float:
         return float(np.sqrt(pressure_factor)) * solver.motion.acceleration_rms(value, mass)
 
     lines = solver.motion.frequency
-    level, count = np.nan, 1
-    if stated_level is not None:
-        level = stated_level
-    elif depends_on_level:
+    gamma, count = np.nan, 1
+    if stated_acceleration_g is not None:
+        gamma = stated_acceleration_g
+    elif depends_on_acceleration:
         # a passive damper can move the patch more than no damper only where its mass tunes a
         # resonance to a peak of the sound, and never to a hundredth
         zero = np.zeros(lines.shape)
-        bare = sine_level(patch_rms(zero, zero))
-        search = find_levels(lines, read, patch_rms, (bare / 100, 3 * bare), scan_count=13)
-        level, count = search.governing.gamma, len(search.fixed_points)
-    own = sine_level(patch_rms(*read(lines, level)[:2]))
-    value, mass, inside = read(solver.frequency, level)
+        bare = sine_acceleration_g(patch_rms(zero, zero))
+        search = find_motions(lines, damping, patch_rms, (bare / 100, 3 * bare), scan_count=13)
+        gamma, count = search.governing.gamma, len(search.fixed_points)
+    own = sine_acceleration_g(patch_rms(*damping(lines, gamma)[:2]))
+    value, mass, inside = damping(solver.frequency, gamma)
     response = solver.response(value, mass).under(pressure_factor)
-    return ScenarioResponse(response, level, own, value, mass, np.asarray(inside), count)
+    return ScenarioResponse(response, gamma, own, value, mass, np.asarray(inside), count)

@@ -55,7 +55,7 @@ def summary_rows(
                 "damping_read_at_g": found.acceleration_g,
                 "patch_motion_g": found.patch_acceleration_g,
                 "outside_run_points_share": 1 - float(np.mean(found.inside)),
-                "levels": found.levels,
+                "levels": found.fixed_points,
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
             }

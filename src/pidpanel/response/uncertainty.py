@@ -8,7 +8,7 @@ of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t) with t of `dampers.acc
 at a given Γ.
 
 Where Γ is the patch's own, a change of its motion moves Γ too. With a change b of C_e or m_a that
-alters ln a_rms of the patch by q_b at given Γ, and Γ_out(Γ) the motion that a level leads to,
+alters ln a_rms of the patch by q_b at given Γ, and Γ_out(Γ) the motion that a Γ leads to,
 
     d ln Γ = q_b/(1 − d ln Γ_out/d ln Γ),
     d ln S_a = A δ ln C_e + B δ m_a + (A ∂ ln C_e/∂ ln Γ + B ∂ m_a/∂ ln Γ) d ln Γ.
@@ -27,8 +27,8 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.response.linearisation import sine_level
-from pidpanel.response.scenarios import DampingOfLevel, DiagonalSolver, ScenarioResponse, Solver
+from pidpanel.response.linearisation import sine_acceleration_g
+from pidpanel.response.scenarios import DampingOfMotion, DiagonalSolver, ScenarioResponse, Solver
 
 STEP = 0.05
 """ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
@@ -44,20 +44,21 @@ class Sensitivity:
         (2n, nf, n_points) of ln S_a.
     log_rms
         (2n, n_points) of ln of the rms acceleration.
-    log_level
-        (2n,) of ln Γ; 0 where the level is stated or plays no part.
+    log_acceleration
+        (2n,) of ln Γ; 0 where Γ is stated or plays no part.
     """
 
     log_psd: Array
     log_rms: Array
-    log_level: Array
+    log_acceleration: Array
 
     def under(self, covariance: Array) -> StandardErrors:
         """Standard errors under a covariance (2n, 2n) of what the derivatives are taken by."""
-        psd, rms, level = (
-            _standard_error(of, covariance) for of in (self.log_psd, self.log_rms, self.log_level)
+        psd, rms, gamma = (
+            _standard_error(of, covariance)
+            for of in (self.log_psd, self.log_rms, self.log_acceleration)
         )
-        return StandardErrors(psd, rms, float(level))
+        return StandardErrors(psd, rms, float(gamma))
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,13 @@ class StandardErrors:
         (nf, n_points) of ln S_a.
     log_rms
         (n_points,) of ln of the rms acceleration: its relative standard error.
-    log_level
+    log_acceleration
         Of ln Γ.
     """
 
     log_psd: Array
     log_rms: Array
-    log_level: float
+    log_acceleration: float
 
 
 def _standard_error(derivative: Array, covariance: Array) -> Array:
@@ -86,13 +87,12 @@ def _standard_error(derivative: Array, covariance: Array) -> Array:
 
 def sensitivity(
     solver: Solver | DiagonalSolver,
-    damping: DampingOfLevel,
+    damping: DampingOfMotion,
     found: ScenarioResponse,
     nodes: Array,
     pressure_factor: float,
     *,
-    own_level: bool,
-    damper_mass: bool = True,
+    own_acceleration: bool,
 ) -> Sensitivity:
     """How a scenario's response follows its damping.
 
@@ -106,64 +106,55 @@ def sensitivity(
         (n,) rising, Hz.
     pressure_factor
         As in `scenarios.solve_scenario`.
-    own_level
+    own_acceleration
         Whether Γ is the patch's own, which moves with the damping.
-    damper_mass
-        As in `scenarios.solve_scenario`.
     """
     value, mass = found.equivalent_damping, found.apparent_mass
     psd = found.response.acceleration_psd
     of_damping, of_mass = _local(
-        pressure_factor * solver.slope(value, mass), psd, solver.frequency, value, damper_mass
+        pressure_factor * solver.slope(value, mass), psd, solver.frequency, value
     )
     by_node = _hats(solver.frequency, nodes)
-    # the level held
+    # Γ held
     rows = np.concatenate(
         [by_node[..., None] * of_damping, by_node[..., None] * of_mass]
     )  # (2n, nf, points)
-    log_level = np.zeros(2 * len(nodes))
-    if own_level:
-        level, lines = found.acceleration_g, solver.motion.frequency
-        read, read_mass, _ = damping(lines, level)
-        read_mass = read_mass if damper_mass else np.zeros_like(read_mass)
+    log_acceleration = np.zeros(2 * len(nodes))
+    if own_acceleration:
+        gamma, lines = found.acceleration_g, solver.motion.frequency
+        read, read_mass, _ = damping(lines, gamma)
         patch_psd = solver.motion.acceleration_psd(read, read_mass)
         slope = solver.motion.acceleration_slope(read, read_mass)
-        local = _local(slope[:, None], patch_psd[:, None], lines, read, damper_mass)
+        local = _local(slope[:, None], patch_psd[:, None], lines, read)
         hats = _hats(lines, nodes)
         pushed = np.concatenate([hats * one[:, 0] for one in local])
         own = _log_rms(lines, patch_psd, pushed)
-        log_level = own / (1 - _level_slope(solver, damping, level, damper_mass))
-        high, high_mass, _ = damping(solver.frequency, level * np.exp(STEP))
-        low, low_mass, _ = damping(solver.frequency, level * np.exp(-STEP))
+        log_acceleration = own / (1 - _motion_slope(solver, damping, gamma))
+        high, high_mass, _ = damping(solver.frequency, gamma * np.exp(STEP))
+        low, low_mass, _ = damping(solver.frequency, gamma * np.exp(-STEP))
         ratio = np.divide(high, low, out=np.ones_like(low), where=low > 0)
-        with_level = (np.log(ratio) / (2 * STEP))[:, None] * of_damping
-        if damper_mass:
-            with_level = with_level + ((high_mass - low_mass) / (2 * STEP))[:, None] * of_mass
-        rows = rows + log_level[:, None, None] * with_level
-    return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_level)
+        with_motion = (np.log(ratio) / (2 * STEP))[:, None] * of_damping
+        with_motion = with_motion + ((high_mass - low_mass) / (2 * STEP))[:, None] * of_mass
+        rows = rows + log_acceleration[:, None, None] * with_motion
+    return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_acceleration)
 
 
-def _local(
-    slope: Complexes, psd: Array, frequency: Array, damping: Array, damper_mass: bool
-) -> tuple[Array, Array]:
+def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
     """A and B (nf, n) of PSDs (nf, n) with the slopes t."""
     omega = 2 * np.pi * frequency[:, None]
     of_damping = 2 * omega * damping[:, None] * slope.imag / psd
     of_mass = 2 * omega**2 * slope.real / psd
-    return of_damping, of_mass if damper_mass else np.zeros_like(of_mass)
+    return of_damping, of_mass
 
 
-def _level_slope(
-    solver: Solver | DiagonalSolver, damping: DampingOfLevel, level: float, damper_mass: bool
-) -> float:
+def _motion_slope(solver: Solver | DiagonalSolver, damping: DampingOfMotion, gamma: float) -> float:
     """d ln Γ_out/d ln Γ."""
 
-    def log_out(gamma: float) -> float:
-        value, mass, _ = damping(solver.motion.frequency, gamma)
-        mass = mass if damper_mass else np.zeros_like(mass)
-        return float(np.log(sine_level(solver.motion.acceleration_rms(value, mass))))
+    def log_out(at: float) -> float:
+        value, mass, _ = damping(solver.motion.frequency, at)
+        return float(np.log(sine_acceleration_g(solver.motion.acceleration_rms(value, mass))))
 
-    return (log_out(level * np.exp(STEP)) - log_out(level * np.exp(-STEP))) / (2 * STEP)
+    return (log_out(gamma * np.exp(STEP)) - log_out(gamma * np.exp(-STEP))) / (2 * STEP)
 
 
 def _hats(frequency: Array, nodes: Array) -> Array:
@@ -203,13 +194,13 @@ def error_columns(
     """
     count = len(rows)
     relative = np.full(count, np.nan) if errors is None else errors.log_rms
-    level = np.nan if errors is None else errors.log_level
+    log_acceleration = np.nan if errors is None else errors.log_acceleration
     return [
         {
             **row,
             "acceleration_rms_error_g": row["acceleration_rms_g"] * own,
             "reduction_error_db": 20 / np.log(10) * own,
-            "damping_read_at_error_g": row["damping_read_at_g"] * level,
+            "damping_read_at_error_g": row["damping_read_at_g"] * log_acceleration,
         }
         for row, own in zip(rows, relative, strict=True)
     ]

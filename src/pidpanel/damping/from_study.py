@@ -1,0 +1,118 @@
+"""The damping of a study: its readings, and the files of the stage.
+
+The only module of the stage that knows what a study is.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.damping import fit, forms
+from pidpanel.damping.laws import PaperLaw
+from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.tables import read_surface, to_frame
+from pidpanel.stamp import stamp
+from pidpanel.study import Study
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.damping import Reading
+
+
+def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
+    """Surface of the rows of ``cases.csv``.
+
+    Only gravity along the motion holds the particles down: Γ₀ is its component.
+
+    Raises
+    ------
+    DampingError
+        If the rows make no surface; see `DampingSurface.from_frame`.
+    """
+    *_, along = np.array(coupon.gravity_direction) / np.hypot.reduce(coupon.gravity_direction)
+    return DampingSurface.from_frame(cases, onset_g=coupon.gravity_g * abs(along))
+
+
+def read_cases(path: Path) -> pd.DataFrame:
+    """Rows of ``cases.csv``; an empty field is a number that is not known."""
+    return pd.read_csv(path, keep_default_na=True)
+
+
+def read_stored_surface(path: Path) -> DampingSurface:
+    """The surface of ``damping/surface.nc``."""
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return DampingSurface.from_dataset(dataset.load())
+
+
+def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
+    """Return the reading of the damping that a study names.
+
+    Parameters
+    ----------
+    name
+        One of ``damping.readings``.
+    study
+        Names the table of the reading ``table``, and says whether the particles have mass.
+    surface
+        ``damping/surface.nc``, for the reading ``dem``.
+
+    Raises
+    ------
+    DampingError
+        If the table cannot be read.
+    """
+    reading: DampingReading
+    if name == "dem" and surface is not None:
+        reading = read_stored_surface(surface)
+    elif name == "table" and study.damping.table is not None:
+        reading = read_surface(study.damping.table)
+    else:
+        reading = PaperLaw(printed=name == "paper_printed")
+    return reading if study.response.damper_mass else reading.without_mass()
+
+
+def write_damping(
+    study: Study, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path, forms_csv: Path
+) -> None:
+    """Write the surface of the cases, the constants of the law and the comparison of forms.
+
+    Raises
+    ------
+    ValueError
+        For a study without a coupon.
+    DampingError
+        If the cases make no surface.
+    """
+    if study.coupon is None:
+        raise ValueError(f"{study.name}: no section coupon, so there are no cases")
+    surface = surface_of(study.coupon, read_cases(cases))
+    surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
+    to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
+    law = fit.fit_levels(surface.cases).assign(form="paper")
+    comparison, fits = forms.compare(surface, study.coupon.cell.depth)
+    constants = pd.concat([law, pd.DataFrame(_constants(fits, len(surface.cases)))])
+    constants.to_csv(law_csv, index=False, float_format="%.6g")
+    comparison.to_csv(forms_csv, index=False, float_format="%.5g")
+
+
+def _constants(fits: list[forms.Fit], cases: int) -> list[dict[str, float | str]]:
+    """Rows of the constants of the form of two regimes."""
+    return [
+        {
+            "form": found.form.name,
+            "constant": name,
+            "value": value,
+            "low": low,
+            "high": high,
+            "scatter": found.rms,
+            "points": cases,
+        }
+        for found in fits
+        if found.form.name == "two_regimes"
+        for name, value, low, high in zip(
+            found.form.constants, found.constants, found.low, found.high, strict=True
+        )
+    ]
