@@ -61,7 +61,7 @@ def test_every_stage_has_its_name_in_four_places():
 def test_no_formula_reads_the_study():
     # only these know what a study is; everything else speaks of arrays, text, files or jobs
     knowing = {"check.py", "cli.py", "stamp.py"}
-    knowing |= {"coupon/cases.py", "panel/from_study.py"}
+    knowing |= {"coupon/cases.py", "panel/from_study.py", "sound/from_study.py"}
     for path in PACKAGE.rglob("*.py"):
         name = str(path.relative_to(PACKAGE))
         names = {module for module, _ in imported(path)}
