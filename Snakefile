@@ -18,6 +18,7 @@ if HAS_PANEL:
     include: "workflow/rules/sound.smk"
     include: "workflow/rules/damping.smk"
     include: "workflow/rules/response.smk"
+    include: "workflow/rules/design.smk"
     include: "workflow/rules/report.smk"
 
 else:
@@ -33,4 +34,3 @@ rule all:
     input:
         results("report.html"),
         results("response/export") if HAS_PANEL else [],
-        results("damping/tabdmp1.bdf") if HAS_PANEL else [],

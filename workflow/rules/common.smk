@@ -1,4 +1,3 @@
-import hashlib
 import json
 import os
 import sys
@@ -9,21 +8,24 @@ from snakemake.exceptions import WorkflowError
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.cases import cases_of
+from pidpanel.fingerprint import code_digest, file_digest
+from pidpanel.paths import DATA, PROJECT, TEMPLATES
 from pidpanel.study import Study, StudyError
 
-PROJECT = Path(workflow.basedir)
 STUDY_FILE = str(
     Path(workflow.configfiles[-1]).resolve()
     if workflow.configfiles
     else PROJECT / "workflow/studies/paper.yaml"
 )
-# the adapters run as `python -m scripts.<name>`, under the Python that runs Snakemake; they are
+# the scripts run as `python -m scripts.<name>`, under the Python that runs Snakemake; they are
 # many and short, so what they import is compiled once
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ.update(
     PATH=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
     PYTHONPATH=str(PROJECT / "workflow"),
     OMP_NUM_THREADS="1",
+    # no param: where the study lies changes no result
+    PIDPANEL_STUDY=STUDY_FILE,
 )
 
 
@@ -38,25 +40,44 @@ def read_study():
 
 
 STUDY = read_study()
-CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
 HAS_PANEL = isinstance(STUDY, Study)
-BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
-PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
-# a design chooses case by case
-CHOOSES = HAS_PANEL and STUDY.damping.target is not None
-BATCHES = {
-    batch.label: batch
-    for batch in (
-        [Batch((case,)) for case in CASES.values()] if CHOOSES else batches_of(CASES.values())
-    )
-}
-# a batch of which a run was taken away by hand is shaken again
-for label, batch in BATCHES.items():
-    marker = Path("results/coupon/batch", f"{label}.json")
-    left = (path for case in batch.cases for path in case.outcomes(Path("results/coupon")))
-    if marker.exists() and not all(path.exists() for path in left):
-        marker.unlink()
-BATCH_OF = {case.label: label for label, batch in BATCHES.items() for case in batch.cases}
+# with a target, rounds choose the cases (design.smk)
+HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
+
+PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
+WHOLE_STUDY = json.dumps(STUDY.model_dump(mode="json"), sort_keys=True)
+
+
+def results(name):
+    """A file of this study."""
+    return f"results/{STUDY.name}/{name}"
+
+
+def section(*names, without=()):
+    """Sections of the study as text: what rests on them runs again when they change."""
+    values = STUDY.model_dump(mode="json", include=set(names), exclude=without)
+    return json.dumps(values, sort_keys=True)
+
+
+def code(script):
+    """Hash of a script and of all that it imports here, comments left out.
+
+    What a script made runs again when this changes.
+    """
+    return code_digest(f"scripts.{script}")
+
+
+def content(*paths):
+    """Hash of files from outside of ``results``: what rests on them runs again when it changes."""
+    return file_digest(*(Path(path) for path in paths))
+
+
+def read_round(path):
+    """A round of a target; see design.smk."""
+    # two seconds of imports that only a study with a target needs
+    from pidpanel.response.rounds import Round
+
+    return Round.read(Path(path))
 
 
 def beds_of(batch):
@@ -66,27 +87,30 @@ def beds_of(batch):
 
 
 def outcomes_of(labels):
-    """What the batches of some cases leave."""
-    batches = dict.fromkeys(BATCH_OF[label] for label in labels)
-    return [f"results/coupon/batch/{label}.json" for label in batches]
-
-
-def last_round():
-    """The round of the design that wants no more cases; None for a study without a target."""
-    if not CHOOSES:
-        return None
-    number = 0
-    while True:
-        found = checkpoints.design.get(round=number).output[0]
-        if json.loads(Path(found).read_text())["new"] == 0:
-            return found
-        number += 1
+    """What the batches of some cases leave; a batch that lacks the outcome of a run runs again."""
+    found = []
+    for label in dict.fromkeys(BATCH_OF[label] for label in labels):
+        found.append(f"results/coupon/batch/{label}.json")
+        runs = (path for c in BATCHES[label].cases for path in c.outcomes(Path("results/coupon")))
+        if Path(found[-1]).exists() and not all(path.exists() for path in runs):
+            # Snakemake knows one file per batch, not the outcomes behind it
+            workflow.dag.forcefiles.add(found[-1])
+    return found
 
 
 def outcomes_wanted(wildcards):
-    """What the cases of the study leave: all of the sweep, or those its target needed."""
-    chosen = last_round()
-    return outcomes_of(json.loads(Path(chosen).read_text())["cases"] if chosen else CASES)
+    """What the cases of the study leave: all of the sweep, or those that its target needed."""
+    return outcomes_of(read_round(last_round()).cases if HAS_TARGET else CASES)
+
+
+def last_round():
+    """The round that wants no more cases."""
+    number = 0
+    while True:
+        found = checkpoints.design.get(round=number).output[0]
+        if read_round(found).is_last:
+            return found
+        number += 1
 
 
 def round_before(wildcards):
@@ -99,24 +123,4 @@ def round_before(wildcards):
 def outcomes_of_round(wildcards):
     """What the cases of a round leave."""
     found = checkpoints.design.get(round=wildcards.round).output[0]
-    return outcomes_of(json.loads(Path(found).read_text())["cases"])
-
-
-def results(name):
-    """A file of this study."""
-    return f"results/{STUDY.name}/{name}"
-
-
-def section(*names):
-    """Sections of the study as text: what rests on them runs again when they change."""
-    return json.dumps({name: STUDY.model_dump(mode="json")[name] for name in names}, sort_keys=True)
-
-
-def code(*names):
-    """Hash of the modules of a stage: what rests on them runs again when they change."""
-    digest = hashlib.sha256()
-    for name in names:
-        path = PROJECT / "src" / "pidpanel" / name
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            digest.update(file.read_bytes())
-    return digest.hexdigest()
+    return outcomes_of(read_round(found).cases)

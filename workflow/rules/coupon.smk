@@ -1,4 +1,18 @@
 # Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
+#
+# Which change makes what run again is told in docs/reruns.md: the names of packings, beds and
+# cases hold all that their numbers depend on, so only the judgement of runs has a code param.
+
+CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
+BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
+PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+BATCHES = {
+    batch.label: batch
+    for batch in (
+        [Batch((case,)) for case in CASES.values()] if HAS_TARGET else batches_of(CASES.values())
+    )
+}
+BATCH_OF = {case.label: label for label, batch in BATCHES.items() for case in batch.cases}
 
 
 rule pour:
@@ -34,6 +48,7 @@ rule shake:
         "results/coupon/batch/{batch}.log",
     params:
         values=lambda wildcards: json.dumps(BATCHES[wildcards.batch].as_list()),
+        code=code("shake"),
     shell:
         "python -m scripts.shake {params.values:q} results/coupon {output} 2> {log}"
 
@@ -46,9 +61,8 @@ rule cases:
     log:
         results("coupon/cases.log"),
     params:
-        file=STUDY_FILE,
-        chosen=lambda wildcards: last_round() or "all",
+        chosen=lambda wildcards: last_round() if HAS_TARGET else "all",
         study=section("coupon"),
-        code=code("coupon"),
+        code=code("cases"),
     shell:
-        "python -m scripts.cases {params.file} results/coupon {params.chosen} {output} 2> {log}"
+        'python -m scripts.cases "$PIDPANEL_STUDY" results/coupon {params.chosen} {output} 2> {log}'

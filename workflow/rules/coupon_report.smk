@@ -4,16 +4,16 @@
 rule coupon_report:
     input:
         cases=results("coupon/cases.csv"),
-        template=str(PROJECT / "templates/report/report.html.j2"),
+        template=PAGE_TEMPLATE,
     output:
         page=results("report.html"),
         figures=directory(results("report")),
     log:
         results("report.log"),
     params:
-        file=STUDY_FILE,
-        study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
-        code=code("report"),
+        study=WHOLE_STUDY,
+        files=content(PAGE_TEMPLATE),
+        code=code("coupon_report"),
     shell:
-        "python -m scripts.coupon_report {params.file} {input.cases} results/coupon"
+        'python -m scripts.coupon_report "$PIDPANEL_STUDY" {input.cases} results/coupon'
         " {output} 2> {log}"

@@ -3,7 +3,7 @@
 
 rule panel:
     input:
-        mesh=STUDY.panel.mesh.file or [],
+        STUDY.panel.files,
     output:
         results("panel/modes.nc"),
         results("panel/modes.csv"),
@@ -13,8 +13,9 @@ rule panel:
     log:
         results("panel/panel.log"),
     params:
-        file=STUDY_FILE,
-        study=section("panel", "response"),
-        code=code("panel", "polygon.py"),
+        study=section("panel"),
+        highest=STUDY.response.frequency_hz[1],
+        files=content(*STUDY.panel.files),
+        code=code("panel"),
     shell:
-        "python -m scripts.panel {params.file} {output} 2> {log}"
+        'python -m scripts.panel "$PIDPANEL_STUDY" {output} 2> {log}'

@@ -1,7 +1,6 @@
 # Figures and one page that holds them all.
 
 CASES_CSV = [results("coupon/cases.csv")] if STUDY.coupon else []
-
 DAMPING_FILES = (
     [results(f"damping/{name}") for name in ("surface.nc", "law.csv", "forms.csv")]
     if "dem" in STUDY.damping.readings
@@ -22,18 +21,18 @@ rule report:
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
         damping=DAMPING_FILES,
-        printed=str(PROJECT / "workflow/data/paper/table_1.csv"),
-        template=str(PROJECT / "templates/report/report.html.j2"),
+        printed=str(DATA / "paper" / "table_1.csv"),
+        template=PAGE_TEMPLATE,
     output:
         page=results("report.html"),
         figures=directory(results("report")),
     log:
         results("report.log"),
     params:
-        file=STUDY_FILE,
         folder=lambda wildcards, output: str(Path(output.page).parent),
-        study=json.dumps(STUDY.model_dump(mode="json"), sort_keys=True),
-        code=code("damping", "report"),
+        study=WHOLE_STUDY,
+        files=content(DATA / "paper" / "table_1.csv", PAGE_TEMPLATE),
+        code=code("report"),
     shell:
-        "python -m scripts.report {params.file} {params.folder} results/coupon"
-        " {input.printed} 2> {log}"
+        'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon'
+        " {input.printed:q} 2> {log}"

@@ -1,6 +1,11 @@
 # PSDs of every scenario in every reading of the damping; maps; files for other programs.
 
 SURFACE = [results("damping/surface.nc")] if "dem" in STUDY.damping.readings else []
+TABLE = [STUDY.damping.table] if STUDY.damping.table is not None else []
+RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
+# titles and the choice of maps change no response
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target"}}
+SCENARIOS = " ".join(scenario.label for scenario in STUDY.all_scenarios())
 BESIDE = [results("response/radiation.csv")] if STUDY.response.radiation_beside != "none" else []
 
 
@@ -10,7 +15,7 @@ rule response:
         modal_force=results("sound/modal_force.nc"),
         surface=SURFACE,
         air=AIR,
-        table=STUDY.damping.table or [],
+        table=TABLE,
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
@@ -20,13 +25,14 @@ rule response:
     log:
         results("response/response.log"),
     params:
-        file=STUDY_FILE,
         surface=SURFACE or "none",
         air=AIR or "none",
-        study=section("damping", "panel", "sound", "response", "scenarios"),
-        code=code("damping", "response"),
+        study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+        scenarios=SCENARIOS,
+        tables=content(STUDY.sound.spectrum, *TABLE),
+        code=code("response"),
     shell:
-        "python -m scripts.response {params.file} {input.modes} {input.modal_force}"
+        'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
         " {params.surface} {params.air} {output} 2> {log}"
 
 
@@ -42,25 +48,27 @@ rule maps:
     log:
         results("response/maps.log"),
     params:
-        file=STUDY_FILE,
         air=AIR or "none",
-        study=section("damping", "panel", "sound", "response", "scenarios"),
-        code=code("response"),
+        study=section("panel", "sound", "response"),
+        scenarios=SCENARIOS,
+        code=code("maps"),
     shell:
-        "python -m scripts.maps {params.file} {input.modes} {input.modal_force} {params.air}"
+        'python -m scripts.maps "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
         " {input.psd} {output} 2> {log}"
 
 
 rule export:
     input:
-        results("response/psd.nc"),
+        modes=results("panel/modes.nc"),
+        psd=results("response/psd.nc"),
     output:
         directory(results("response/export")),
     log:
         results("response/export.log"),
     params:
-        file=STUDY_FILE,
-        study=section("damping", "scenarios"),
-        code=code("response/export.py", "response/bands.py"),
+        readings=" ".join(STUDY.damping.readings),
+        damping_ratio=STUDY.panel.damping_ratio,
+        scenarios=SCENARIOS,
+        code=code("export"),
     shell:
-        "python -m scripts.export {params.file} {input} {output} 2> {log}"
+        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd} {output} 2> {log}'

@@ -15,8 +15,9 @@ rule sound:
     log:
         results("sound/sound.log"),
     params:
-        file=STUDY_FILE,
-        study=section("sound", "response"),
+        study=section("sound"),
+        highest=STUDY.response.frequency_hz[1],
+        spectrum=content(STUDY.sound.spectrum),
         code=code("sound"),
     shell:
-        "python -m scripts.sound {params.file} {input.modes} {output} 2> {log}"
+        'python -m scripts.sound "$PIDPANEL_STUDY" {input.modes} {output} 2> {log}'

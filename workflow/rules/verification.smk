@@ -18,15 +18,21 @@ VERIFIED = {
 }
 
 
+DECKS = sorted(str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name != "report")
+
+
 rule verify:
     input:
-        lambda wildcards: sorted((PROJECT / "templates").rglob("*.in.j2")),
+        DECKS,
     output:
         "results/verification/{stage}/{case}.csv",
     log:
         "results/verification/{stage}/{case}.log",
     params:
-        code=lambda wildcards: code(wildcards.stage),
+        decks=content(*DECKS),
+        code=lambda wildcards: code_digest(
+            "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
+        ),
     shell:
         "python -m scripts.verify {wildcards.stage} {wildcards.case} {output} 2> {log}"
 
@@ -41,14 +47,15 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
-        template=str(PROJECT / "templates/report/report.html.j2"),
+        template=PAGE_TEMPLATE,
     output:
         page="results/verification/verification.html",
         figures=directory("results/verification/figures"),
     log:
         "results/verification/verification.log",
     params:
-        code=code("report", "verification.py"),
+        files=content(PAGE_TEMPLATE),
+        code=code("verification"),
     shell:
         "python -m scripts.verification {output.page} {output.figures} {input.rows} 2> {log}"
 

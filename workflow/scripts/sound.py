@@ -4,12 +4,12 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-from scripts.panel_in_sound import spectrum_of
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write_tables
+from pidpanel.sound.from_study import spectrum_of
 from pidpanel.sound.spectrum import pressure_psd
 from pidpanel.sound.wavenumber_table import constant_table
 from pidpanel.stamp import stamp

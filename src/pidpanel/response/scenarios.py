@@ -93,7 +93,7 @@ class DiagonalSolver:
         patch: Patches,
         motion_at_points: Array,
         pressure_psd: Array,
-        modal_force: Callable[[Array], Array],
+        modal_force: Callable[[Array], Array | Complexes],
         motion: PatchMotion,
     ) -> None:
         self.frequency = frequency

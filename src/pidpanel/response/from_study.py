@@ -1,0 +1,355 @@
+"""The panel of a study in its sound, ready for any damper.
+
+The only door of the stage for the study; behind it are functions of arrays. `results` writes the
+files of the stage, `rounds` the rounds of a target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.damping.readings import DampingReading
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.modes import PanelBasis, patch_areas
+from pidpanel.response.dampers import PatchMotion
+from pidpanel.response.linearisation import DampingOfMotion
+from pidpanel.response.lines import frequency_grid
+from pidpanel.response.modal import MatrixInput, bare_panels
+from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.response.power import power_balance
+from pidpanel.response.radiation import Air
+from pidpanel.response.scenarios import (
+    DiagonalSolver,
+    ScenarioResponse,
+    Solver,
+    solve_bare,
+    solve_scenario,
+)
+from pidpanel.sound.field import wavenumber
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
+from pidpanel.sound.wavenumber_table import WavenumberTable
+from pidpanel.study import Scenario, Study
+from pidpanel.study.response import Radiation
+
+COARSE_CUTOFF = 1e-4
+COARSE_LINES_PER_BANDWIDTH = 3.0
+"""Of the search for Γ: rms of the patch within 1e-3. The first is `modal.bare_panels`'s."""
+
+BALANCE_LINES = 12
+"""Lines on which the power balance of each scenario is checked."""
+
+WETTED_SIDES = {"one_side": 1, "two_sides": 2}
+
+
+class PanelFiles(NamedTuple):
+    """Files of the stages upstream from which a response is computed."""
+
+    modes: Path
+    modal_force: Path
+    air: Path | None
+
+
+@dataclass(frozen=True)
+class SolvedScenario:
+    """A scenario in a reading of the damping, and what came of it.
+
+    Attributes
+    ----------
+    scenario, reading
+        Which.
+    found
+        Its response; the error where the damping feeds the panel.
+    bare
+        The bare panel under the same sound.
+    pressure_factor
+        S_p over that of the study.
+    solver, damping
+        What it was computed with; no damping for the bare panel.
+    """
+
+    scenario: Scenario
+    reading: str
+    found: ScenarioResponse | UnstableDamping
+    bare: ScenarioResponse
+    pressure_factor: float
+    solver: Solver | DiagonalSolver
+    damping: DampingOfMotion | None
+
+
+def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
+    """Return a reading at one fill as a function of frequency [Hz] and Γ."""
+
+    def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
+        values = reading(frequency, fill_fraction, gamma)
+        return values.equivalent_damping, values.apparent_mass, values.inside
+
+    return damping
+
+
+@dataclass(frozen=True)
+class PanelInSound:
+    """What the responses of a study are computed from.
+
+    Attributes
+    ----------
+    study
+        Scenarios, levels, damping ratio, loss of the air.
+    basis
+        Modes and residual vectors of the panel.
+    spectrum
+        Of the sound, at the level of the study.
+    force_table
+        G of the field over wavenumber.
+    air
+        The air that the panel moves; None where it is left out.
+    """
+
+    study: Study
+    basis: PanelBasis
+    spectrum: BandSpectrum
+    force_table: WavenumberTable
+    air: Air | None
+
+    # ------------------------------------------------------------------ arrays
+
+    @cached_property
+    def modal(self) -> ModalBasis:
+        """The shapes with the damping ratio of the bare panel."""
+        basis = self.basis
+        ratio = self.study.panel.damping_ratio
+        return ModalBasis(basis.natural_frequency, basis.modal_mass, np.asarray(ratio))
+
+    @cached_property
+    def frequency(self) -> Array:
+        """(nf,) lines of the result [Hz]."""
+        modes = self.basis.natural_frequency[~self.basis.is_residual]
+        ratio = self.study.panel.damping_ratio
+        return frequency_grid(
+            *self.study.response.frequency_hz, ratio, modes, self.spectrum.edge_frequency
+        )
+
+    @cached_property
+    def coarse_frequency(self) -> Array:
+        """(nf,) fewer lines, for rms values within 1e-3 [Hz]."""
+        return frequency_grid(
+            *self.study.response.frequency_hz,
+            self.study.panel.damping_ratio,
+            lines_per_bandwidth=COARSE_LINES_PER_BANDWIDTH,
+        )
+
+    @cached_property
+    def patch_area(self) -> Array:
+        """(n_patches,) [m²]."""
+        return patch_areas(self.basis)
+
+    @cached_property
+    def deflection_at_points(self) -> Array:
+        """(n_points, 1, n): w alone."""
+        return self.basis.shape_at_points[:, None]
+
+    @cached_property
+    def motion_at_points(self) -> Array:
+        """(n_points, 6, n): w, curvatures, shear angles."""
+        basis = self.basis
+        return np.concatenate(
+            [self.deflection_at_points, basis.curvature_at_points, basis.shear_at_points], axis=1
+        )
+
+    def force(self, frequency: Array) -> Array | Complexes:
+        """Return G (nf, n, n) [m⁴] at the frequencies (nf,) [Hz]."""
+        return self.force_table.at(wavenumber(frequency, self.study.sound.speed_m_s))
+
+    def psd(self, frequency: Array) -> Array:
+        """Return S_p (nf,) [Pa²/Hz] on the panel at the frequencies (nf,) [Hz]."""
+        sound = self.study.sound
+        return pressure_psd(self.spectrum, frequency, sound.pressure_reference, sound.loaded_sides)
+
+    @property
+    def air_stiffness(self) -> MatrixInput | None:
+        """iωR − ω²M_air over frequency; None where the air is left out."""
+        return None if self.air is None else self.air.stiffness
+
+    def patch(self, name: str) -> Patches:
+        """Return one patch by its name."""
+        index = self.basis.patch_names.index(name)
+        own = slice(index, index + 1)
+        return Patches(self.basis.patch_overlap[own], self.patch_area[own])
+
+    def pressure_factor(self, scenario: Scenario) -> float:
+        """Return S_p of a scenario over that of the study."""
+        if scenario.oaspl_db is None:
+            return 1.0
+        return self.spectrum.pressure_factor(scenario.oaspl_db)
+
+    @property
+    def loaded_patches(self) -> list[str]:
+        """Names of the patches that a scenario fills."""
+        scenarios = self.study.all_scenarios()
+        return list(dict.fromkeys(s.patch for s in scenarios if s.patch is not None))
+
+    # --------------------------------------------------------------- solutions
+
+    def solvers(self, *, rms_only: bool = False) -> Mapping[str, Solver | DiagonalSolver]:
+        """Return a solver of each loaded patch, of the form that the study asks for.
+
+        Parameters
+        ----------
+        rms_only
+            Few lines and no strains, enough for rms accelerations within 1e-3.
+        """
+        lines = self.coarse_frequency if rms_only else self.frequency
+        motion = self.deflection_at_points if rms_only else self.motion_at_points
+        if self.study.response.modal_damping == "full":
+            return self.full_solvers(lines, motion)
+        return self.diagonal_solvers(lines, motion)
+
+    def full_solvers(self, frequency: Array, motion_at_points: Array) -> dict[str, Solver]:
+        """Return solvers with the full modal damping matrix, the panel solved once for all.
+
+        Parameters
+        ----------
+        frequency
+            (nf,) lines of the result [Hz].
+        motion_at_points
+            (n_points, m, n) the motions looked at.
+        """
+        names = self.loaded_patches
+        carriers = [self.patch(name) for name in names]
+        nothing = np.zeros((0, 1, self.modal.natural_frequency.size))
+        coarse = self.coarse_frequency
+        air = self.air_stiffness
+        few = bare_panels(
+            coarse, self.modal, carriers, nothing, self.psd(coarse), self.force, air,
+            overlap_cutoff=COARSE_CUTOFF,
+        )  # fmt: skip
+        bare = bare_panels(
+            frequency, self.modal, carriers, motion_at_points, self.psd(frequency), self.force, air
+        )
+        return {
+            name: Solver(one, PatchMotion.of(coarse_one))
+            for name, one, coarse_one in zip(names, bare, few, strict=True)
+        }
+
+    def diagonal_solvers(
+        self, frequency: Array, motion_at_points: Array
+    ) -> dict[str, DiagonalSolver]:
+        """Return solvers of the paper's form, in which a damper does not couple the modes.
+
+        Parameters are those of `full_solvers`.
+        """
+        coarse = self.coarse_frequency
+        sound = (self.psd(coarse), self.force)
+        panel = (motion_at_points, self.psd(frequency), self.force)
+        found = {}
+        for name in self.loaded_patches:
+            patch = self.patch(name)
+            motion = PatchMotion.diagonal(coarse, self.modal, patch, *sound)
+            found[name] = DiagonalSolver(frequency, self.modal, patch, *panel, motion)
+        return found
+
+    def responses(
+        self,
+        solvers: Mapping[str, Solver | DiagonalSolver],
+        readings: Mapping[str, DampingReading],
+    ) -> Iterator[SolvedScenario]:
+        """Yield every scenario in every reading of the damping."""
+        bare: dict[float, ScenarioResponse] = {}
+        for scenario in self.study.all_scenarios():
+            solver = solvers[scenario.patch or next(iter(solvers))]
+            factor = self.pressure_factor(scenario)
+            if scenario.patch is None:
+                bare[factor] = solve_bare(solver, factor)
+            for name, reading in readings.items():
+                own = (bare[factor], factor, solver)
+                if scenario.patch is None:
+                    yield SolvedScenario(scenario, name, bare[factor], *own, None)
+                    continue
+                damping = damping_of_motion(reading, scenario.fill_fraction)
+                found: ScenarioResponse | UnstableDamping
+                try:
+                    found = solve_scenario(
+                        solver,
+                        damping,
+                        factor,
+                        depends_on_acceleration=reading.depends_on_acceleration,
+                        stated_acceleration_g=self.study.damping.level.acceleration_g,
+                    )
+                except UnstableDamping as error:
+                    found = error
+                yield SolvedScenario(scenario, name, found, *own, damping)
+
+    def reads_own_motion(self, reading: DampingReading) -> bool:
+        """Whether a reading is taken at the motion that the patch ends up with."""
+        return reading.depends_on_acceleration and self.study.damping.level.acceleration_g is None
+
+    def power_balance_error(self, patch: str | None, factor: float, one: ScenarioResponse) -> float:
+        """Return the largest error of the power balance of a scenario over some lines [1].
+
+        Parameters
+        ----------
+        patch
+            That carries the damper; None for the bare panel.
+        factor
+            S_p over that of the study.
+        one
+            The response.
+        """
+        step = max(1, len(self.frequency) // BALANCE_LINES)
+        lines = slice(step // 2, None, step)
+        balance = power_balance(
+            self.frequency[lines],
+            self.modal,
+            self.patch(patch or self.basis.patch_names[0]),
+            factor * self.psd(self.frequency[lines]),
+            self.force,
+            one.equivalent_damping[None, lines],
+            one.apparent_mass[None, lines],
+            self.air_stiffness,
+        )
+        return float(balance.error.max())
+
+
+def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -> PanelInSound:
+    """Read what the panel and sound stages left.
+
+    Parameters
+    ----------
+    study
+        The study.
+    files
+        Of the stages upstream.
+    radiation
+        Sides that radiate into the air and carry its mass.
+
+    Raises
+    ------
+    ValueError
+        Where the air's own file is not given though it counts.
+    """
+    air = None
+    if radiation != "none":
+        if files.air is None:
+            raise ValueError(f"radiation = {radiation}: the file of the air is required")
+        air = Air(
+            study.sound.air_density_kg_m3,
+            study.sound.speed_m_s,
+            WETTED_SIDES[radiation],
+            read_table(files.air, DIFFUSE),
+            read_table(files.air, ADDED_VOLUME),
+        )
+    return PanelInSound(
+        study,
+        read_basis(files.modes),
+        spectrum_of(study.sound),
+        read_table(files.modal_force, MODAL_FORCE),
+        air,
+    )

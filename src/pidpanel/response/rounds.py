@@ -1,0 +1,208 @@
+"""The rounds of a target: which cases of the sweep to run next, or that it is reached.
+
+Round 0 spreads cases over the sweep. Each further one computes the responses of the panel with
+the cases before it, and chooses those that narrow its rms accelerations most (`damping.design`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon.cases import Case, cases_of
+from pidpanel.damping import design
+from pidpanel.damping.from_study import read_cases, surface_of
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.response import uncertainty
+from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
+from pidpanel.response.model import UnstableDamping
+from pidpanel.study import Study, StudyError
+from pidpanel.study.damping import Target
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of a target; the content of ``design/round<n>.json``.
+
+    Attributes
+    ----------
+    round
+        Its number, from 0.
+    cases
+        Labels of all cases chosen so far, those of this round last.
+    new
+        How many of them this round adds; none in the last.
+    reached
+        Whether all errors were within the target before this round.
+    target
+        Relative standard error asked of every rms acceleration [1]; None in round 0.
+    largest_relative_error
+        The largest stated before this round [1]; None in round 0.
+    relative_error
+        By scenario and point [1].
+    """
+
+    round: int
+    cases: tuple[str, ...]
+    new: int
+    reached: bool = False
+    target: float | None = None
+    largest_relative_error: float | None = None
+    relative_error: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @property
+    def is_last(self) -> bool:
+        """Whether it wants no more cases."""
+        return self.new == 0
+
+    def write(self, path: Path) -> None:
+        """Write it as JSON."""
+        path.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+
+    @staticmethod
+    def read(path: Path) -> Round:
+        """Read what `write` left.
+
+        Raises
+        ------
+        ValueError
+            With the file, if it is no round.
+        """
+        try:
+            values = json.loads(path.read_text(encoding="utf-8"))
+            return Round(**{**values, "cases": tuple(values["cases"])})
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{path}: not a round of a target ({error})") from None
+
+
+def read_rounds(folder: Path) -> tuple[Round, ...]:
+    """Read the rounds in a folder up to the last."""
+    rounds: list[Round] = []
+    while not rounds or not rounds[-1].is_last:
+        rounds.append(Round.read(folder / f"round{len(rounds)}.json"))
+    return tuple(rounds)
+
+
+def first_round(target: Target, pool: Sequence[Case]) -> Round:
+    """Return round 0: cases spread over the sweep."""
+    chosen = design.spread(points_of(pool), target.start)
+    return Round(0, tuple(pool[number].label for number in chosen), len(chosen))
+
+
+def next_round(
+    before: Round,
+    target: Target,
+    pool: Sequence[Case],
+    case_error: float,
+    panel: PanelInSound,
+    surface: DampingSurface,
+) -> Round:
+    """Return the round after another.
+
+    Parameters
+    ----------
+    before
+        The round before.
+    target
+        The target of the study.
+    pool
+        All cases of the sweep.
+    case_error
+        Relative standard error of C_e to which a case is run [1].
+    panel
+        The panel in its sound.
+    surface
+        Of the cases chosen so far.
+    """
+    labels, wanted = [], []
+    for label, one in _wanted(panel, surface):
+        labels.append(label)
+        wanted.append(one)
+    error = np.sqrt(design.variances(surface, wanted))
+    run = set(before.cases)
+    left = [case for case in pool if case.label not in run]
+    room = max(0, min(target.batch, target.max_cases - len(before.cases)))
+    chosen = design.next_cases(
+        surface, wanted, points_of(left), case_error, target.relative_error, room
+    )
+    points = panel.basis.point_names
+    return Round(
+        round=before.round + 1,
+        cases=(*before.cases, *(left[number].label for number in chosen)),
+        new=len(chosen),
+        reached=bool(error.max() <= target.relative_error),
+        target=target.relative_error,
+        largest_relative_error=float(error.max()),
+        relative_error={
+            label: dict(zip(points, own.round(5).tolist(), strict=True))
+            for label, own in zip(labels, error, strict=True)
+        },
+    )
+
+
+def points_of(cases: Sequence[Case]) -> Array:
+    """Return r, f [Hz] and Γ of cases, (n, 3)."""
+    rows = [
+        (c.point.fill_fraction, c.point.frequency, c.point.acceleration / STANDARD_GRAVITY)
+        for c in cases
+    ]
+    return np.array(rows).reshape(-1, 3)
+
+
+def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
+    """Of every scenario with a damper: its label, and how its rms values follow the surface."""
+    for case in panel.responses(panel.solvers(rms_only=True), {"dem": surface}):
+        if case.damping is None or isinstance(case.found, UnstableDamping):
+            continue
+        derivative = uncertainty.sensitivity(
+            case.solver,
+            case.damping,
+            case.found,
+            surface.nodes,
+            case.pressure_factor,
+            own_acceleration=panel.reads_own_motion(surface),
+        ).log_rms
+        wanted = design.Wanted(case.scenario.fill_fraction, case.found.acceleration_g, derivative)
+        yield case.scenario.label, wanted
+
+
+def write_round(
+    study: Study, files: PanelFiles, before: Path | None, cases: Path | None, output: Path
+) -> None:
+    """Write the round of a study's target that follows another.
+
+    Parameters
+    ----------
+    study
+        With ``damping.target``.
+    files
+        Of the stages upstream.
+    before, cases
+        The round before and the table of its cases; None for round 0.
+    output
+        ``design/round<n>.json``.
+
+    Raises
+    ------
+    StudyError
+        For a study without a target.
+    """
+    target, coupon = study.damping.target, study.coupon
+    if target is None or coupon is None:
+        raise StudyError(f"{study.name}: damping.target: missing")
+    pool = cases_of(coupon)
+    if before is None or cases is None:
+        first_round(target, pool).write(output)
+        return
+    surface = surface_of(coupon, read_cases(cases))
+    if not study.response.damper_mass:
+        surface = surface.without_mass()
+    panel = read_panel_in_sound(study, files, study.response.radiation)
+    error = coupon.accuracy.relative_error
+    next_round(Round.read(before), target, pool, error, panel, surface).write(output)

@@ -1,0 +1,42 @@
+# With a target, rounds choose the cases: round 0 spreads them over the sweep, each further one
+# computes what the panel makes of the cases before it. The loop from the response back to the
+# coupon is here and nowhere else.
+
+
+wildcard_constraints:
+    round=r"\d+",
+
+
+checkpoint design:
+    input:
+        before=round_before,
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        air=AIR,
+    output:
+        results("design/round{round}.json"),
+    log:
+        results("design/round{round}.log"),
+    params:
+        before=lambda wildcards: round_before(wildcards) or "none none",
+        air=AIR or "none",
+        study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+        scenarios=SCENARIOS,
+        code=code("design"),
+    shell:
+        'python -m scripts.design "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
+        " {params.before} {output} 2> {log}"
+
+
+rule round_cases:
+    input:
+        outcomes_of_round,
+    output:
+        results("design/cases{round}.csv"),
+    log:
+        results("design/cases{round}.log"),
+    params:
+        chosen=lambda wildcards: results(f"design/round{wildcards.round}.json"),
+        code=code("cases"),
+    shell:
+        'python -m scripts.cases "$PIDPANEL_STUDY" results/coupon {params.chosen} {output} 2> {log}'
