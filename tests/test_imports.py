@@ -58,13 +58,23 @@ def test_every_stage_has_its_name_in_four_places():
         assert (root / "tests" / stage).is_dir(), stage
 
 
-def test_no_formula_reads_the_study():
-    # only these know what a study is; everything else speaks of arrays, text, files or jobs
-    knowing = {"check.py", "cli.py", "stamp.py"}
-    knowing |= {"coupon/cases.py", "panel/from_study.py", "sound/from_study.py"}
+def test_every_stage_has_one_door_for_the_study():
+    # red: `from pidpanel.study import Study` in response/tables.py
+    knowing = {"check.py", "cli.py", "stamp.py", "coupon/cases.py"}
+    # the files of the response and the rounds of a target are made through its door
+    knowing |= {"response/results.py", "response/rounds.py"}
     for path in PACKAGE.rglob("*.py"):
         name = str(path.relative_to(PACKAGE))
-        names = {module for module, _ in imported(path)}
-        if not name.startswith("report/"):  # which tells the study
-            reads = any(module.startswith("pidpanel.study") for module in names)
-            assert not reads or name in knowing or name.startswith("study"), name
+        if name.startswith(("report/", "study/")) or name.endswith("/from_study.py"):
+            continue  # the report tells the study
+        reads = any(module.startswith("pidpanel.study") for module, _ in imported(path))
+        assert not reads or name in knowing, name
+
+
+def test_no_stage_imports_the_door_of_another_but_downstream():
+    # red: `from pidpanel.sound import from_study` in panel/plate.py
+    for path in PACKAGE.rglob("*.py"):
+        name = path.relative_to(PACKAGE)
+        for module, line in imported(path):
+            if module.endswith(".from_study") and name.parts[0] in STAGES[:-2]:
+                assert module.split(".")[1] == name.parts[0], f"{name}:{line}"

@@ -375,3 +375,17 @@ def test_a_mistake_in_a_table_is_named(tmp_path, text, said):
         read_table(path)
     with pytest.raises(DampingError, match=r"mine\.csv: "):
         read_surface(path)
+
+
+def test_without_mass_the_damping_stays_and_the_mass_is_known_to_be_zero(surface):
+    # red: without_mass that returns self
+    bare = surface.without_mass()
+    frequency = np.array([60.0, 200.0, 900.0])
+    for gamma in (0.5, 3.0, 40.0):  # below the onset the particles ride along with all their mass
+        one, other = surface(frequency, 0.5, gamma), bare(frequency, 0.5, gamma)
+        np.testing.assert_array_equal(one.equivalent_damping, other.equivalent_damping)
+        assert (one.apparent_mass != 0).all() and (other.apparent_mass == 0).all()
+        n = len(frequency)
+        both = surface.covariance(frequency, 0.5, gamma), bare.covariance(frequency, 0.5, gamma)
+        np.testing.assert_array_equal(both[0][:n, :n], both[1][:n, :n])
+        assert (both[1][n:] == 0).all()

@@ -119,14 +119,6 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     )
 
 
-def test_a_dashpot_without_mass_does_not_follow_its_mass(solver):
-    found = scenarios.solve_scenario(solver, moved(), FACTOR, damper_mass=False)
-    got = uncertainty.sensitivity(
-        solver, moved(), found, NODES, FACTOR, own_acceleration=True, damper_mass=False
-    )
-    assert (got.log_psd[4:] == 0).all() and (got.log_rms[4:] == 0).all()
-
-
 def test_rows_without_errors_say_so():
     row = {"acceleration_rms_g": 3.0, "damping_read_at_g": np.nan}
     (got,) = uncertainty.error_columns([row], None)
