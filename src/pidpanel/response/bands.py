@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
+from pidpanel.third_octaves import center_frequency, edge_frequency
 
 
 def third_octaves(low: float, high: float) -> tuple[Array, Array]:
@@ -33,8 +34,7 @@ def third_octaves(low: float, high: float) -> tuple[Array, Array]:
     first = np.ceil(10 * np.log10(low) - 1e-9)
     last = np.floor(10 * np.log10(high) + 1e-9)
     number = np.arange(first, last + 1)
-    edge = 10 ** ((number[:, None] + [-0.5, 0.5]) / 10)
-    return 10 ** (number / 10), np.clip(edge, low, high)
+    return center_frequency(number), np.clip(edge_frequency(number), low, high)
 
 
 def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:

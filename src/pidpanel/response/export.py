@@ -14,6 +14,7 @@ import pyuff
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.bands import band_rms, reduction, third_octaves
+from pidpanel.response.nastran import large_field_table
 
 PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 """Codes of Universal File 58: function type, kind of abscissa and of ordinate."""
@@ -64,11 +65,10 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
         file.write(f"$ {title}\n$ one-sided acceleration PSD, (m/s**2)**2/Hz over Hz\n")
         for number, curve in enumerate(curves, start=1):
             file.write(f"$ {curve.reading}, {curve.scenario}, point {curve.point}\n")
-            file.write(f"TABRND1*{number:16d}{'LINEAR':>16}{'LINEAR':>16}{'':16}\n*\n")
-            pairs = np.stack([frequency, curve.acceleration_psd], axis=1).ravel()
-            cells = [f"{value:16.9E}" for value in pairs] + [f"{'ENDT':>16}"]
-            for start in range(0, len(cells), 4):
-                file.write("*       " + "".join(cells[start : start + 4]) + "\n")
+            axes = ("LINEAR", "LINEAR")
+            file.writelines(
+                large_field_table("TABRND1", number, axes, frequency, curve.acceleration_psd)
+            )
 
 
 def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.response.nastran import large_field_table
 
 
 def modal_damping_ratio(
@@ -70,8 +71,5 @@ def write_tabdmp1(path: Path, frequency: Array, ratios: Mapping[str, Array], tit
         file.write(f"$ {title}\n$ modal damping, share of critical, over natural frequency, Hz\n")
         for number, (name, ratio) in enumerate(ratios.items(), start=1):
             mean = np.bincount(of, ratio) / np.bincount(of)
-            file.write(f"$ {name}\nTABDMP1*{number:16d}{'CRIT':>16}{'':32}\n*\n")
-            cells = [f"{value:16.9E}" for value in np.stack([apart, mean], axis=1).ravel()]
-            cells.append(f"{'ENDT':>16}")
-            for start in range(0, len(cells), 4):
-                file.write("*       " + "".join(cells[start : start + 4]) + "\n")
+            file.write(f"$ {name}\n")
+            file.writelines(large_field_table("TABDMP1", number, ["CRIT"], apart, mean))

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pidpanel import third_octaves
 from pidpanel.arrays import Array, Index
 
 BandKind = Literal["third octave", "octave"]
@@ -95,14 +96,13 @@ class BandSpectrum:
     @property
     def center_frequency(self) -> Array:
         """(n_bands,) exact centres 10^(N/10) [Hz]."""
-        return 10.0 ** (self.band_number / 10)
+        return third_octaves.center_frequency(self.band_number)
 
     @property
     def edge_frequency(self) -> Array:
         """(n_bands + 1,) exact edges 10^((N ± b/2)/10) [Hz], b = 1 for thirds, 3 for octaves."""
-        half_width = BAND_WIDTH[self.kind] / 2
-        steps = np.append(self.band_number, self.band_number[-1] + BAND_WIDTH[self.kind])
-        return 10.0 ** ((steps - half_width) / 10)
+        edge = third_octaves.edge_frequency(self.band_number, BAND_WIDTH[self.kind])
+        return np.append(edge[:, 0], edge[-1, 1])
 
     @property
     def oaspl(self) -> float:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, SpectrumError
+from pidpanel.third_octaves import center_frequency
 
 HEADER = ("center_hz", "spl_db")
 
@@ -134,7 +135,7 @@ def _band_numbers(path: Path, line_of_row: list[int], center: list[float]) -> li
         if stated <= 0:
             raise SpectrumError(f"{path}, line {line}: center_hz = {stated:g} must be positive")
         number = round(10 * math.log10(stated))
-        exact = 10 ** (number / 10)
+        exact = float(center_frequency(number))
         if abs(stated / exact - 1) > CENTER_TOLERANCE:
             raise SpectrumError(
                 f"{path}, line {line}: center_hz = {stated:g} is not a preferred centre; "
