@@ -1,26 +1,25 @@
-"""Mesh the panel, find its modes; write mesh.msh, modes.nc, modes.csv, modes.vtu, section.csv."""
+"""Mesh and modes of the panel of a study: modes.nc, modes.csv, modes.vtu, mesh.msh, section.csv."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.panel import modes
-from pidpanel.panel.basis_files import write_basis, write_shapes
-from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.tables import mode_table, section_table
+from pidpanel.panel import basis_files, from_study
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
 
+
+def main(arguments: Sequence[str]) -> None:
+    """Take the study and the files to write, in the order above."""
+    study_file, modes_nc, modes_csv, modes_vtu, mesh_msh, section_csv = map(Path, arguments)
+    study = load_study(study_file)
+    panel = from_study.StudiedPanel(study.panel)
+    basis = panel.basis(mesh_msh, study.response.frequency_hz[1])
+    basis_files.write_basis(modes_nc, basis, stamp(study))
+    basis_files.write_shapes(modes_vtu, basis)
+    panel.mode_table(basis).to_csv(modes_csv, index=False, float_format="%.8g")
+    panel.section_table(basis).to_csv(section_csv, index=False, float_format="%.8g")
+
+
 if __name__ == "__main__":
-    study_path, *outputs = sys.argv[1:]
-    modes_nc, modes_csv, modes_vtu, mesh_msh, section_csv = map(Path, outputs)
-    study = load_study(study_path)
-    studied = StudiedPanel(study.panel)
-    mesh = studied.mesh(mesh_msh)
-    plate = studied.plate(mesh)
-    basis = modes.panel_basis(mesh, plate, modes.MODES_BEYOND * study.response.frequency_hz[1])
-    write_basis(modes_nc, basis, stamp(study))
-    write_shapes(modes_vtu, basis)
-    mode_table(basis, studied.navier_size, studied.section).to_csv(
-        modes_csv, index=False, float_format="%.8g"
-    )
-    section_table(studied.section, plate).to_csv(section_csv, index=False, float_format="%.8g")
+    main(sys.argv[1:])

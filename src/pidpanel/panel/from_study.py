@@ -5,13 +5,15 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from pidpanel.panel import layup, supports
+from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
+from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, panel_basis
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import check_resolution
@@ -213,6 +215,27 @@ class StudiedPanel:
         else:
             plate = assemble_shear_plate(mesh, self.section, self.supports)
         return with_attachments(plate, self.attachments.values(), mesh)
+
+    def basis(self, mesh_file: Path, frequency: float) -> PanelBasis:
+        """Return the modes and residual vectors for a response up to a frequency.
+
+        Parameters
+        ----------
+        mesh_file
+            The ``.msh`` file to write.
+        frequency
+            The highest of the response [Hz]; modes are kept up to `MODES_BEYOND` times it.
+        """
+        mesh = self.mesh(mesh_file)
+        return panel_basis(mesh, self.plate(mesh), MODES_BEYOND * frequency)
+
+    def mode_table(self, basis: PanelBasis) -> pd.DataFrame:
+        """Return the table of modes, with the closed form where there is one."""
+        return tables.mode_table(basis, self.navier_size, self.section)
+
+    def section_table(self, basis: PanelBasis) -> pd.DataFrame:
+        """Return the matrices and masses of the section, with the area of the meshed panel."""
+        return tables.section_table(self.section, float(basis.quadrature_weight.sum()))
 
     @property
     def _size(self) -> tuple[float, float]:

@@ -12,7 +12,6 @@ from pidpanel.panel.navier import (
     shear_plate_frequency,
     thin_plate_frequency,
 )
-from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 
 
@@ -57,20 +56,20 @@ def mode_table(
     return table
 
 
-def section_table(section: ThinSection | ShearSection, plate: AssembledPlate) -> pd.DataFrame:
+def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFrame:
     """Matrices and masses of the section, an entry a row; total mass and area of the panel.
 
     Parameters
     ----------
     section : ThinSection or ShearSection
-    plate : AssembledPlate
+    area : float
+        Of the panel [m²].
 
     Returns
     -------
     DataFrame
         quantity, row, column (from 1; 0 for a scalar), value, unit.
     """
-    area = float(plate.quadrature_weight.sum())
     entries: list[tuple[str, np.ndarray | float, str]] = []
     if isinstance(section, SandwichSection):
         A, B, D = section.abd

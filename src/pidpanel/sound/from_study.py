@@ -1,7 +1,20 @@
-"""The sound of a study: the one place in `sound` that reads the section ``sound``."""
+"""The sound of a study: the one place in `sound` that reads the section ``sound``.
 
-from pidpanel.sound.spectrum import BandSpectrum
+The panel enters as arrays: `PanelShapes`.
+"""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import pandas as pd
+
+from pidpanel.arrays import Array, Index
+from pidpanel.sound import field
+from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
+from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
+from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study.sound import Sound
 
 
@@ -24,3 +37,118 @@ def spectrum_of(sound: Sound) -> BandSpectrum:
     """
     spectrum = read_spl_table(sound.spectrum).shifted(sound.shift_db)
     return spectrum if sound.oaspl_db is None else spectrum.at_oaspl(sound.oaspl_db)
+
+
+def band_table(sound: Sound) -> pd.DataFrame:
+    """Return the bands of a study with their levels and the PSD on the face of the panel.
+
+    Returns
+    -------
+    A row per band: ``center_hz``, ``lower_hz``, ``upper_hz``, ``band_spl_db`` [dB re 20 µPa],
+    ``surface_pressure_psd_pa2_hz``.
+    """
+    spectrum = spectrum_of(sound)
+    center, edge = spectrum.center_frequency, spectrum.edge_frequency
+    psd = pressure_psd(spectrum, center, sound.pressure_reference, sound.loaded_sides)
+    return pd.DataFrame(
+        {
+            "center_hz": center,
+            "lower_hz": edge[:-1],
+            "upper_hz": edge[1:],
+            "band_spl_db": spectrum.band_spl,
+            "surface_pressure_psd_pa2_hz": psd,
+        }
+    )
+
+
+class PanelShapes(Protocol):
+    """The arrays of the panel's basis that its sound needs; n shapes."""
+
+    @property
+    def quadrature_position(self) -> Array:
+        """(nq, 2) points of a quadrature over the face [m]."""
+
+    @property
+    def quadrature_weight(self) -> Array:
+        """(nq,) its weights [m²]."""
+
+    @property
+    def shape_at_quadrature(self) -> Array:
+        """(nq, n) shapes at these points [1]."""
+
+    @property
+    def vertex_position(self) -> Array:
+        """(n_vertices, 2) vertices of the mesh [m]."""
+
+    @property
+    def cells(self) -> Index:
+        """(n_cells, 3) or (n_cells, 4) vertex numbers, in order round each cell."""
+
+    @property
+    def shape_at_vertices(self) -> Array:
+        """(n_vertices, n) shapes at the vertices [1]."""
+
+
+def modal_force_tables(
+    sound: Sound, frequency_max: float, shapes: PanelShapes
+) -> dict[str, WavenumberTable]:
+    """Tabulate G of the field of a study up to the highest frequency of the response.
+
+    Parameters
+    ----------
+    sound
+        The section ``sound`` of a study.
+    frequency_max
+        [Hz].
+    shapes
+        Of the panel.
+
+    Returns
+    -------
+    `MODAL_FORCE`: G [m⁴] over the wavenumber.
+    """
+    k_max, face = float(field.wavenumber(frequency_max, sound.speed_m_s)), _face(shapes)
+    match sound.field:
+        case "diffuse":
+            table = field.tabulate_diffuse(k_max, face)
+        case "uncorrelated":
+            area = field.lumped_area(shapes.vertex_position, shapes.cells)
+            modal_force = field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
+            table = constant_table(k_max, modal_force)
+        case "uniform":
+            table = constant_table(k_max, field.uniform_modal_force(face))
+        case "plane_wave" | "progressive_wave":
+            table = field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
+    return {MODAL_FORCE: table}
+
+
+def air_tables(
+    sound: Sound, shapes: PanelShapes, modal_force: Mapping[str, WavenumberTable]
+) -> dict[str, WavenumberTable]:
+    """Tabulate the reaction of the air on one side of the panel to its motion.
+
+    Parameters
+    ----------
+    sound
+        The section ``sound`` of a study.
+    shapes
+        Of the panel.
+    modal_force
+        Of the field of the study (`modal_force_tables`), which sets the range; that of a diffuse
+        field is not computed again.
+
+    Returns
+    -------
+    `DIFFUSE`: G of the diffuse field [m⁴], which gives the radiation resistance whatever field
+    drives the panel. `ADDED_VOLUME`: V of the added mass [m³].
+    """
+    driving, face = modal_force[MODAL_FORCE], _face(shapes)
+    k_max = driving.wavenumber_max
+    diffuse = driving if sound.field == "diffuse" else field.tabulate_diffuse(k_max, face)
+    return {DIFFUSE: diffuse, ADDED_VOLUME: tabulate_added_mass(k_max, face)}
+
+
+def _face(shapes: PanelShapes) -> field.PanelQuadrature:
+    return field.PanelQuadrature(
+        shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature
+    )
