@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import geometry
-from pidpanel.panel.supports import boundary_edges
+from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import pictures
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.polygon import signed_area
 
 CELL_SPACING = 3.0
 """Distance of neighbouring cells' centres over their width. They are closed off from each
@@ -136,9 +137,8 @@ def chimney_height(outline: Array, diameters: Array) -> float:
 
 
 def polygon_area(outline: Array) -> float:
-    """Area inside a closed polygon (k, 2), m² (shoelace)."""
-    x, y = outline.T
-    return float(0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
+    """Area inside a closed polygon (k, 2), m²."""
+    return abs(signed_area(outline))
 
 
 def _inradius(outline: Array) -> float:

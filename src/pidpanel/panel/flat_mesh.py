@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh, gmsh_session
+from pidpanel.plane_mesh import cell_areas, edge_lengths
 from pidpanel.polygon import Position, Shape, location, show, signed_area
 
 GMSH_CORNERS = {2: 3, 3: 4}
@@ -106,7 +107,7 @@ class FlatMesh:
             triangles += _cut(path, element[k], places, position[places, :2])
             origin += [k] * (len(nodes) - 2)
         cells = np.array(triangles)
-        _check_orientation(path, np.asarray(element)[origin], position[:, :2][cells])
+        _check_orientation(path, np.asarray(element)[origin], position[:, :2], cells)
         unused = np.setdiff1d(np.arange(len(numbers)), cells)
         if unused.size:
             raise ValueError(f"{path}: node {numbers[unused[0]]} belongs to no element")
@@ -153,7 +154,7 @@ class FlatMesh:
             If a group is not there, elements do not follow a shape, or a point is at no node.
         """
         centre = self.position[self.triangles].mean(axis=1)
-        area = np.array([signed_area(corners) for corners in self.position[self.triangles]])
+        area = cell_areas(self.position, self.triangles)
         extent = float(np.ptp(self.position, axis=0).max())
         patch_cells = {}
         for name, patch in patches.items():
@@ -254,11 +255,10 @@ def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[li
     return [[a, b, d], [b, c, d]]
 
 
-def _check_orientation(path: Path, element: Index, corners: Array) -> None:
-    """Refuse triangles without area, and those turned over against the first."""
-    x, y = corners.transpose(2, 1, 0)
-    area = 0.5 * ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]))
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+def _check_orientation(path: Path, element: Index, vertices: Array, triangles: Index) -> None:
+    """Refuse triangles without area, and those that go round the other way than most."""
+    area = cell_areas(vertices, triangles)
+    longest = edge_lengths(vertices, triangles).max(axis=1)
     flat = np.abs(area) < 1e-6 * longest**2
     if flat.any():
         raise ValueError(f"{path}: element {element[flat][0]} is degenerate: it has no area")

@@ -20,6 +20,7 @@ from pidpanel.panel.resolution import check_resolution
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
 from pidpanel.study.panel import Material, Node, Panel, Ply
 
@@ -173,8 +174,7 @@ class StudiedPanel:
         elif self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             supports.held_vertices(mesh, self.supports)
-            sides = mesh.vertices[mesh.cells] - mesh.vertices[np.roll(mesh.cells, 1, axis=1)]
-            edge = float(np.linalg.norm(sides, axis=2).max())
+            edge = float(edge_lengths(mesh.vertices, mesh.cells).max())
         else:
             check_panel(
                 self._outline, self._holes, {**self.shapes, **self._feet},

@@ -20,6 +20,7 @@ import meshio
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.plane_mesh import cell_areas
 
 PANEL_GROUP = "panel"
 CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}
@@ -166,9 +167,7 @@ def row_order(positions: Array) -> Index:
 
 def counter_clockwise(vertices: Array, cells: Index) -> Index:
     """Turn clockwise cells around."""
-    x, y = vertices[cells[:, :3]].transpose(2, 1, 0)
-    turn = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
-    return np.where(turn[:, None] > 0, cells, cells[:, ::-1])
+    return np.where(cell_areas(vertices, cells)[:, None] > 0, cells, cells[:, ::-1])
 
 
 def check_names(patches: Mapping[str, object], points: Mapping[str, object]) -> None:

@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spla
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.polygon import signed_area
+from pidpanel.plane_mesh import cell_areas
 
 # Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
 MODES_BEYOND = 2.0
@@ -186,8 +186,7 @@ def panel_basis(
 
 def patch_areas(basis: PanelBasis) -> Array:
     """Area of each patch [m^2], shape (n_patches,)."""
-    area = np.array([signed_area(corners) for corners in basis.vertex_position[basis.cells]])
-    return basis.cell_in_patch @ area
+    return basis.cell_in_patch @ cell_areas(basis.vertex_position, basis.cells)
 
 
 def count_modes_below(plate: AssembledPlate, frequency: float) -> int:

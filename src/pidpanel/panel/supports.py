@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh
+from pidpanel.plane_mesh import boundary_edges, edge_lengths
 from pidpanel.polygon import Position, signed_area
 
 POINT_KINDS = ("hinge", "hold_down")
@@ -94,14 +95,6 @@ class HeldVertex:
 
     vertex: int
     edges: list[tuple[str, Array, Array]]
-
-
-def boundary_edges(cells: Index) -> Index:
-    """Edges with a cell on one side only, the panel to their left, shape (n, 2)."""
-    edges = np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1).reshape(-1, 2)
-    ordered = np.sort(edges, axis=1)
-    _, first, count = np.unique(ordered, axis=0, return_index=True, return_counts=True)
-    return edges[np.sort(first[count == 1])]
 
 
 def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
@@ -270,9 +263,8 @@ def foot_motion(rigid: Array, foot: PointSupport) -> Array:
 def vertex_spacing(mesh: PanelMesh) -> Array:
     """Mean length of the cell edges at each vertex [m]."""
     after = np.roll(mesh.cells, -1, axis=1)
-    length = np.linalg.norm(mesh.vertices[after] - mesh.vertices[mesh.cells], axis=2)
     ends = np.concatenate([mesh.cells.ravel(), after.ravel()])
-    both = np.concatenate([length.ravel()] * 2)
+    both = np.concatenate([edge_lengths(mesh.vertices, mesh.cells).ravel()] * 2)
     return np.bincount(ends, both) / np.bincount(ends)
 
 

@@ -18,6 +18,7 @@ from pidpanel.panel.mesh import (
     write_mesh,
 )
 from pidpanel.panel.supports import SMOOTH_TURN
+from pidpanel.plane_mesh import cell_areas
 from pidpanel.polygon import Position, Shape, check_panel, signed_area
 
 # Element edges grow by this times the distance from a re-entrant corner.
@@ -120,7 +121,7 @@ def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: 
     ------
     ValueError
     """
-    area = np.array([signed_area(corners) for corners in mesh.vertices[mesh.cells]])
+    area = cell_areas(mesh.vertices, mesh.cells)
     for name, patch in patches.items():
         asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
         if abs(found / asked - 1) > tolerance:

@@ -19,7 +19,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.polygon import signed_area
+from pidpanel.plane_mesh import cell_areas
 from pidpanel.response.bands import band_rms, reduction, third_octaves
 from pidpanel.study import Study
 
@@ -355,7 +355,7 @@ def _family_verdicts(
 def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     """Distance of patch centres (index) and points (columns), m."""
     corners = basis.vertex_position[basis.cells]
-    weight = basis.cell_in_patch * np.array([signed_area(cell) for cell in corners])
+    weight = basis.cell_in_patch * cell_areas(basis.vertex_position, basis.cells)
     centre = weight @ corners.mean(axis=1) / weight.sum(axis=1, keepdims=True)
     away = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
     return pd.DataFrame(away, basis.patch_names, basis.point_names)

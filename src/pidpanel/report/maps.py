@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.polygon import signed_area
+from pidpanel.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report import style
 from pidpanel.report.html import Picture, Section
 
@@ -37,10 +37,7 @@ def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
     """
     around = []
     for members in cell_in_patch:
-        own = cells[members]
-        edges = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-        once, count = np.unique(edges, axis=0, return_counts=True)
-        around.append(once[count == 1])
+        around.append(boundary_edges(cells[members]))
     return np.concatenate([np.zeros((0, 2), dtype=np.int64), *around])
 
 
@@ -62,7 +59,7 @@ def map_figure(
     """
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)
-    area = np.array([abs(signed_area(cell)) for cell in position[cells]])
+    area = np.abs(cell_areas(position, cells))
     corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
     length, width = np.ptp(position, axis=0)
     count = maps.sizes["case"]

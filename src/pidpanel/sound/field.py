@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.plane_mesh import cell_areas
 from pidpanel.sound.wavenumber_table import (
     SPARE_NODES,
     FieldError,
@@ -316,12 +317,9 @@ def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
     >>> lumped_area([[0, 0], [2, 0], [2, 1], [0, 1]], np.array([[0, 1, 2, 3]])).tolist()
     [0.5, 0.5, 0.5, 0.5]
     """
-    position = np.asarray(vertex_position, dtype=np.float64)
-    x, y = position[cells].transpose(2, 0, 1)
-    cell_area = np.abs(np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)) / 2
-    corners = cells.shape[1]
-    area = np.zeros(position.shape[0])
-    np.add.at(area, cells, (cell_area / corners)[:, None])
+    share = np.abs(cell_areas(vertex_position, cells)) / cells.shape[1]
+    area = np.zeros(len(np.asarray(vertex_position)))
+    np.add.at(area, cells, share[:, None])
     return area
 
 
