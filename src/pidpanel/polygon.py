@@ -6,9 +6,11 @@ Circles and rounded corners are drawn by straight pieces, corners by pieces that
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
@@ -144,23 +146,6 @@ def signed_area(corners: ArrayLike) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def centroid(corners: ArrayLike) -> Position:
-    """Centre of area of a polygon [m].
-
-    Examples
-    --------
-    >>> centroid([(0, 0), (2, 0), (2, 1), (0, 1)])
-    (1.0, 0.5)
-    """
-    points = np.asarray(corners, dtype=float)
-    origin = points[0]
-    x, y = (points - origin).T
-    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
-    around = np.array([np.sum((u + np.roll(u, -1)) * cross) for u in (x, y)])
-    middle = origin + around / (3 * np.sum(cross))
-    return float(middle[0]), float(middle[1])
-
-
 def rounded(points: Sequence[Position], radius: float) -> Array:
     """Corners of a polygon with every corner cut by an arc of straight pieces.
 
@@ -220,9 +205,17 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
 def check_simple(name: str, shape: Shape) -> None:
     """Refuse a polygon that has no area or crosses or touches itself.
 
+    Parameters
+    ----------
+    name
+        What the polygon is, for messages.
+    shape
+        The polygon.
+
     Raises
     ------
     ValueError
+        One line: name, what is wrong, where.
     """
     corners = np.asarray(shape.corners, dtype=float)
     if len(corners) < 3:
@@ -230,103 +223,58 @@ def check_simple(name: str, shape: Shape) -> None:
     extent = np.ptp(corners, axis=0).max()
     if not np.all(np.isfinite(corners)) or abs(signed_area(corners)) <= 1e-12 * extent**2:
         raise ValueError(f"{name} {shape} encloses no area")
-    following = np.roll(corners, -1, axis=0)
-    for i in range(len(corners)):
-        for j in range(i + 1, len(corners)):
-            if crosses(corners[i], following[i], corners[j], following[j]):
-                raise ValueError(
-                    f"{name} crosses itself: the edge from {show(corners[i])} meets the edge"
-                    f" from {show(corners[j])}"
-                )
-    for i, corner in enumerate(corners):
-        others = np.delete(np.arange(len(corners)), [i, i - 1])
-        gap = _distance(corner[None], corners[others], following[others])[0]
-        if gap.size and gap.min() <= SLACK * extent:
-            raise ValueError(f"{name} touches itself at {show(corner)}")
-
-
-def crosses(a: Array, b: Array, c: Array, d: Array) -> bool:
-    """Whether the inside of the segment a–b crosses that of c–d."""
-    return _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0
-
-
-def _side(a: Array, b: Array, p: Array) -> float:
-    """Which side of a–b a point lies on; 0 within rounding of the line."""
-    along, away = b - a, p - a
-    cross = along[0] * away[1] - along[1] * away[0]
-    return 0.0 if abs(cross) <= SLACK * (along @ along) else float(np.sign(cross))
-
-
-def _distance(points: Array, start: Array, end: Array) -> Array:
-    """Distances (n_points, n_segments) of points from segments."""
-    along = end - start
-    share = np.einsum("psk,sk->ps", points[:, None] - start, along) / np.sum(along**2, axis=1)
-    foot = start + np.clip(share, 0, 1)[..., None] * along
-    return np.asarray(np.linalg.norm(points[:, None] - foot, axis=-1))
+    edges = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
+    tree = shapely.STRtree(edges)
+    crossing = tree.query(edges, predicate="crosses").T.tolist()
+    if crossing:
+        one, other = min(crossing)
+        raise ValueError(
+            f"{name} crosses itself: the edge from {show(corners[one])} meets the edge"
+            f" from {show(corners[other])}"
+        )
+    near = tree.query(shapely.points(corners), predicate="dwithin", distance=SLACK * extent)
+    for corner, edge in sorted(near.T.tolist()):
+        if edge not in (corner, (corner - 1) % len(corners)):
+            raise ValueError(f"{name} touches itself at {show(corners[corner])}")
 
 
 def location(points: ArrayLike, corners: ArrayLike, slack: float) -> Index:
-    """Whether points lie inside a polygon (1), on its edge (0) or outside (-1).
+    """Return whether points lie inside a polygon (1), on its edge (0) or outside (-1).
+
+    Parameters
+    ----------
+    points
+        (n, 2) positions [m].
+    corners
+        (k, 2) corners of the polygon [m].
+    slack
+        Distance from the edge up to which a point lies on it [m].
 
     Examples
     --------
     >>> location([(0.5, 0.5), (1, 0.5), (2, 0.5)], [(0, 0), (1, 0), (1, 1), (0, 1)], 1e-9)
     array([ 1,  0, -1])
     """
-    at = np.asarray(points, dtype=float).reshape(-1, 2)
-    start = np.asarray(corners, dtype=float)
-    end = np.roll(start, -1, axis=0)
-    on_edge = _distance(at, start, end).min(axis=1) <= slack
-    x, y = at.T[:, :, None]
-    spans = (start[:, 1] > y) != (end[:, 1] > y)
-    rise = np.where(end[:, 1] == start[:, 1], 1.0, end[:, 1] - start[:, 1])
-    left_of = x < start[:, 0] + (y - start[:, 1]) / rise * (end[:, 0] - start[:, 0])
-    inside = np.sum(spans & left_of, axis=1) % 2 == 1
-    return np.where(on_edge, 0, np.where(inside, 1, -1))
+    at, polygon = shapely.points(np.asarray(points, dtype=float)), shapely.Polygon(corners)
+    shapely.prepare(polygon)
+    on_edge = shapely.distance(polygon.exterior, at) <= slack
+    return np.where(on_edge, 0, np.where(shapely.contains(polygon, at), 1, -1))
 
 
 def overlap(one: ArrayLike, other: ArrayLike, slack: float) -> bool:
-    """Whether the insides of two simple polygons have a point in common."""
-    return bool(
-        _edges_cross(one, other)
-        or np.any(location(_samples(one), other, slack) > 0)
-        or np.any(location(_samples(other), one, slack) > 0)
-        or location([_inner_point(one)], other, slack)[0] > 0
-    )
+    """Return whether two simple polygons overlap by more than a depth of `slack` [m].
+
+    With a negative slack, whether they overlap or come closer than that.
+    """
+    return bool(shapely.Polygon(one).buffer(-slack).intersects(shapely.Polygon(other)))
 
 
 def within(inner: ArrayLike, outer: ArrayLike, slack: float) -> bool:
-    """Whether a simple polygon lies in another, whose edge it may touch."""
-    return not (
-        _edges_cross(inner, outer)
-        or np.any(location(_samples(inner), outer, slack) < 0)
-        or np.any(location(_samples(outer), inner, slack) > 0)
-    )
+    """Return whether a simple polygon lies in another, but for at most `slack` [m].
 
-
-def _edges_cross(one: ArrayLike, other: ArrayLike) -> bool:
-    a, c = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
-    b, d = np.roll(a, -1, axis=0), np.roll(c, -1, axis=0)
-    return any(crosses(a[i], b[i], c[j], d[j]) for i in range(len(a)) for j in range(len(c)))
-
-
-def _samples(corners: ArrayLike) -> Array:
-    """Corners and middles of the edges."""
-    points = np.asarray(corners, dtype=float)
-    return np.concatenate([points, (points + np.roll(points, -1, axis=0)) / 2])
-
-
-def _inner_point(corners: ArrayLike) -> Array:
-    """A point inside a simple polygon: between two crossings of a line through its middle."""
-    points = np.asarray(corners, dtype=float)
-    heights = np.unique(points[:, 1])
-    gap = int(np.argmax(np.diff(heights)))
-    y = (heights[gap] + heights[gap + 1]) / 2
-    end = np.roll(points, -1, axis=0)
-    spans = (points[:, 1] > y) != (end[:, 1] > y)
-    p, q = points[spans], end[spans]
-    x = np.sort(p[:, 0] + (y - p[:, 1]) / (q[:, 1] - p[:, 1]) * (q[:, 0] - p[:, 0]))
-    return np.array([(x[0] + x[1]) / 2, y])
+    With a negative slack, whether it lies in the other at least that far from its edge.
+    """
+    return bool(shapely.Polygon(outer).buffer(slack).covers(shapely.Polygon(inner)))
 
 
 def check_panel(
@@ -358,16 +306,11 @@ def check_panel(
     allowed = f"allowed is the inside of the outline {outline}"
     for name, hole in holes.items():
         check_simple(f"hole {name!r}", hole)
-        samples = _samples(hole.corners)
-        if not within(hole.corners, around, slack) or np.any(location(samples, around, slack) == 0):
+        if not within(hole.corners, around, -slack):
             raise ValueError(f"hole {name!r} = {hole} is not inside the panel; {allowed}")
-        for other in holes:
-            if other == name:
-                break
-            if overlap(hole.corners, holes[other].corners, slack) or np.any(
-                location(samples, holes[other].corners, slack) == 0
-            ):
-                raise ValueError(f"holes {other!r} and {name!r} meet; they must lie apart")
+    for (one, hole), (other, beside) in combinations(holes.items(), 2):
+        if overlap(hole.corners, beside.corners, -slack):
+            raise ValueError(f"holes {one!r} and {other!r} meet; they must lie apart")
     for name, patch in patches.items():
         check_simple(f"patch {name!r}", patch)
         if not within(patch.corners, around, slack):

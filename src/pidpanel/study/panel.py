@@ -17,7 +17,7 @@ from pidpanel.study.base import Model, Positive
 Position = tuple[float, float]
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-CORE_GRADES = DATA / "materials" / "honeycomb_5056.csv"
+CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"
 """Honeycomb cores by their grade."""
 
 Number = Annotated[int, Field(ge=1)]
@@ -121,7 +121,7 @@ class Core(Model):
 
 def core_grades() -> dict[str, tuple[float, float, float]]:
     """Known cores: G_L and G_W in MPa and density in kg/m³ by grade."""
-    with CORE_GRADES.open(encoding="utf-8") as file:
+    with CORE_GRADES_FILE.open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return {
             row["grade"]: (
@@ -377,7 +377,7 @@ class Panel(Model):
     def files(self) -> tuple[str, ...]:
         """Files on which the panel rests: its mesh, the table that its core is taken from."""
         core = getattr(self.section, "core", None)
-        of_ours = CORE_GRADES if core is not None and core.grade is not None else None
+        of_ours = CORE_GRADES_FILE if core is not None and core.grade is not None else None
         return tuple(str(path) for path in (self.mesh.file, of_ours) if path is not None)
 
     @property
