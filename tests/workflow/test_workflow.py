@@ -1,6 +1,7 @@
 """The workflow through Snakemake, as a user runs it; real LIGGGHTS."""
 
 import importlib.util
+import itertools
 import json
 import os
 import shutil
@@ -27,6 +28,16 @@ def snakemake(folder, study, *options):
 
 def said(result):
     return result.stdout + result.stderr
+
+
+def jobs(result):
+    """Number of jobs by rule, from the table of a dry run; empty where nothing is to be done."""
+    assert result.returncode == 0, said(result)
+    if "Job stats" not in said(result):
+        return {}
+    lines = said(result).split("Job stats:")[1].splitlines()[3:]
+    rows = (line.split() for line in itertools.takewhile(str.strip, lines))
+    return {row[0]: int(row[1]) for row in rows if row[0] not in ("all", "total")}
 
 
 @pytest.fixture(scope="module")
@@ -104,11 +115,14 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
     outcome.unlink()  # cycles and logs are there, but the run did not come to its end
     kept = outcome.with_name("cycles_1.txt").stat().st_mtime_ns
     shutil.rmtree(folder / "results" / "smoke")  # nothing had been made of the runs yet
+    markers = {path: path.stat().st_mtime_ns for path in (coupon / "batch").glob("*.json")}
+    for option in ("-n", "--lint", "--list-rules"):
+        result = snakemake(folder, STUDIES / "smoke.yaml", option)
+        # red: a marker that is removed where the rules are read
+        assert {path: path.stat().st_mtime_ns for path in markers} == markers
     result = snakemake(folder, STUDIES / "smoke.yaml", "-n")
-    table = said(result).split("Job stats")[1]
-    shakes = next(line for line in table.splitlines() if line.startswith("shake"))
-    assert shakes.split() == ["shake", "1"]
-    assert "pour" not in table
+    assert jobs(result)["shake"] == 1
+    assert "pour" not in jobs(result)
     result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/cases.csv")
     assert result.returncode == 0, said(result)
     assert json.loads(outcome.read_text())["status"] == "ok"

@@ -22,7 +22,7 @@ STUDY_FILE = str(
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ.update(
     PATH=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
-    PYTHONPATH=str(PROJECT / "workflow"),
+    PYTHONPATH=f"{PROJECT / 'workflow'}:{PROJECT / 'src'}",
     OMP_NUM_THREADS="1",
     # no param: where the study lies changes no result
     PIDPANEL_STUDY=STUDY_FILE,

@@ -1,0 +1,86 @@
+"""Small studies that need no LIGGGHTS, and what their stages leave."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+LAW = {
+    "title": "A small panel with the paper's law",
+    "damping": {"readings": ["paper_corrected", "paper_printed"]},
+    "panel": {
+        "outline_m": [1.5, 1.0],
+        "section": {
+            "kind": "thin",
+            "mass_per_area_kg_m2": 4.0,
+            "bending_stiffness_n_m": 3273.07,
+            "thickness_mm": 25,
+        },
+        "supports": "simply_supported",
+        "damping_ratio": 0.02,
+        "mesh": {"kind": "quadrilaterals", "elements": [10, 8]},
+        "patches": {
+            "PID-1": {"centre_m": [0.75, 0.5], "size_m": [0.3, 0.25]},
+            "Left wing": {"centre_m": [0.3, 0.5], "size_m": [0.3, 0.25]},
+        },
+        "points": {"centre": [0.75, 0.5], "Edge": [0.15, 0.25]},
+    },
+    "sound": {
+        "spectrum": "smc_s_016_2014_min_third.csv",
+        "oaspl_db": 150,
+        "field": "diffuse",
+        "speed_m_s": 343,
+    },
+    "response": {"frequency_hz": [40, 150]},
+    "scenarios": {
+        "fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.8]},
+        "place": {"patch": ["PID-1", "Left wing"], "fill_fraction": 0.5},
+        "level": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [140, 150]},
+    },
+}
+"""As YAML holds it. No case has a label twice; the printed law feeds the panel."""
+
+TABLE_ROWS = [
+    "fill_fraction,frequency_hz,acceleration_g,equivalent_damping_n_s_m3,"
+    "equivalent_damping_error_n_s_m3,apparent_mass_kg_m2,apparent_mass_error_kg_m2,"
+    "particle_mass_per_area_kg_m2"
+] + [
+    f"{r},{f},{g},{r * f * (20 / g) ** 0.5:.4f},{0.03 * r * f:.4f},{4 * r / g**0.2:.4f},0.02,{12 * r}"
+    for r in (0.3, 0.5, 0.8)
+    for f in (40, 80, 150)
+    for g in (3, 30, 300)
+]
+
+
+@pytest.fixture(scope="session")
+def law_values():
+    """The values of a study with the paper's law, to be changed freely."""
+    return lambda: copy.deepcopy(LAW)
+
+
+def _written(folder: Path, name: str, values) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "lab.csv").write_text("\n".join(TABLE_ROWS) + "\n")
+    path = folder / f"{name}.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False))
+    return path
+
+
+@pytest.fixture(scope="session")
+def write_study():
+    """(folder, name, values) → the file of a study, ``lab.csv`` with a table beside it."""
+    return _written
+
+
+@pytest.fixture(scope="session")
+def table_values(law_values):
+    """The values of the same study with a table of measured damping, ``lab.csv``."""
+
+    def values():
+        found = law_values()
+        found["damping"] = {"readings": ["table"], "table": "lab.csv"}
+        found["response"]["radiation_beside"] = "one_side"
+        return found
+
+    return values

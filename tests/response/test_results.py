@@ -1,0 +1,96 @@
+"""What a study asks of the response is done, or refused by name."""
+
+import importlib
+
+import pandas as pd
+import pytest
+
+from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
+from pidpanel.response.results import OutsideSimulatedRange, ResponseFiles, write_response
+from pidpanel.study import load_study
+
+OUTPUTS = ("psd.nc", "summary.csv", "stress.nc", "stress.csv")
+
+
+@pytest.fixture(scope="module")
+def upstream(tmp_path_factory, write_study, table_values):
+    """Files of panel and sound."""
+    folder = tmp_path_factory.mktemp("upstream")
+    study = str(write_study(folder, "table", table_values()))
+    at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
+    importlib.import_module("scripts.panel").main(
+        [study, *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")]
+    )
+    importlib.import_module("scripts.sound").main(
+        [study, *at("modes.nc", "spectrum.csv", "modal_force.nc", "air.nc")]
+    )
+    return PanelFiles(folder / "modes.nc", folder / "modal_force.nc", folder / "air.nc")
+
+
+@pytest.fixture
+def summary_of(tmp_path, upstream, write_study, table_values):
+    """summary.csv of the table study with a change."""
+
+    def make(name, change):
+        values = table_values()
+        values["response"].pop("radiation_beside")
+        change(values)
+        study = load_study(write_study(tmp_path, name, values))
+        files = ResponseFiles(*(tmp_path / f"{name}_{output}" for output in OUTPUTS))
+        write_response(study, upstream, None, files)
+        return pd.read_csv(files.summary_csv).set_index(["scenario", "point"])
+
+    return make
+
+
+def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
+    # red: `_refuse_outside` without its raise
+    def louder(outside):
+        def change(values):
+            values["sound"]["oaspl_db"] = 175
+            values["scenarios"] = {"fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.8]}}
+            values["damping"]["level"] = {"kind": "patch", "outside": outside}
+
+        return change
+
+    marked = summary_of("mark", louder("mark"))
+    assert (marked["outside_run_points_share"] == 1).sum() > 0
+    with pytest.raises(OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is read at .* g, "):
+        summary_of("refuse", louder("refuse"))
+
+
+def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
+    # red: reading_of that always returns the reading itself
+    heavy = summary_of("heavy", lambda values: None)
+    plain = summary_of("plain", lambda values: values["response"].update(damper_mass=False))
+    at = ("PID-1_r0.8_150dB", "centre")
+    # 3 kg/m² beside 4 kg/m² of the panel
+    assert heavy["acceleration_rms_g"][at] != pytest.approx(plain["acceleration_rms_g"][at], rel=0.01)
+    assert plain["acceleration_rms_error_g"][at] < heavy["acceleration_rms_error_g"][at] * 1.5
+    assert plain["acceleration_rms_error_g"][at] > 0
+
+
+def test_the_diagonal_form_says_what_it_costs_and_the_full_one_costs_nothing(summary_of):
+    # red: `_judged` that returns one.response
+    def diagonal(values):
+        values["response"]["modal_damping"] = "diagonal"
+
+    full, paper = summary_of("full", lambda values: None), summary_of("diagonal", diagonal)
+    assert (full["diagonal_form_error_db"] == 0).all()
+    damped = paper[paper["patch"] != "none"]
+    assert (damped["diagonal_form_error_db"].abs() > 1e-3).any()
+
+
+def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
+    def stated(values):
+        values["damping"]["level"] = {"kind": "stated", "acceleration_g": 12}
+
+    found = summary_of("stated", stated)
+    damped = found[found["patch"] != "none"]
+    assert (damped["damping_read_at_g"] == 12).all()
+
+
+def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_values):
+    study = load_study(write_study(tmp_path, "table", table_values()))
+    with pytest.raises(ValueError, match="the file of the air is required"):
+        read_panel_in_sound(study, upstream._replace(air=None), "one_side")

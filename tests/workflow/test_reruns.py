@@ -1,0 +1,148 @@
+"""What a result rests on makes it run again when it changes, and nothing else does.
+
+A copy of the project runs a study that needs no LIGGGHTS; each test edits a file of the copy,
+looks at what a dry run would do, and takes the edit back.
+"""
+
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.workflow.test_workflow import jobs, said
+
+ROOT = Path(__file__).parents[2]
+SNAKEMAKE = Path(sys.executable).with_name("snakemake")
+AFTER_PANEL = {"panel", "sound", "response", "maps", "export", "report"}
+SANDWICH = {
+    "kind": "sandwich",
+    "materials": {"tape": {"youngs_modulus_gpa": 70, "poissons_ratio": 0.3, "density_kg_m3": 2700}},
+    "faces": [{"material": "tape", "thickness_mm": 0.3}],
+    "core": {"grade": "3/16-5056-0.0007", "thickness_mm": 20},
+}
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """A copy of the project's code, without results."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("src", "workflow", "templates", "profiles"):
+        ignored = shutil.ignore_patterns("__pycache__", "*.egg-info", ".snakemake")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("Snakefile", "pyproject.toml"):
+        shutil.copy(ROOT / name, folder / name)
+    return folder
+
+
+def snakemake(project, study, *options):
+    """Snakemake of the copy, which imports the copy's package."""
+    command = [SNAKEMAKE, "-s", project / "Snakefile", "-d", project, "--configfile", study, "-j2"]
+    return subprocess.run(
+        [*command, *options], capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(project / "src")},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def study(project, tmp_path_factory, write_study, law_values):
+    """A study of a small sandwich, run to its report."""
+    values = law_values()
+    values["damping"]["readings"] = ["paper_corrected"]
+    values["panel"] |= {"section": SANDWICH, "mesh": {"kind": "triangles", "size_m": 0.15}}
+    values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    folder = tmp_path_factory.mktemp("studies")
+    spectrum = "smc_s_016_2014_min_third.csv"
+    shutil.copy(project / "workflow" / "data" / "spl" / spectrum, folder / "own.csv")
+    values["sound"]["spectrum"] = "own.csv"
+    path = write_study(folder, "small", values)
+    result = snakemake(project, path)
+    assert result.returncode == 0, said(result)
+    return path
+
+
+@contextlib.contextmanager
+def edited(path, old, new):
+    """The file with one text in place of another; then as it was, time stamp included."""
+    text, stamp = path.read_text(), path.stat()
+    assert old in text, (path, old)
+    path.write_text(text.replace(old, new, 1))
+    try:
+        yield
+    finally:
+        path.write_text(text)
+        os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+
+
+def test_the_study_ran_from_the_mesh_to_the_report(project, study):
+    results = project / "results" / "small"
+    summary = pd.read_csv(results / "response" / "summary.csv")
+    assert (summary["status"] == "ok").all() and len(summary) == 6
+    assert (results / "report.html").stat().st_size > 50_000
+    assert (results / "response" / "export" / "tabdmp1.bdf").is_file()
+
+
+def test_a_second_run_has_nothing_to_do(project, study):
+    assert jobs(snakemake(project, study, "-n")) == {}
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("src/pidpanel/panel/plate.py", "import numpy as np", "import numpy as np  # arrays"),
+        ("src/pidpanel/response/results.py", '"""The files of the stage', '"""All files of the stage'),
+        ("workflow/scripts/response.py", '"""Every scenario', '"""Each scenario'),
+        ("workflow/rules/response.smk", "# PSDs of every", "# The PSDs of every"),
+        ("src/pidpanel/coupon/cycles.py", "MIN_BLOCKS = 8", "MIN_BLOCKS = 9"),
+    ],
+)  # fmt: skip
+def test_a_comment_or_the_code_of_another_stage_makes_nothing_run(project, study, file, old, new):
+    # red: a digest of the bytes of the files in pidpanel.fingerprint
+    with edited(project / file, old, new):
+        assert jobs(snakemake(project, study, "-n")) == {}
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "runs"),
+    [
+        ("workflow/scripts/response.py", "    study, modes", "    print()\n    study, modes", {"response", "maps", "export", "report"}),
+        ("workflow/scripts/maps.py", "    study, modes", "    print()\n    study, modes", {"maps", "report"}),
+        ("src/pidpanel/study/panel.py", "= 25.0", "= 25.5", AFTER_PANEL),
+        ("src/pidpanel/study/reading.py", 'encoding="utf-8"', 'encoding="utf8"', AFTER_PANEL),
+        ("src/pidpanel/damping/laws.py", "+ 36.09 * r", "+ 36.08 * r", {"response", "maps", "export", "report"}),
+        ("src/pidpanel/report/style.py", "import matplotlib as mpl", "import matplotlib as mpl\n\nWIDER = 1", {"report"}),
+        ("workflow/data/materials/honeycomb_5056.csv", "3/16-5056-0.0007,", "3/16-5056-0.0007,1", AFTER_PANEL),
+        ("templates/report/report.html.j2", "<title>", "<title>A ", {"report"}),
+    ],
+)  # fmt: skip
+def test_code_or_a_table_behind_a_result_makes_it_run_again(project, study, file, old, new, runs):
+    # red: the param `code` or `files` left out of a rule
+    with edited(project / file, old, new):
+        assert set(jobs(snakemake(project, study, "-n"))) == runs
+
+
+def test_a_table_with_an_older_date_counts_by_its_content(project, study):
+    # red: the param `spectrum` left out of the rule `sound`
+    spectrum = study.with_name("own.csv")
+    with edited(spectrum, "100,", "100,1"):
+        os.utime(spectrum, (0, 0))
+        wanted = {"sound", "response", "maps", "export", "report"}
+        assert set(jobs(snakemake(project, study, "-n"))) == wanted
+
+
+def test_a_title_changes_the_page_and_no_number(project, study):
+    # red: the section `scenarios` as it stands among the params of `response`
+    with edited(study, "title: A small panel", "title: The small panel"):
+        assert set(jobs(snakemake(project, study, "-n"))) == {"report"}
+
+
+def test_a_study_in_another_folder_is_the_same_study(project, study, tmp_path):
+    # red: the path of the study among the params of a rule
+    for file in study.parent.iterdir():
+        shutil.copy2(file, tmp_path / file.name)
+    (tmp_path / "small.yaml").exists()
+    assert set(jobs(snakemake(project, tmp_path / "small.yaml", "-n"))) == set()
