@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import jinja2
@@ -12,56 +13,33 @@ from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.output import SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.coupon.preparation import shake_values
-from pidpanel.study import CouponStudy, Study, StudyError, load_any_study
+from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.document import Document
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.reading import study_in
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:
-    """Read a study and everything it names; refuse what could not be carried through.
+    """Read a study and everything it names; refuse what could not be computed.
 
     Raises
     ------
     StudyError
-        One line: file, key, value, what is allowed.
+        One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
-    study = load_any_study(path)
-    try:
-        if study.coupon is not None:
-            _check_decks(study.coupon)
-        if isinstance(study, Study):
-            _check_panel(study)
-    except ValueError as error:
-        raise StudyError(f"{path}: {error}") from None
+    document = Document(Path(path))
+    study = study_in(document)
+    mistakes = [] if study.coupon is None else [*check_decks(study.coupon)]
+    if isinstance(study, Study):
+        mistakes += check_panel(study)
+    if mistakes:
+        raise document.error(dict.fromkeys(mistakes))
     return study
 
 
-def _check_decks(coupon: Coupon) -> None:
-    """Refuse a deck of the user's own that asks for what it will not be given."""
-    for case in cases_of(coupon):
-        path = case.point.deck
-        if path is None:
-            continue
-        given = shake_values(case.point, restart="none")
-        text = Path(path).read_text(encoding="utf-8")
-        try:
-            unknown = deck.undeclared(text, given)
-        except jinja2.TemplateSyntaxError as error:
-            raise StudyError(f"coupon.deck = {path}:{error.lineno}: {error.message}") from None
-        if unknown:
-            raise StudyError(
-                f"coupon.deck = {path}: no variable {unknown[0]}; there are "
-                f"{', '.join(sorted(given))}"
-            )
-        unused = sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ())))
-        if unused:
-            raise StudyError(
-                f"coupon.deck = {path}: {unused[0]} is not used; the deck must write one row per "
-                "cycle, as templates/shake.in.j2 does"
-            )
-
-
 def check_machine(study: CouponStudy, results: Path) -> None:
-    """Refuse a machine without LIGGGHTS, or a results folder that cannot be written.
+    """Refuse a machine without LIGGGHTS, or a results folder that is not writable.
 
     Raises
     ------
@@ -77,13 +55,37 @@ def check_machine(study: CouponStudy, results: Path) -> None:
         with tempfile.TemporaryFile(dir=results):
             pass
     except OSError as error:
-        raise StudyError(
-            f"{results}: cannot be written ({error.strerror}); a folder you may write to"
-        ) from None
+        raise StudyError(f"{results}: must be a writable folder ({error.strerror})") from None
 
 
-def _check_panel(study: Study) -> None:
-    """Refuse a panel in sound that could not be carried through; `ValueError` says what."""
+def check_decks(coupon: Coupon) -> Iterator[Mistake]:
+    """Yield the mistakes of the user's own decks: variables that are unknown or not used."""
+    for case in cases_of(coupon):
+        path = case.point.deck
+        if path is None:
+            continue
+        # a varied deck is one of a list
+        varied = [str(one) for one in coupon.vary.get("deck", ())]
+        keys = ("coupon", "vary", "deck", varied.index(path)) if varied else ("coupon", "deck")
+        given = shake_values(case.point, restart="none")
+        text = Path(path).read_text(encoding="utf-8")
+        try:
+            unknown = deck.undeclared(text, given)
+        except jinja2.TemplateSyntaxError as error:
+            yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
+            continue
+        for name in unknown:
+            yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(given))}")
+        for name in sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ()))):
+            yield Mistake(
+                keys,
+                f"must use the variable {name}; a deck writes one row per cycle, as "
+                "templates/shake.in.j2 does",
+            )
+
+
+def check_panel(study: Study) -> Iterator[Mistake]:
+    """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.damping.tables import read_surface
@@ -91,21 +93,32 @@ def _check_panel(study: Study) -> None:
     from pidpanel.sound.table import read_spl_table
 
     low, high = study.response.frequency_hz
-    asked = f"response.frequency_hz = [{low:g}, {high:g}]"
-    edges = read_spl_table(study.sound.spectrum).edge_frequency
-    if low < edges[0] or high > edges[-1]:
-        raise StudyError(
-            f"{asked}: within the bands of {study.sound.spectrum.name}, "
-            f"{edges[0]:.5g} to {edges[-1]:.5g} Hz"
-        )
-    for reading in study.damping.readings:
-        if reading.startswith("paper") and not (
-            FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1]
-        ):
-            raise StudyError(
-                f"{asked}: the paper's law holds from {FREQUENCY_RANGE[0]:g} to "
-                f"{FREQUENCY_RANGE[1]:g} Hz"
+    try:
+        edges = read_spl_table(study.sound.spectrum).edge_frequency
+    except ValueError as error:
+        yield Mistake(("sound", "spectrum"), str(error))
+    else:
+        if low < edges[0] or high > edges[-1]:
+            yield Mistake(
+                ("response", "frequency_hz"),
+                f"must be in the bands of {study.sound.spectrum.name}, "
+                f"{edges[0]:.5g} to {edges[-1]:.5g} Hz",
             )
+    if any(reading.startswith("paper") for reading in study.damping.readings) and not (
+        FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1]
+    ):
+        yield Mistake(
+            ("response", "frequency_hz"),
+            f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
+            f"{FREQUENCY_RANGE[1]:g} Hz",
+        )
     if study.damping.table is not None:
-        read_surface(study.damping.table)
-    StudiedPanel(study.panel).check(high)
+        try:
+            read_surface(study.damping.table)
+        except ValueError as error:
+            yield Mistake(("damping", "table"), str(error))
+    try:
+        StudiedPanel(study.panel).check(high)
+    except ValueError as error:
+        keys = study.panel.keys_in(str(error))
+        yield Mistake(("panel", *keys), str(error).removeprefix("mesh: "))

@@ -1,19 +1,23 @@
 """The study file as checked, frozen models.
 
-Every key carries its unit in its name (``depth_mm``). Unknown keys are refused with the nearest
-right one named; a mistake is answered by one line with the file, the line, the key, the value and
-what is allowed (`StudyError`).
+Every key has its unit in its name (``depth_mm``); the models hold the values as written and give
+them in SI as properties (``depth``). Unknown keys are refused. A mistake is one line with the
+file, the line, the key, the value and what is allowed (`StudyError`).
 
 `base`
     What all sections are made of.
 `coupon`, `panel`, `sound`, `damping`, `response`
     The sections, one module each; scenarios belong to the response.
 `study`
-    The whole, and what its sections ask of each other.
+    A whole study, and what its sections require of each other.
+`files`
+    Files that a study names.
+`document`
+    The YAML file, and the lines of its keys.
+`mistakes`, `explaining`, `schema`
+    Mistakes at keys; those of pydantic in a reader's words; what the models allow at a place.
 `reading`
-    The YAML file, its error lines, the files that it names.
-`schema`
-    What the models allow at a place of the file.
+    From the file to the study.
 """
 
 from pidpanel.study.base import StudyError

@@ -1,16 +1,28 @@
-"""The coupon's part of a study: cells, spheres, contacts, and what of them is swept."""
+"""The section ``coupon`` of a study: cells, particles, contacts, and what of them is varied."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon.geometry import Sizes
+from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fill, Fraction, Model, Positive
+from pidpanel.study.explaining import mistakes_of
+from pidpanel.study.files import file_in, found_file
+from pidpanel.study.mistakes import Keys, Mistake, dotted, unknown_key
+
+Modulus = Annotated[float, Field(ge=5, le=1e6)]
+"""Young's modulus of a contact [MPa]."""
+PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
+Restitution = Annotated[float, Field(gt=0.05, le=1)]
+Friction = Annotated[float, Field(ge=0, le=5)]
+RollingFriction = Annotated[float, Field(ge=0, le=1)]
 
 
 class Cell(Model):
@@ -18,35 +30,39 @@ class Cell(Model):
 
     shape: Literal["hexagon", "square", "circle"] = "hexagon"
     across_flats_mm: Positive = 6.35
-    """Width of a hexagon between two sides; side of a square; diameter of a circle."""
+    """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
     depth_mm: Positive = 25.0
     count: Annotated[int, Field(ge=1, le=200)] = 5
 
     @property
     def across_flats(self) -> float:
+        """Width of the cell [m]."""
         return self.across_flats_mm * 1e-3
 
     @property
     def depth(self) -> float:
+        """Depth of the cell [m]."""
         return self.depth_mm * 1e-3
 
 
 class Mono(Model):
-    """Spheres of one size."""
+    """Particles of one size."""
 
     kind: Literal["mono"] = "mono"
 
     def sizes(self, diameter_mm: float) -> Sizes:
+        """Return the sizes, in SI, for a nominal diameter [mm]."""
         return Sizes("mono", diameter_mm * 1e-3, diameter_mm * 1e-3)
 
 
 class Normal(Model):
-    """Normal distribution by number round ``diameter_mm``, cut at two deviations."""
+    """Normal distribution by number with mean ``diameter_mm``, cut at two deviations."""
 
     kind: Literal["normal"]
     deviation_mm: Positive
 
     def sizes(self, diameter_mm: float) -> Sizes:
+        """Return the sizes, in SI, for a mean diameter [mm]."""
         reach = 2 * self.deviation_mm
         return Sizes("normal", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
 
@@ -58,18 +74,20 @@ class Uniform(Model):
     half_width_mm: Positive
 
     def sizes(self, diameter_mm: float) -> Sizes:
+        """Return the sizes, in SI, for a mean diameter [mm]."""
         reach = self.half_width_mm
         return Sizes("uniform", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
 
 
 class Binary(Model):
-    """Two sizes: a share by number of ``second_mm`` among spheres of ``diameter_mm``."""
+    """Two sizes: a share by number of ``second_mm`` among particles of ``diameter_mm``."""
 
     kind: Literal["binary"]
     second_mm: Positive
     second_share: Annotated[float, Field(gt=0, lt=1)]
 
     def sizes(self, diameter_mm: float) -> Sizes:
+        """Return the sizes, in SI, for the first diameter [mm]."""
         if self.second_mm < diameter_mm:
             share = 1 - self.second_share
         else:
@@ -82,86 +100,113 @@ Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="
 
 
 class Particles(Model):
-    """The spheres. ``youngs_modulus_mpa`` is the material's own; see `Stiffness`."""
+    """The particles: size, density, and the constants of their contacts with each other."""
 
     diameter_mm: Positive = 2.0
     distribution: Distribution = Mono()
     density_kg_m3: Positive = 1190.0
     shell_mm: Positive | None = None
-    """Wall thickness of hollow spheres; their inertia is taken as that of solid ones of
+    """Wall thickness of hollow particles [mm]; their inertia is taken as that of solid ones of
     the same mass."""
-    youngs_modulus_mpa: Annotated[float, Field(ge=5, le=1e6)] = 3200.0
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.35
-    restitution: Annotated[float, Field(gt=0.05, le=1)] = 0.8
-    friction: Annotated[float, Field(ge=0, le=5)] = 0.3
-    rolling_friction: Annotated[float, Field(ge=0, le=1)] = 0.0
+    youngs_modulus_mpa: Modulus = 3200.0
+    """Of the material; a run may use a lower one, see `Stiffness`."""
+    poissons_ratio: PoissonsRatio = 0.35
+    restitution: Restitution = 0.8
+    friction: Friction = 0.3
+    rolling_friction: RollingFriction = 0.0
 
     def effective_density(self, diameter_mm: float) -> float:
-        """Mass over outer volume, kg/m³: ρ (1 − (1 − 2 t/d)³) for a shell of thickness t."""
+        """Return mass over outer volume [kg/m³], for an outer diameter [mm].
+
+        Notes
+        -----
+        ρ (1 − (1 − 2 t/d)³) for a shell of thickness t.
+
+        Examples
+        --------
+        >>> Particles(diameter_mm=2, shell_mm=0.5, density_kg_m3=800).effective_density(2)
+        700.0
+        """
         if self.shell_mm is None:
             return self.density_kg_m3
         return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm / diameter_mm) ** 3)
 
     @property
     def youngs_modulus(self) -> float:
+        """Young's modulus of the material [Pa]."""
         return self.youngs_modulus_mpa * 1e6
 
-    @model_validator(mode="after")
-    def _shell(self) -> Particles:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a shell that the particles cannot have."""
         if self.shell_mm is not None:
             if not isinstance(self.distribution, Mono):
-                raise ValueError("shell_mm: hollow spheres of one size only, distribution mono")
+                yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")
             if 2 * self.shell_mm >= self.diameter_mm:
-                raise ValueError(
-                    f"shell_mm = {self.shell_mm:g}: below half of diameter_mm = "
-                    f"{self.diameter_mm:g}"
+                yield Mistake(
+                    ("shell_mm",), f"must be below half of diameter_mm = {self.diameter_mm:g}"
                 )
-        return self
 
 
 class Walls(Model):
-    """The cell walls and their contact with spheres; what is left out is as between two
-    spheres. A wall that is stiffer than the spheres stays so when both are softened."""
+    """The constants of the contacts with cell walls; by default those between two particles.
 
-    youngs_modulus_mpa: Annotated[float, Field(ge=5, le=1e6)] | None = None
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] | None = None
-    restitution: Annotated[float, Field(gt=0.05, le=1)] | None = None
-    friction: Annotated[float, Field(ge=0, le=5)] | None = None
-    rolling_friction: Annotated[float, Field(ge=0, le=1)] | None = None
+    A wall that is stiffer than the particles stays so when both are softened.
+    """
+
+    youngs_modulus_mpa: Modulus | None = None
+    poissons_ratio: PoissonsRatio | None = None
+    restitution: Restitution | None = None
+    friction: Friction | None = None
+    rolling_friction: RollingFriction | None = None
 
 
 class Stiffness(Model):
-    """Softening of the contacts: the time step grows as the modulus falls.
+    """Softening of the contacts: the time step increases as the modulus falls.
 
-    The softest of ``choices_mpa`` is taken that keeps a Hertz contact at the drive's own
-    speed shorter than ``contact_time_per_period`` of a period and its overlap below
-    ``overlap_per_radius``; the material's own modulus if none does, and below
-    ``from_acceleration_g``, where the bed bounces as one body and what it loses hangs on how
-    its layers rebound in series (100 Hz, 5 g: 50 MPa dissipates 1.8 times what 3.2 GPa does,
+    A run uses the softest of ``choices_mpa`` that keeps a Hertz contact at the velocity amplitude
+    of the drive shorter than ``contact_time_per_period`` of a period, and its overlap below
+    ``overlap_per_radius``. It uses the modulus of the material if none of them does. It also does
+    so below ``from_acceleration_g``: there the bed bounces as one body, and its losses depend on
+    how its layers rebound in series (100 Hz, 5 g: 50 MPa dissipates 1.8 times what 3.2 GPa does,
     at 20 g the same; ``coupon_modulus.yaml``).
     """
 
-    choices_mpa: tuple[Annotated[float, Field(ge=5, le=1e6)], ...] = (50.0, 200.0, 800.0)
+    choices_mpa: tuple[Modulus, ...] = (50.0, 200.0, 800.0)
     contact_time_per_period: Annotated[float, Field(gt=0, le=0.5)] = 0.02
     overlap_per_radius: Annotated[float, Field(gt=0, le=0.5)] = 0.10
     from_acceleration_g: Annotated[float, Field(ge=0)] = 10.0
+
+    @property
+    def choices(self) -> tuple[float, ...]:
+        """Moduli to choose from [Pa]."""
+        return tuple(choice * 1e6 for choice in self.choices_mpa)
+
+    @property
+    def from_acceleration(self) -> float:
+        """Least acceleration amplitude at which contacts are softened [m/s²]."""
+        return self.from_acceleration_g * STANDARD_GRAVITY
 
 
 class Range(Model):
     """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
     start: Positive = Field(alias="from")
     stop: Positive = Field(alias="to")
     step: Positive
 
-    @model_validator(mode="after")
-    def _rises(self) -> Range:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield an end below the start."""
         if self.stop < self.start:
-            raise ValueError("'to' must not be below 'from'")
-        return self
+            yield Mistake(("to",), f"must be at least from = {self.start:g}")
 
     def values(self) -> tuple[float, ...]:
+        """Return the values, the end among them if it is a whole number of steps away.
+
+        Examples
+        --------
+        >>> Range(**{"from": 0.1, "to": 0.3, "step": 0.1}).values()
+        (0.1, 0.2, 0.3)
+        """
         count = int((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
         return tuple(round(self.start + i * self.step, 9) for i in range(count))
 
@@ -174,26 +219,27 @@ class Sweep(Model):
         Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
     )
     acceleration_g: tuple[Annotated[float, Field(gt=0, le=2000)], ...] = ()
+    """Amplitude Γ of the acceleration, in units of standard gravity."""
     displacement_mm: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = ()
-    """Amplitude W of the motion, in place of its acceleration."""
+    """Amplitude W of the displacement [mm], instead of that of the acceleration."""
     diameter_mm: tuple[Positive, ...] = ()
+    """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
     max_velocity_m_s: Positive | None = None
-    """Combinations whose velocity amplitude a/ω is above this are left out."""
+    """Combinations with a velocity amplitude a/ω above this are left out [m/s]."""
 
     @property
     def frequencies(self) -> tuple[float, ...]:
+        """Frequencies [Hz], a range of them written out."""
         if isinstance(self.frequency_hz, Range):
             return self.frequency_hz.values()
         return self.frequency_hz
 
-    @model_validator(mode="after")
-    def _one_amplitude(self) -> Sweep:
-        if bool(self.acceleration_g) == bool(self.displacement_mm):
-            raise ValueError("acceleration_g or displacement_mm: one of them, a list")
-        return self
-
-    @model_validator(mode="after")
-    def _no_case_twice(self) -> Sweep:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield amplitudes of two kinds or of none, and duplicate values."""
+        if self.acceleration_g and self.displacement_mm:
+            yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
+        if not self.acceleration_g and not self.displacement_mm:
+            yield Mistake(("acceleration_g",), "missing; required unless displacement_mm is given")
         for key in (
             "fill_fraction",
             "frequency_hz",
@@ -202,40 +248,31 @@ class Sweep(Model):
             "diameter_mm",
         ):
             values = getattr(self, key)
-            if isinstance(values, Range):
-                continue
-            seen: set[str] = set()
-            for value in values:
-                text = f"{value:.6g}"
-                if text in seen:
-                    raise ValueError(
-                        f"{key} = {value:g} stands twice: two cases would carry one label; "
-                        "each value once"
+            texts = [] if isinstance(values, Range) else [f"{value:.6g}" for value in values]
+            for index, text in enumerate(texts):
+                if text in texts[:index]:
+                    yield Mistake(
+                        (key, index), "duplicate value; its cases would have the same labels"
                     )
-                seen.add(text)
-        return self
 
 
 class Accuracy(Model):
-    """How long a case runs: to its error target or ``max_cycles``, whichever is first."""
+    """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
 
     relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.05
     seeds: Annotated[int, Field(ge=1, le=50)] = 2
     min_cycles: Annotated[int, Field(ge=8)] = 12
     min_time_s: Annotated[float, Field(ge=0, le=10)] = 0.05
-    """Least simulated time: a bed adapts to its drive in tens of milliseconds, however many
-    cycles these are, and so slowly that a few cycles look steady."""
+    """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
+    frequency, and so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, Field(ge=8, le=100000)] = 400
     coverage: Fraction = 1.0
-    """Share of the cases that must stand before anything is built on them."""
+    """Share of the cases that must have succeeded before anything is computed from them."""
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Accuracy:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a largest number of cycles below the least."""
         if self.max_cycles < self.min_cycles:
-            raise ValueError(
-                f"max_cycles = {self.max_cycles}: at least min_cycles = {self.min_cycles}"
-            )
-        return self
+            yield Mistake(("max_cycles",), f"must be at least min_cycles = {self.min_cycles}")
 
 
 class Coupon(Model):
@@ -246,77 +283,142 @@ class Coupon(Model):
     walls: Walls = Walls()
     gravity_g: Annotated[float, Field(ge=0, le=10)] = 1.0
     gravity_direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    """Where gravity points: z is normal to the panel and the direction of the motion, so
-    (0, 0, −1) is a panel that lies flat and (1, 0, 0) one that stands upright."""
+    """Direction of gravity. z is normal to the panel and the direction of the motion, so
+    (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
     time_step_rayleigh: Annotated[float, Field(gt=0, le=0.3)] = 0.15
-    """Time step over the Rayleigh time of a sphere."""
+    """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, Field(ge=20, le=2000)] = 100
     sweep: Sweep
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
     """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
-    the whole sweep is run at each of them, and at every combination of several."""
+    the whole sweep is run with each of them, and with every combination of several."""
     accuracy: Accuracy = Accuracy()
-    deck: Path | None = None
-    """A template of the user's own in place of ``templates/shake.in.j2``."""
+    deck: Annotated[Path, file_in(TEMPLATES)] | None = None
+    """A template of the user's own instead of ``templates/shake.in.j2``."""
 
-    @model_validator(mode="after")
-    def _direction(self) -> Coupon:
+    @field_validator("vary")
+    @classmethod
+    def _find_decks(
+        cls, vary: Mapping[str, tuple[Any, ...]], info: ValidationInfo
+    ) -> Mapping[str, tuple[Any, ...]]:
+        folder = (info.context or {}).get("folder")
+        if folder is None or "deck" not in vary:
+            return vary
+        decks = tuple(
+            None if name is None else found_file(Path(name), folder, TEMPLATES)
+            for name in vary["deck"]
+        )
+        return {**vary, "deck": decks}
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of gravity [m/s²]."""
+        return self.gravity_g * STANDARD_GRAVITY
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield what of the coupon cannot be built or varied."""
         if not any(self.gravity_direction):
-            raise ValueError("gravity_direction = [0, 0, 0]: a direction; no gravity: gravity_g: 0")
-        return self
+            yield Mistake(
+                ("gravity_direction",), "must not be zero; for no gravity set gravity_g: 0"
+            )
+        yield from self._mistakes_of_sizes()
+        yield from dict.fromkeys(self._mistakes_of_variants())
 
-    @model_validator(mode="after")
-    def _spheres_fit(self) -> Coupon:
+    def _mistakes_of_sizes(self) -> Iterator[Mistake]:
         widest = 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm)
-        for diameter in self.sweep.diameter_mm or (self.particles.diameter_mm,):
+        diameters: list[tuple[Keys, float]] = [
+            (("sweep", "diameter_mm", index), diameter)
+            for index, diameter in enumerate(self.sweep.diameter_mm)
+        ]
+        for keys, diameter in diameters or [
+            (("particles", "diameter_mm"), self.particles.diameter_mm)
+        ]:
             sizes = self.particles.distribution.sizes(diameter)
             if sizes.largest * 1e3 > widest:
-                raise ValueError(
-                    f"particles.diameter_mm = {diameter:g}: at most 0.9 of the cell's "
-                    f"across_flats_mm and depth_mm ({self.cell.across_flats_mm:g}, "
-                    f"{self.cell.depth_mm:g})"
+                yield Mistake(
+                    keys,
+                    f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 of "
+                    f"the cell's across_flats_mm = {self.cell.across_flats_mm:g} and "
+                    f"depth_mm = {self.cell.depth_mm:g}",
                 )
             if sizes.smallest < 0.4 * sizes.largest:
-                raise ValueError(
-                    f"particles.distribution: the smallest sphere, {sizes.smallest * 1e3:g} mm, is "
-                    f"below 0.4 of the largest, {sizes.largest * 1e3:g} mm: a bed so mixed "
-                    "separates by size, and one time step fits ill"
+                yield Mistake(
+                    ("particles", "distribution"),
+                    f"the smallest particle, {sizes.smallest * 1e3:g} mm, must be at least 0.4 of "
+                    f"the largest, {sizes.largest * 1e3:g} mm: other mixtures separate by size",
                 )
-        return self
 
-    @model_validator(mode="after")
-    def _variants(self) -> Coupon:
-        for key in self.vary:
-            if key.split(".")[0] in ("sweep", "accuracy", "vary"):
-                raise ValueError(f"vary.{key}: not this one; the lists of sweep are varied as such")
-        self.variants()
-        return self
+    def _mistakes_of_variants(self) -> Iterator[Mistake]:
+        known = list(_dotted_keys(self._values()))
+        for key, values in self.vary.items():
+            if key not in known:
+                yield Mistake(("vary", key), _unknown_in(key, known))
+            for index, value in enumerate(values):
+                if value in values[:index]:
+                    yield Mistake(("vary", key, index), "duplicate value")
+        for chosen in self._combinations() if set(self.vary) <= set(known) else ():
+            try:
+                self._variant(chosen)
+            except ValidationError as error:
+                for mistake in mistakes_of(error, Coupon):
+                    yield self._in_vary(mistake, chosen)
+
+    def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
+        """Return the mistake of a variant at the value of ``vary`` that causes it."""
+        for key, value in chosen.items():
+            path = tuple(key.split("."))
+            if mistake.keys[: len(path)] == path:
+                index = self.vary[key].index(value)
+                return Mistake(("vary", key, index, *mistake.keys[len(path) :]), mistake.says)
+        values = ", ".join(f"{name} = {value}" for name, value in chosen.items())
+        return Mistake(("vary",), f"with {values}: {dotted(mistake.keys)}: {mistake.says}")
 
     def variants(self) -> tuple[tuple[Mapping[str, Any], Coupon], ...]:
-        """Every combination of ``vary`` with the coupon that it means; itself without any."""
+        """Return every combination of ``vary`` and the coupon that it means.
+
+        Returns
+        -------
+        tuple of (dict, Coupon)
+            Varied keys with their values, and the coupon with these; without ``vary`` no keys
+            and the coupon itself.
+        """
         if not self.vary:
             return (({}, self),)
-        found = []
-        for values in itertools.product(*self.vary.values()):
-            chosen = dict(zip(self.vary, values, strict=True))
-            data = self.model_dump(mode="python", by_alias=True, exclude={"vary"})
-            for key, value in chosen.items():
-                *path, last = key.split(".")
-                place: Any = data
-                for part in path:
-                    place = place.get(part) if isinstance(place, dict) else None
-                if not isinstance(place, dict) or last not in place:
-                    known = place if isinstance(place, dict) else data
-                    raise ValueError(
-                        f"vary.{key}: no such key of the coupon; there are {', '.join(known)}"
-                    )
-                place[last] = value
-            try:
-                found.append((chosen, Coupon.model_validate(data)))
-            except ValidationError as error:
-                item = error.errors()[0]
-                where = ", ".join(f"{key} = {value}" for key, value in chosen.items())
-                message = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-                raise ValueError(f"vary: {where}: {message}") from None
-        return tuple(found)
+        return tuple((chosen, self._variant(chosen)) for chosen in self._combinations())
+
+    def _combinations(self) -> Iterator[dict[str, Any]]:
+        if self.vary:
+            for values in itertools.product(*self.vary.values()):
+                yield dict(zip(self.vary, values, strict=True))
+
+    def _variant(self, chosen: Mapping[str, Any]) -> Coupon:
+        values = self._values()
+        for key, value in chosen.items():
+            *path, last = key.split(".")
+            section = values
+            for part in path:
+                section = section[part]
+            section[last] = value
+        return Coupon.model_validate({**values, "sweep": self.sweep, "accuracy": self.accuracy})
+
+    def _values(self) -> dict[str, Any]:
+        """Values of the keys that may be varied."""
+        return self.model_dump(by_alias=True, exclude={"vary", "sweep", "accuracy"})
+
+
+def _unknown_in(key: str, known: Sequence[str]) -> str:
+    """Return what to say of a key that cannot be varied."""
+    section, _, last = key.rpartition(".")
+    if key.split(".")[0] in ("sweep", "accuracy", "vary"):
+        return "cannot be varied"
+    beside = [one.rpartition(".")[2] for one in known if one.rpartition(".")[0] == section]
+    return unknown_key(last, beside) if beside else unknown_key(key, known)
+
+
+def _dotted_keys(values: Mapping[str, Any], before: str = "") -> Iterator[str]:
+    """Yield the keys of nested sections, ``particles`` and ``particles.friction``."""
+    for key, value in values.items():
+        yield before + key
+        if isinstance(value, dict):
+            yield from _dotted_keys(value, f"{before}{key}.")

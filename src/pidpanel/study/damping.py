@@ -2,36 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake
 
 Reading = Literal["dem", "paper_corrected", "paper_printed", "table"]
 
 
 class Level(Model):
-    """The motion at which C_e(r, f, Γ) is read: a stated Γ, or the patch's own."""
+    """The acceleration at which C_e(r, f, Γ) is read: a stated one, or the patch's own."""
 
     kind: Literal["patch", "stated"] = "patch"
     acceleration_g: Positive | None = None
+    """Stated acceleration amplitude Γ, in units of standard gravity."""
     outside: Literal["mark", "refuse"] = "mark"
+    """What becomes of values outside the simulated range."""
 
-    @model_validator(mode="after")
-    def _stated(self) -> Level:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a stated acceleration that is missing or not allowed."""
         if (self.kind == "stated") != (self.acceleration_g is not None):
-            raise ValueError("acceleration_g goes with kind: stated, and only with it")
-        return self
+            yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
 class Target(Model):
-    """Run no more of ``coupon.sweep`` than is needed to know every rms acceleration so well.
+    """The accuracy up to which cases of ``coupon.sweep`` are chosen and run.
 
-    The sweep is then what may be run. ``start`` cases spread over it come first; rounds of
-    ``batch`` follow, each of the cases that narrow the rms values most, until the relative
-    standard error of all of them is below ``relative_error`` or ``max_cases`` have been run.
+    ``start`` cases spread over the sweep come first. Rounds of ``batch`` cases follow, each of
+    those that reduce the errors of the rms accelerations most, until the relative standard error
+    of all of them is below ``relative_error`` or ``max_cases`` have been run.
     """
 
     relative_error: Annotated[float, Field(gt=0, lt=1)]
@@ -39,32 +44,27 @@ class Target(Model):
     batch: Annotated[int, Field(ge=1)] = 4
     max_cases: Annotated[int, Field(ge=4)] = 2000
 
-    @model_validator(mode="after")
-    def _start_is_allowed(self) -> Target:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a start with more cases than are allowed in all."""
         if self.start > self.max_cases:
-            raise ValueError(f"start = {self.start}: at most max_cases = {self.max_cases}")
-        return self
+            yield Mistake(("start",), f"must be at most max_cases = {self.max_cases}")
 
 
 class Damping(Model):
-    """Where C_e and m_a come from. Each reading is carried through to the PSDs."""
+    """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] = ("dem",)
     level: Level = Level()
-    table: Path | None = None
+    table: Annotated[Path, file_in(DATA / "damping")] | None = None
+    """CSV table of measured damping, for the reading ``table``."""
     target: Target | None = None
-    """Left out, the whole of ``coupon.sweep`` is run."""
+    """By default the whole of ``coupon.sweep`` is run."""
 
-    @model_validator(mode="after")
-    def _target(self) -> Damping:
-        if self.target is not None and "dem" not in self.readings:
-            raise ValueError("target: goes with the reading 'dem'")
-        return self
-
-    @model_validator(mode="after")
-    def _table(self) -> Damping:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield readings given more than once, and keys that lack their reading."""
         if len(set(self.readings)) != len(self.readings):
-            raise ValueError(f"readings = {list(self.readings)}: each one once")
+            yield Mistake(("readings",), "must not contain a reading more than once")
+        if self.target is not None and "dem" not in self.readings:
+            yield Mistake(("target",), "only allowed with the reading 'dem'")
         if ("table" in self.readings) != (self.table is not None):
-            raise ValueError("table: a CSV file, given together with the reading 'table'")
-        return self
+            yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")

@@ -4,37 +4,41 @@ from __future__ import annotations
 
 import csv
 import difflib
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from pidpanel.paths import DATA
 from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel
 from pidpanel.study.base import Model, Positive
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Keys, Mistake
 
 Position = tuple[float, float]
+"""(x, y) [m]."""
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"
-"""Honeycomb cores by their grade."""
-
 Number = Annotated[int, Field(ge=1)]
+"""Number of a node in a mesh file."""
+PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
 
 
 class ThinSection(Model):
-    """A thin (Kirchhoff) plate by its areal mass and bending stiffness."""
+    """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
 
     kind: Literal["thin"] = "thin"
     mass_per_area_kg_m2: Positive
     bending_stiffness_n_m: Positive
     thickness_mm: Positive = 25.0
-    """Strains are read at its surfaces, stresses as if it were of one material."""
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.3
+    """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
+    poissons_ratio: PoissonsRatio = 0.3
 
     @property
     def thickness(self) -> float:
+        """Thickness [m]."""
         return self.thickness_mm * 1e-3
 
 
@@ -43,12 +47,18 @@ class SolidSection(Model):
 
     kind: Literal["solid"]
     youngs_modulus_gpa: Positive
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] = 0.3
+    poissons_ratio: PoissonsRatio = 0.3
     density_kg_m3: Positive
     thickness_mm: Positive
 
     @property
+    def youngs_modulus(self) -> float:
+        """Young's modulus [Pa]."""
+        return self.youngs_modulus_gpa * 1e9
+
+    @property
     def thickness(self) -> float:
+        """Thickness [m]."""
         return self.thickness_mm * 1e-3
 
 
@@ -57,31 +67,54 @@ class Material(Model):
 
     density_kg_m3: Positive
     youngs_modulus_gpa: Positive | None = None
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)] | None = None
+    poissons_ratio: PoissonsRatio | None = None
     e1_gpa: Positive | None = None
     e2_gpa: Positive | None = None
     g12_gpa: Positive | None = None
     nu12: float | None = None
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Material:
+    @property
+    def youngs_modulus(self) -> float | None:
+        """Young's modulus [Pa]; None for an orthotropic material."""
+        return None if self.youngs_modulus_gpa is None else self.youngs_modulus_gpa * 1e9
+
+    @property
+    def orthotropic_moduli(self) -> tuple[float, float, float]:
+        """E1, E2 and G12 [Pa]; zero for an isotropic material."""
+        E1, E2, G12 = ((v or 0.0) * 1e9 for v in (self.e1_gpa, self.e2_gpa, self.g12_gpa))
+        return E1, E2, G12
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a choice of moduli that is neither isotropic nor orthotropic."""
         given = self.model_fields_set - {"density_kg_m3"}
         if given == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
             if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
-                raise ValueError(f"nu12 = {self.nu12:g}: below sqrt(e1_gpa/e2_gpa)")
+                yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
         elif given != {"youngs_modulus_gpa", "poissons_ratio"}:
-            raise ValueError(
-                "either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, g12_gpa and nu12"
+            yield Mistake(
+                (),
+                "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
+                "g12_gpa and nu12",
             )
-        return self
 
 
 class Ply(Model):
-    """A layer of a face; the angle is from the panel's x to the fibre."""
+    """A layer of a face."""
 
     material: str
     thickness_mm: Positive
     angle_deg: float = 0.0
+    """From the panel's x to the fibre [°]."""
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+    @property
+    def angle(self) -> float:
+        """From the panel's x to the fibre [rad]."""
+        return math.radians(self.angle_deg)
 
 
 class Core(Model):
@@ -93,24 +126,33 @@ class Core(Model):
     shear_modulus_w_mpa: Positive | None = None
     density_kg_m3: Positive | None = None
     ribbon_deg: float = 0.0
-    """From the panel's x to the ribbon (L) direction."""
+    """From the panel's x to the ribbon (L) direction [°]."""
 
-    @model_validator(mode="after")
-    def _grade_or_moduli(self) -> Core:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a grade that is not known, or that is given beside moduli."""
         given = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
         moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
         if given not in ({"grade"}, moduli):
-            raise ValueError(f"either grade, or {', '.join(sorted(moduli))}")
-        if self.grade is not None:
+            yield Mistake((), f"must have either grade, or {', '.join(sorted(moduli))}")
+        elif self.grade is not None:
             grades = core_grades()
             if self.grade not in grades:
                 near = difflib.get_close_matches(self.grade, grades, n=3, cutoff=0.0)
-                raise ValueError(f"grade = {self.grade}: unknown; nearest are {', '.join(near)}")
-        return self
+                yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+    @property
+    def ribbon(self) -> float:
+        """From the panel's x to the ribbon (L) direction [rad]."""
+        return math.radians(self.ribbon_deg)
 
     @property
     def properties(self) -> tuple[float, float, float]:
-        """G_L, G_W in Pa and the density in kg/m³."""
+        """G_L and G_W [Pa], and the density [kg/m³]."""
         if self.grade is not None:
             G_L, G_W, density = core_grades()[self.grade]
         else:
@@ -120,8 +162,9 @@ class Core(Model):
 
 
 def core_grades() -> dict[str, tuple[float, float, float]]:
-    """Known cores: G_L and G_W in MPa and density in kg/m³ by grade."""
-    with CORE_GRADES_FILE.open(encoding="utf-8") as file:
+    """Return G_L and G_W [MPa] and the density [kg/m³] of the known cores, by grade."""
+    path = DATA / "materials" / "honeycomb_5056.csv"
+    with path.open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return {
             row["grade"]: (
@@ -146,47 +189,54 @@ class SandwichSection(Model):
     extra_mass_per_area_kg_m2: Annotated[float, Field(ge=0)] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
 
-    @model_validator(mode="after")
-    def _faces(self) -> SandwichSection:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield faces given twice or not at all, and plies of an unknown material."""
         given = [face is not None for face in (self.faces, self.top, self.bottom)]
         if given not in ([True, False, False], [False, True, True]):
-            raise ValueError("either faces, or top and bottom")
-        for ply in (*self.plies("top"), *self.plies("bottom")):
-            if ply.material not in self.materials:
-                raise ValueError(
-                    f"material = {ply.material}: one of materials, {', '.join(self.materials)}"
-                )
-        return self
+            yield Mistake((), "must have either faces, or top and bottom")
+        for key in ("faces", "top", "bottom"):
+            for index, ply in enumerate(getattr(self, key) or ()):
+                if ply.material not in self.materials:
+                    yield Mistake(
+                        (key, index, "material"),
+                        f"must be one of materials: {', '.join(self.materials)}",
+                    )
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:
-        """Plies of a face, the outermost first."""
+        """Return the plies of a face, the outermost first."""
         return self.faces or getattr(self, side)
 
     @property
     def thickness_mm(self) -> float:
+        """Thickness of the core and both faces [mm]."""
         faces = sum(p.thickness_mm for p in (*self.plies("top"), *self.plies("bottom")))
         return self.core.thickness_mm + faces
 
     @property
     def thickness(self) -> float:
+        """Thickness of the core and both faces [m]."""
         return self.thickness_mm * 1e-3
 
 
-def _section_kind(data: Any) -> str | None:
-    kind = data.get("kind", "thin") if isinstance(data, dict) else getattr(data, "kind", None)
-    return str(kind).capitalize() if kind in ("thin", "solid", "sandwich") else None
+def _of_default_kind(data: Any) -> Any:
+    return {"kind": "thin", **data} if isinstance(data, dict) else data
 
 
 Section = Annotated[
-    Annotated[ThinSection, Tag("Thin")]
-    | Annotated[SolidSection, Tag("Solid")]
-    | Annotated[SandwichSection, Tag("Sandwich")],
-    Discriminator(
-        _section_kind,
-        custom_error_type="section_kind",
-        custom_error_message="kind: 'thin', 'solid' or 'sandwich'",
-    ),
+    ThinSection | SolidSection | SandwichSection,
+    Field(discriminator="kind"),
+    BeforeValidator(_of_default_kind),
 ]
+
+
+def _as_text(value: Any) -> Any:
+    return str(value) if isinstance(value, int) else value
+
+
+def _of_known_suffix(file: Path) -> Path:
+    if file.suffix not in MESH_SUFFIXES:
+        raise ValueError(f"must end in one of {', '.join(MESH_SUFFIXES)}")
+    return file
 
 
 class Mesh(Model):
@@ -194,26 +244,30 @@ class Mesh(Model):
 
     kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
     elements: tuple[Annotated[int, Field(ge=2)], Annotated[int, Field(ge=2)]] = (30, 20)
+    """Number of quadrilaterals along x and y."""
     size_m: Positive | None = None
+    """Edge length of triangles [m]."""
     corner_size_m: Positive | None = None
-    """Element size at re-entrant corners; 0.002 of size_m if left out."""
-    file: Path | None = None
+    """Edge length at re-entrant corners [m]; by default 0.002 of size_m."""
+    file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
     unit_m: Positive = 1.0
-    """The unit of length of the file, in m: 0.001 if it counts in mm."""
+    """The unit of length of the file [m]: 0.001 for millimetres."""
 
-    @model_validator(mode="after")
-    def _keys_of_kind(self) -> Mesh:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield keys that the kind of mesh lacks or does not have."""
         if (self.kind == "triangles") != (self.size_m is not None):
-            raise ValueError("size_m goes with kind: triangles, and only with it")
+            yield Mistake(("size_m",), "required for kind: triangles, not allowed otherwise")
         if self.corner_size_m is not None and self.kind != "triangles":
-            raise ValueError("corner_size_m goes only with kind: triangles")
+            yield Mistake(("corner_size_m",), "only allowed for kind: triangles")
         if (self.kind == "file") != (self.file is not None):
-            raise ValueError(
-                "file (.bdf, .dat, .nas or .msh) goes with kind: file, and only with it"
-            )
-        if self.file is not None and self.file.suffix not in MESH_SUFFIXES:
-            raise ValueError(f"file = {self.file}: one of {', '.join(MESH_SUFFIXES)}")
-        return self
+            yield Mistake(("file",), "required for kind: file, not allowed otherwise")
+
+
+def _mistakes_of_radius(shape: Shape | None) -> Iterator[Mistake]:
+    try:
+        _ = shape.corners if shape else None
+    except ValueError as error:
+        yield Mistake(("corner_radius_m",), str(error))
 
 
 class Area(Model):
@@ -224,59 +278,52 @@ class Area(Model):
     diameter_m: Positive | None = None
     corners_m: Annotated[tuple[Position, ...], Field(min_length=3)] | None = None
     corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
-    _kinds: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
+    _shapes: ClassVar[tuple[set[str], ...]] = (
+        {"centre_m", "size_m"},
+        {"centre_m", "diameter_m"},
+        {"corners_m"},
+    )
+    _allowed: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
 
-    @model_validator(mode="after")
-    def _one_shape(self) -> Area:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield keys that are those of no shape, or of more than one."""
         given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        if given - {"corner_radius_m"} not in (
-            {"centre_m", "size_m"}, {"centre_m", "diameter_m"}, {"corners_m"}, *self._more()
-        ):  # fmt: skip
-            raise ValueError(f"{', '.join(sorted(given)) or 'nothing'} given: {self._kinds}")
-        if self.corner_radius_m and self.corners_m is None:
-            raise ValueError("corner_radius_m goes with corners_m, and only with it")
-        return self
+        if given - {"corner_radius_m"} not in self._shapes:
+            has = ", ".join(sorted(given)) or "nothing"
+            yield Mistake((), f"must have {self._allowed}; it has {has}")
+        elif self.corner_radius_m and self.corners_m is None:
+            yield Mistake(("corner_radius_m",), "only allowed with corners_m")
+        else:
+            yield from _mistakes_of_radius(self.shape)
 
-    def _more(self) -> tuple[set[str], ...]:
-        return ()
-
-    def _disc(self, centre: Position, radius: float) -> Circle:
+    def _circle(self, centre: Position, radius: float) -> Circle:
         return Circle(centre, radius)
 
     @property
     def shape(self) -> Shape | None:
-        """The area in m, None where a mesh file has it."""
+        """The area [m]; None where a mesh file has it."""
         if self.corners_m is not None:
             return Polygon(self.corners_m, self.corner_radius_m)
         if self.centre_m is None:
             return None
         if self.size_m is not None:
             return Rectangle(self.centre_m, self.size_m)
-        return self._disc(self.centre_m, (self.diameter_m or 0.0) / 2)
+        return self._circle(self.centre_m, (self.diameter_m or 0.0) / 2)
 
 
 class Patch(Area):
     """Cells that may be filled with particles; or a group (property number) of a mesh file."""
 
-    group: str | None = None
-    _kinds: ClassVar[str] = f"{Area._kinds}, or group"
+    group: Annotated[str, BeforeValidator(_as_text)] | None = None
+    _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
+    _allowed: ClassVar[str] = f"{Area._allowed}, or group"
 
-    @model_validator(mode="before")
-    @classmethod
-    def _group_is_text(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("group"), int):
-            data = {**data, "group": str(data["group"])}
-        return data
-
-    def _more(self) -> tuple[set[str], ...]:
-        return ({"group"},)
-
-    def _disc(self, centre: Position, radius: float) -> Circle:
+    def _circle(self, centre: Position, radius: float) -> Circle:
         return Circle.of_equal_area(centre, radius)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """(x_min, x_max, y_min, y_max) in m."""
+        """(x_min, x_max, y_min, y_max) [m]."""
         corners = self.shape.corners  # type: ignore[union-attr]
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         return tuple(round(float(v), 12) for v in (x0, x1, y0, y1))  # type: ignore[return-value]
@@ -295,22 +342,18 @@ class PointSupport(Model):
     at_m: Position | None = None
     grid: Number | None = None
     radius_m: Annotated[float, Field(ge=0)] = 0.0
-    """Of the stiff foot of a hinge or a hold-down; 0 for a mere point."""
+    """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
     stiffness_n_m: Positive | None = None
+    """Stiffness of a spring [N/m]."""
 
-    @model_validator(mode="after")
-    def _keys_of_kind(self) -> PointSupport:
-        _one_place(self.at_m, self.grid)
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield two places or none, and keys that the kind lacks or does not have."""
+        if (self.at_m is None) == (self.grid is None):
+            yield Mistake((), "must have either at_m, or grid (a node of a mesh file)")
         if (self.kind == "spring") != (self.stiffness_n_m is not None):
-            raise ValueError("stiffness_n_m goes with kind: spring, and only with it")
+            yield Mistake(("stiffness_n_m",), "required for kind: spring, not allowed otherwise")
         if self.kind == "spring" and self.radius_m:
-            raise ValueError("radius_m goes with kind: hinge or hold_down")
-        return self
-
-
-def _one_place(at_m: Position | None, grid: int | None) -> None:
-    if (at_m is None) == (grid is None):
-        raise ValueError("either at_m, or grid (a node of a mesh file)")
+            yield Mistake(("radius_m",), "only allowed for kind: hinge or hold_down")
 
 
 class EdgeSupport(Model):
@@ -339,21 +382,23 @@ class Mass(Model):
     from_m: Position | None = None
     to_m: Position | None = None
 
-    @model_validator(mode="after")
-    def _one_place(self) -> Mass:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield two places or none."""
         if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
-            raise ValueError("either at_m, or grid (a node of a mesh file), or from_m and to_m")
-        return self
+            yield Mistake(
+                (), "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
+            )
 
 
 class Panel(Model):
-    """The panel, its patches and the points at which it is listened to."""
+    """The panel, its patches, and the points at which its response is computed."""
 
     outline_m: (
         tuple[Positive, Positive] | Annotated[tuple[Position, ...], Field(min_length=3)] | None
     ) = None
-    """Lengths along x and y of a rectangle, or the corners of a polygon."""
+    """Lengths along x and y of a rectangle, or the corners of a polygon [m]."""
     corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
+    """Radius of all corners of the outline [m]."""
     holes: Mapping[str, Area] = {}
     section: Section
     supports: EdgeKind | Supports = "simply_supported"
@@ -363,26 +408,9 @@ class Panel(Model):
     patches: Mapping[str, Patch]
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
 
-    @model_validator(mode="before")
-    @classmethod
-    def _names_are_text(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            data = dict(data)
-            for key in ("patches", "points", "holes", "masses"):
-                if isinstance(data.get(key), dict):
-                    data[key] = {str(name): value for name, value in data[key].items()}
-        return data
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Files on which the panel rests: its mesh, the table that its core is taken from."""
-        core = getattr(self.section, "core", None)
-        of_ours = CORE_GRADES_FILE if core is not None and core.grade is not None else None
-        return tuple(str(path) for path in (self.mesh.file, of_ours) if path is not None)
-
     @property
     def size(self) -> tuple[float, float] | None:
-        """Lengths along x and y in m of a rectangle without holes and rounded corners."""
+        """Lengths along x and y of a rectangle without holes and rounded corners [m]."""
         match self.outline_m:
             case (float(a), float(b)) if not self.holes and not self.corner_radius_m:
                 return a, b
@@ -390,7 +418,7 @@ class Panel(Model):
 
     @property
     def outline(self) -> Polygon | None:
-        """The outer edge in m, None where a mesh file has it."""
+        """The outer edge [m]; None where a mesh file has it."""
         match self.outline_m:
             case None:
                 return None
@@ -406,63 +434,118 @@ class Panel(Model):
             return Supports(outline=self.supports)
         return self.supports
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Panel:
-        from_file = self.mesh.kind == "file"
-        if from_file == (self.outline_m is not None):
-            raise ValueError("either outline_m, or mesh: {kind: file}, which brings its outline")
-        if from_file and (self.holes or self.corner_radius_m):
-            raise ValueError("holes and corner_radius_m go with outline_m; a mesh file has its own")
-        if self.mesh.kind == "quadrilaterals":
-            if self.size is None or any(
-                not isinstance(patch.shape, Rectangle) for patch in self.patches.values()
-            ):
-                raise ValueError(
-                    "mesh.kind = quadrilaterals: only a rectangle with rectangular patches; "
-                    "mesh: {kind: triangles, size_m: ...} takes any"
-                )
-            if self.section.kind != "thin" or any(p.radius_m for p in self.held.points.values()):
-                raise ValueError(
-                    "mesh.kind = quadrilaterals: only a thin section, supports without radius_m; "
-                    "mesh: {kind: triangles, size_m: ...} takes any"
-                )
-        if not from_file:
-            for key, named in (
-                ("points", self.points),
-                ("supports.points", self.held.points),
-                ("masses", self.masses),
-            ):
-                for name, place in named.items():
-                    if getattr(place, "grid", None) is not None:
-                        raise ValueError(f"{key}.{name}.grid: goes with mesh: {{kind: file}}")
-            for name, patch in self.patches.items():
-                if patch.group is not None:
-                    raise ValueError(f"patches.{name}.group: goes with mesh: {{kind: file}}")
-        return self
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
+        first = [*_mistakes_of_radius(self.outline), *self._mistakes_of_mesh()]
+        yield from first or self._mistakes_of_place()
 
-    @model_validator(mode="after")
-    def _on_the_panel(self) -> Panel:
+    def _mistakes_of_mesh(self) -> Iterator[Mistake]:
+        if self.mesh.kind == "file":
+            for key in ("outline_m", "corner_radius_m", "holes"):
+                if getattr(self, key):
+                    yield Mistake((key,), "not allowed with mesh: {kind: file}, which has its own")
+            return
+        if self.outline_m is None:
+            yield Mistake(("outline_m",), "missing; required unless mesh: {kind: file} is given")
+        for keys, place in self._places():
+            if getattr(place, "grid", None) is not None:
+                yield Mistake((*keys, "grid"), "only allowed with mesh: {kind: file}")
+        for name, patch in self.patches.items():
+            if patch.group is not None:
+                yield Mistake(("patches", name, "group"), "only allowed with mesh: {kind: file}")
+        if self.mesh.kind == "quadrilaterals" and self.outline_m is not None:
+            yield from self._mistakes_of_quadrilaterals()
+
+    def _places(self) -> Iterator[tuple[Keys, Any]]:
+        for keys, named in (
+            (("points",), self.points),
+            (("supports", "points"), self.held.points),
+            (("masses",), self.masses),
+        ):
+            yield from (((*keys, name), place) for name, place in named.items())
+
+    def _mistakes_of_quadrilaterals(self) -> Iterator[Mistake]:
+        against = [] if self.size is not None else ["an outline that is no whole rectangle"]
+        against += [
+            f"patches.{name}, which is no rectangle"
+            for name, patch in self.patches.items()
+            if not isinstance(patch.shape, Rectangle)
+        ]
+        if self.section.kind != "thin":
+            against.append(f"section.kind = {self.section.kind}")
+        against += [
+            f"supports.points.{name}.radius_m"
+            for name, support in self.held.points.items()
+            if support.radius_m
+        ]
+        if against:
+            yield Mistake(
+                ("mesh", "kind"),
+                f"quadrilaterals do not allow {'; '.join(against)}; "
+                "mesh: {kind: triangles, size_m: …} does",
+            )
+
+    def _mistakes_of_place(self) -> Iterator[Mistake]:
         at = {name: point for name, point in self.points.items() if isinstance(point, tuple)}
         if self.size is not None:
             length, width = self.size
+            panel = f"must lie on the panel, x 0…{length:g} m, y 0…{width:g} m"
             for name, patch in self.patches.items():
                 x0, x1, y0, y1 = patch.bounds
                 if x0 < 0 or y0 < 0 or x1 > length or y1 > width:
-                    raise ValueError(
-                        f"patches.{name} covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m: "
-                        f"it must lie on the panel, x 0…{length:g} m, y 0…{width:g} m"
+                    yield Mistake(
+                        ("patches", name),
+                        f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m",
                     )
             for name, (x, y) in at.items():
                 if not (0 <= x <= length and 0 <= y <= width):
-                    raise ValueError(
-                        f"points.{name} = ({x:g}, {y:g}) m: it must lie on the panel, "
-                        f"x 0…{length:g} m, y 0…{width:g} m"
-                    )
+                    yield Mistake(("points", name), panel)
         elif self.outline is not None:
-            check_panel(
-                self.outline,
-                {name: hole.shape for name, hole in self.holes.items() if hole.shape},
-                {name: patch.shape for name, patch in self.patches.items() if patch.shape},
-                at,
-            )
-        return self
+            try:
+                check_panel(
+                    self.outline,
+                    {name: hole.shape for name, hole in self.holes.items() if hole.shape},
+                    {name: patch.shape for name, patch in self.patches.items() if patch.shape},
+                    at,
+                )
+            except ValueError as error:
+                yield Mistake(self.keys_in(str(error)), str(error))
+
+    def keys_in(self, message: str) -> Keys:
+        """Return the way to the place that a message of the panel's geometry begins with.
+
+        Parameters
+        ----------
+        message : str
+            Such as ``point 'support H1' = (3, 0) m leaves the panel``.
+
+        Returns
+        -------
+        tuple of str or int
+            Such as ``("supports", "points", "H1")``; empty if the message names no place.
+        """
+        named: dict[str, Keys] = {
+            "outline": ("outline_m",),
+            "mesh: ": ("mesh",),
+            f"{self.mesh.file}: ": ("mesh", "file"),
+        }
+        for what, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
+            named |= {f"{what} {name!r}": (key, name) for name in getattr(self, key)}
+        named |= {f"{name!r} names": ("points", name) for name in self.points}
+        for index in range(len(self.held.edges)):
+            for end in ("from_m", "to_m"):
+                name = f"supports.edges {index + 1} {end}"
+                named[f"point {name!r}"] = ("supports", "edges", index, end)
+        for keys, place in self._places():
+            name = str(keys[-1])
+            if keys[0] == "supports":
+                named[f"point {f'support {name}'!r}"] = (*keys, "at_m")
+                named[f"patch {f'foot of {name}'!r}"] = (*keys, "radius_m")
+            elif keys[0] == "masses":
+                named[f"point {name!r}"] = (*keys, "at_m")
+                named[f"point {f'{name} from_m'!r}"] = (*keys, "from_m")
+                named[f"point {f'{name} to_m'!r}"] = (*keys, "to_m")
+            if getattr(place, "grid", None) is not None:
+                named[f"{self.mesh.file}: no node {place.grid};"] = (*keys, "grid")
+        begun = [text for text in named if message.startswith(text)]
+        return named[max(begun, key=len)] if begun else ()

@@ -1,28 +1,128 @@
-"""What the models allow at a place of a study."""
+"""What the models allow at a place of a study, and how pydantic names that place.
+
+Where a model offers a choice (``Range | tuple[float, ...]``), the location of a mistake in
+pydantic holds one part that nobody wrote: the name of the alternative that was tried. It can look
+like any key of the user's, so it is found from the types, never from its spelling.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from pidpanel.study.study import Study
+from pidpanel.study.mistakes import Keys
 
 
-def allowed_keys(location: Sequence[Any]) -> list[str]:
-    """Keys of the model, or of the models of a choice, at a place of the study."""
-    models: list[type[BaseModel]] = [Study]
+class Place(NamedTuple):
+    """A place of a study.
+
+    Attributes
+    ----------
+    keys : tuple of str or int
+        Way to it in the file.
+    types : tuple
+        Type that is allowed there; several where there is a choice.
+    choice : Keys or None
+        Way to the last place with a choice on the way, and
+    alternative : str
+        the name that pydantic gives to the alternative it tried there.
+    """
+
+    keys: Keys
+    types: tuple[Any, ...]
+    choice: Keys | None = None
+    alternative: str = ""
+
+
+def place_of(location: Keys, model: type[BaseModel]) -> Place:
+    """Return the place of a pydantic location in a model.
+
+    Examples
+    --------
+    >>> class Range(BaseModel):
+    ...     step: float
+    >>> class Sweep(BaseModel):
+    ...     ranges: Mapping[str, Range | tuple[float, ...]]
+    >>> place_of(("ranges", "Range", "Range", "step"), Sweep).keys
+    ('ranges', 'Range', 'step')
+    """
+    place = Place((), (model,))
     for part in location:
-        fields = [m.model_fields[str(part)] for m in models if str(part) in m.model_fields]
-        if fields:
-            models = [model for field in fields for model in _models_in(field.annotation)]
-    return [f.alias or name for model in models for name, f in model.model_fields.items()]
+        if len(place.types) > 1:
+            types = _alternatives(_named(place.types, str(part)))
+            place = Place(place.keys, types, place.keys, str(part))
+        else:
+            types = _alternatives(_inside(place.types[0], part))
+            place = place._replace(keys=(*place.keys, part), types=types)
+    return place
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models inside ``X | Y``, ``Mapping[str, X]``, ``Annotated[X, …]``."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    inner = getattr(annotation, "__args__", ())
-    return [model for argument in inner for model in _models_in(argument)]
+def keys_of(model: Any) -> list[str]:
+    """Return the keys of a model as a study writes them; none of any other type."""
+    if not _is_model(model):
+        return []
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def kinds_of(model: Any) -> tuple[str, ...]:
+    """Return the values of ``kind`` that a model stands for."""
+    field = model.model_fields.get("kind") if _is_model(model) else None
+    return get_args(field.annotation) if field and get_origin(field.annotation) is Literal else ()
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _bare(annotation: Any) -> Any:
+    """Return a type without its metadata and without ``None``, which is no choice."""
+    if get_origin(annotation) is Annotated:
+        return _bare(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, UnionType):
+        members = [one for one in get_args(annotation) if one is not NoneType]
+        if len(members) == 1:
+            return _bare(members[0])
+    return annotation
+
+
+def _alternatives(annotation: Any) -> tuple[Any, ...]:
+    """Return the types between which a type chooses; itself if there is no choice."""
+    bare = _bare(annotation)
+    if get_origin(bare) in (Union, UnionType):
+        return tuple(_bare(one) for one in get_args(bare) if one is not NoneType)
+    return (bare,)
+
+
+def _named(types: tuple[Any, ...], alternative: str) -> Any:
+    """Return the type for which pydantic's name of an alternative stands.
+
+    The name of a model is its class, with the validators round it, or the value of its ``kind``;
+    that of a tuple begins with ``tuple``. No two tuples of a choice hold a choice themselves.
+    """
+    for one in types:
+        if _is_model(one) and (
+            alternative == one.__name__
+            or alternative.endswith(f" {one.__name__}]")
+            or alternative in kinds_of(one)
+        ):
+            return one
+    others = [one for one in types if not _is_model(one)]
+    tuples = [one for one in others if get_origin(one) is tuple]
+    return (tuples if "tuple[" in alternative else others or types)[0]
+
+
+def _inside(annotation: Any, part: str | int) -> Any:
+    """Return the type at a key or an index of a type."""
+    if _is_model(annotation):
+        for name, field in annotation.model_fields.items():
+            if part in (name, field.alias):
+                return field.annotation
+    arguments = get_args(annotation)
+    if get_origin(annotation) is tuple and isinstance(part, int):
+        return arguments[0] if ... in arguments else arguments[min(part, len(arguments) - 1)]
+    if get_origin(annotation) is Mapping:
+        return arguments[1]
+    return Any

@@ -3,54 +3,63 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake
 
 
 class Sound(Model):
     """The acoustic field: a band spectrum, its level, its coherence, where it was measured."""
 
-    spectrum: Path
+    spectrum: Annotated[Path, file_in(DATA / "spl")]
+    """CSV table of octave or third-octave levels."""
     oaspl_db: Annotated[float, Field(ge=60, le=200)] | None = None
-    """Overall level the spectrum is shifted to; left out, the table's own."""
+    """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     shift_db: Annotated[float, Field(ge=-60, le=60)] = 0.0
-    """Every band higher by so much, such as +3 dB for protoqualification; not with oaspl_db."""
+    """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
     field: Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"] = (
         "diffuse"
     )
-    """progressive_wave: a plane wave that grazes the panel, as in a progressive-wave tube."""
+    """progressive_wave: a plane wave at grazing incidence, as in a progressive-wave tube."""
     incidence_deg: Annotated[float, Field(ge=0, le=90)] | None = None
-    """Angle from the panel's normal at which a plane wave comes."""
+    """Angle between the direction of a plane wave and the normal of the panel [°]."""
     azimuth_deg: Annotated[float, Field(ge=-180, le=360)] | None = None
-    """Direction in the plane of the panel, from x, in which a wave runs."""
+    """Direction of a wave in the plane of the panel, from x [°]; 0 by default."""
     loaded_sides: Literal[1, 2] = 1
     """2: independent fields of that level on both faces, twice the PSD."""
     pressure_reference: Literal["surface", "room", "incident"] = "surface"
+    """Where the levels of the table were measured."""
     speed_m_s: Positive = 343.0
+    """Speed of sound [m/s]."""
     air_density_kg_m3: Positive = 1.2
+    """Density of the air [kg/m³]."""
 
     @property
     def incidence(self) -> float:
-        """rad; a right angle for a progressive wave."""
+        """Angle of incidence [rad]; a right angle for a progressive wave."""
         return math.radians(90.0 if self.incidence_deg is None else self.incidence_deg)
 
     @property
     def azimuth(self) -> float:
-        """rad."""
+        """Direction in the plane of the panel, from x [rad]."""
         return math.radians(self.azimuth_deg or 0.0)
 
-    @model_validator(mode="after")
-    def _one_level_one_wave(self) -> Sound:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield keys that contradict each other or do not belong to the field."""
         if self.oaspl_db is not None and self.shift_db != 0:
-            raise ValueError(
-                f"oaspl_db = {self.oaspl_db:g} and shift_db = {self.shift_db:g}: one of the two"
-            )
+            yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):
-            raise ValueError("incidence_deg goes with field: plane_wave, and only with it")
+            yield Mistake(
+                ("incidence_deg",), "required for field: plane_wave, not allowed otherwise"
+            )
         if self.azimuth_deg is not None and not self.field.endswith("_wave"):
-            raise ValueError("azimuth_deg goes with field: plane_wave or progressive_wave only")
-        return self
+            yield Mistake(
+                ("azimuth_deg",), "only allowed for field: plane_wave or progressive_wave"
+            )

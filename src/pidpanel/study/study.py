@@ -1,35 +1,45 @@
-"""A whole study, and what its sections ask of each other."""
+"""A whole study, and what its sections require of each other."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from typing import Annotated
+import re
+from collections.abc import Iterator, Mapping
+from typing import Annotated, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from pidpanel.study.base import Model
+from pidpanel.study.base import Model, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import Damping
+from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel
-from pidpanel.study.response import Family, Response, Scenario, as_tuple
+from pidpanel.study.response import Family, Response, Scenario
 from pidpanel.study.sound import Sound
+
+T = TypeVar("T")
 
 
 class CouponStudy(Model):
-    """A study of the coupon alone: what the spheres dissipate, and on what it depends."""
+    """A study of the coupon alone: what the particles dissipate, and on what it depends."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
+    name: str
+    """Name of the folder of its results; by default that of its file."""
     title: str = ""
     assumptions: tuple[str, ...] = ()
-    """What the source leaves out and this study assumes; printed in the report."""
+    """What the source leaves open and this study assumes; printed in the report."""
     coupon: Coupon | None = None
 
-    @model_validator(mode="after")
-    def _coupon(self) -> CouponStudy:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a name that cannot be that of a folder, and a study without any section."""
+        if not re.fullmatch("[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
+            yield Mistake(
+                ("name",),
+                "must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a "
+                "digit; by default it is the name of the file",
+            )
         if self.coupon is None and type(self) is CouponStudy:
-            raise ValueError("neither a coupon nor a panel: at least one of them")
-        return self
+            yield Mistake((), "must have a section coupon, panel, or both")
 
 
 class Study(CouponStudy):
@@ -41,56 +51,63 @@ class Study(CouponStudy):
     response: Response = Response()
     scenarios: Annotated[Mapping[str, Family], Field(min_length=1)]
 
-    @model_validator(mode="after")
-    def _hangs_together(self) -> Study:
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield what the sections require of each other and do not get."""
+        yield from super().mistakes()
         if "dem" in self.damping.readings:
             if self.coupon is None:
-                raise ValueError("damping.readings names 'dem': the section 'coupon' must be there")
-            if self.coupon.vary:
-                raise ValueError(
-                    "coupon.vary: for a study of the coupon alone; one panel takes one damping"
-                )
+                yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
+            elif self.coupon.vary:
+                yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
         for name, family in self.scenarios.items():
-            patches = (family.patch,) if isinstance(family.patch, str) else family.patch
-            for patch in patches:
-                if patch not in self.panel.patches:
-                    raise ValueError(
-                        f"scenarios.{name}.patch = {patch}: one of panel.patches, "
-                        f"{', '.join(self.panel.patches) or 'of which there are none'}"
-                    )
-            fills = as_tuple(family.fill_fraction)
-            if "dem" in self.damping.readings and self.coupon is not None:
-                run = self.coupon.sweep.fill_fraction
-                for fill in fills:
-                    if not min(run) <= fill <= max(run):
-                        raise ValueError(
-                            f"scenarios.{name}.fill_fraction = {fill:g}: within the fills of "
-                            f"coupon.sweep, {min(run):g} to {max(run):g}"
-                        )
-        labels = [s.label for s in self.all_scenarios()]
-        for label in self.response.maps:
+            yield from (one.below("scenarios", name) for one in self._mistakes_of(family))
+        labels = [scenario.label for scenario in self.all_scenarios()]
+        for index, label in enumerate(self.response.maps):
             if label not in labels:
-                raise ValueError(f"response.maps: {label}: one of {', '.join(labels)}")
-        return self
+                yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
+
+    def _mistakes_of(self, family: Family) -> Iterator[Mistake]:
+        for keys, patch in _items("patch", family.patch):
+            if patch not in self.panel.patches:
+                names = ", ".join(self.panel.patches)
+                yield Mistake(
+                    keys,
+                    f"must be one of panel.patches: {names}" if names else "there are no patches",
+                )
+        if "dem" in self.damping.readings and self.coupon is not None:
+            low, high = (f(self.coupon.sweep.fill_fraction) for f in (min, max))
+            for keys, fill in _items("fill_fraction", family.fill_fraction):
+                if not low <= fill <= high:
+                    yield Mistake(
+                        keys, f"must be in the range of coupon.sweep, {low:g} to {high:g}"
+                    )
 
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
-        """The scenarios of one family, in the order of its list."""
+        """Return the scenarios of one family, in the order of its list."""
         family = self.scenarios[name]
-        levels = as_tuple(family.oaspl_db if family.oaspl_db is not None else self.sound.oaspl_db)
+        level = self.sound.oaspl_db if family.oaspl_db is None else family.oaspl_db
         return tuple(
             Scenario(patch=patch, fill_fraction=fill, oaspl_db=level)
             for patch, fill, level in itertools.product(
-                as_tuple(family.patch), as_tuple(family.fill_fraction), levels
+                as_tuple(family.patch), as_tuple(family.fill_fraction), as_tuple(level)
             )
         )
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
-        """Every scenario once, each level's bare panel first."""
+        """Return every scenario once, the bare panel at each level first."""
         families = [s for name in self.scenarios for s in self.family_scenarios(name)]
         ordered = dict.fromkeys([s.bare for s in families] + families)
         return tuple(ordered)
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
-        """The scenarios of ``response.maps``."""
+        """Return the scenarios of ``response.maps``."""
         labels = self.response.maps or (self.all_scenarios()[0].label,)
         return tuple(s for s in self.all_scenarios() if s.label in labels)
+
+
+def _items(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
+    """Yield each item of a key that may be a list, with the way to it."""
+    if isinstance(value, tuple):
+        yield from (((key, index), item) for index, item in enumerate(value))
+    else:
+        yield (key,), value

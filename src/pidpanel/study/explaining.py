@@ -1,0 +1,127 @@
+"""The mistakes that pydantic finds, at the keys of the file and in a reader's words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, unknown_key
+from pidpanel.study.schema import Place, keys_of, kinds_of, place_of
+
+PYDANTIC_WORDS = {
+    "missing": "missing",
+    "dict_type": "must be a mapping",
+    "tuple_type": "must be a list",
+    "string_type": "must be text",
+    "path_type": "must be a path",
+    "float_type": "must be a number",
+    "float_parsing": "must be a number",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "finite_number": "must be a finite number",
+    "literal_error": "must be {expected}",
+    "string_pattern_mismatch": "must match {pattern}",
+}
+"""Words for the types of mistake that pydantic finds; all others are given in its own."""
+
+
+def in_words(error: ErrorDetails) -> str:
+    """Return what pydantic says of a mistake, in the words of a study's reader.
+
+    Examples
+    --------
+    >>> from pydantic import TypeAdapter, ValidationError
+    >>> try:
+    ...     TypeAdapter(int).validate_python("many")
+    ... except ValidationError as refused:
+    ...     in_words(refused.errors()[0])
+    'must be a whole number'
+    """
+    context = error.get("ctx", {})
+    if error["type"] == "too_short":
+        return f"must have at least {context['min_length']} values, not {context['actual_length']}"
+    if error["type"] == "too_long":
+        return f"must have at most {context['max_length']} values, not {context['actual_length']}"
+    if error["type"] in PYDANTIC_WORDS:
+        return PYDANTIC_WORDS[error["type"]].format(**context)
+    message = error["msg"].removeprefix("Value error, ")
+    return message.replace("Input should be ", "must be ", 1)
+
+
+Found = tuple[Place, ErrorDetails]
+
+
+def mistakes_of(error: ValidationError, model: type[BaseModel]) -> list[Mistake]:
+    """Return the mistakes in the values of a model, one for each key."""
+    found = [(place_of(item["loc"], model), item) for item in error.errors()]
+    said: dict[Keys, list[str]] = {}
+    for place, item in _of_alternatives_meant(found):
+        if item["type"] == "too_short" and any(_is_inside(other, place) for other, _ in found):
+            continue  # pydantic counts the good items only
+        for keys, says in _mistakes_at(place, item, model):
+            words = said.setdefault(keys, [])
+            if says not in words:
+                words.append(says)
+    return [
+        Mistake(keys, " or ".join((first, *(one.removeprefix("must be ") for one in others))))
+        for keys, (first, *others) in said.items()
+    ]
+
+
+def _is_inside(place: Place, other: Place) -> bool:
+    return len(place.keys) > len(other.keys) and place.keys[: len(other.keys)] == other.keys
+
+
+def _mistakes_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Iterator[Mistake]:
+    """Yield what one error of pydantic says."""
+    refused = item.get("ctx", {}).get("error")
+    if isinstance(refused, Mistakes):
+        yield from (mistake.below(*place.keys) for mistake in refused.found)
+    elif item["type"] == "extra_forbidden":
+        (section,) = place_of(item["loc"][:-1], model).types
+        yield Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
+    elif item["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        kinds = [kind for one in place.types for kind in kinds_of(one)]
+        missing = "missing; " if item["type"] == "union_tag_not_found" else ""
+        yield Mistake(
+            (*place.keys, "kind"), f"{missing}must be {', '.join(kinds[:-1])} or {kinds[-1]}"
+        )
+    elif item["type"] == "model_type":
+        keys = ", ".join(keys_of(place.types[0]))
+        yield Mistake(place.keys, f"must be a mapping with keys {keys}")
+    else:
+        yield Mistake(place.keys, in_words(item))
+
+
+def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:
+    """Yield what concerns the alternative of a choice that the writer meant.
+
+    Pydantic lists the mistakes of every alternative. The one that is meant accepts the kind of
+    value that is there (a list, a mapping, a number) and has the fewest mistakes. Where none
+    accepts it, all say what they would.
+    """
+    choices: dict[Keys | None, dict[str, list[Found]]] = {}
+    for place, item in found:
+        choices.setdefault(place.choice, {}).setdefault(place.alternative, []).append((place, item))
+    for choice, alternatives in choices.items():
+        fitting = [
+            mistakes
+            for mistakes in alternatives.values()
+            if not any(
+                place.keys == choice and _needs_another_kind(item) for place, item in mistakes
+            )
+        ]
+        if fitting:
+            yield from min(fitting, key=len)
+        else:
+            yield from (one for mistakes in alternatives.values() for one in mistakes)
+
+
+def _needs_another_kind(item: ErrorDetails) -> bool:
+    """Whether an error says that another kind of value is needed."""
+    return item["type"].endswith(("_type", "_parsing")) or item["type"] == "literal_error"

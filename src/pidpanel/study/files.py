@@ -1,0 +1,48 @@
+"""Files that a study names: beside it, in the working folder, or among those of pidpanel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import AfterValidator, ValidationInfo
+
+
+def file_in(shipped: Path | None = None) -> AfterValidator:
+    """Make a path one of a file that is there, where the folder of the study is known.
+
+    Parameters
+    ----------
+    shipped
+        Folder of the files of this kind that come with pidpanel.
+
+    Returns
+    -------
+    AfterValidator
+        For the annotation of a key. A study that is not read from a file keeps its paths as they
+        are; one that is has its folder in the ``context`` of its validation.
+    """
+
+    def find(name: Path, info: ValidationInfo) -> Path:
+        context: dict[str, Any] = info.context or {}
+        return found_file(name, context["folder"], shipped) if "folder" in context else name
+
+    return AfterValidator(find)
+
+
+def found_file(name: Path, folder: Path, shipped: Path | None) -> Path:
+    """Return the path of a file that a study in a folder names.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file; the files that come with pidpanel are listed.
+    """
+    for base in (folder, Path.cwd(), shipped):
+        if base is not None and (base / name).is_file():
+            return base / name
+    known = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
+    raise ValueError(
+        "no such file; must be a file beside the study"
+        + (f", or one of {', '.join(known)}" if known else "")
+    )

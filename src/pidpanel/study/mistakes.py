@@ -1,0 +1,77 @@
+"""Mistakes at the keys of a study."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+Keys = tuple[str | int, ...]
+"""Way to a place of a study: names of keys, and indices in lists."""
+
+
+class Mistake(NamedTuple):
+    """What is wrong at a key.
+
+    Attributes
+    ----------
+    keys : tuple of str or int
+        Way to the key from the model that speaks; empty for the model as a whole.
+    says : str
+        What is wrong or what is allowed, without the key and its value.
+    """
+
+    keys: Keys
+    says: str
+
+    def below(self, *keys: str | int) -> Mistake:
+        """Return the same mistake with the way to its model put in front."""
+        return Mistake((*keys, *self.keys), self.says)
+
+
+class Mistakes(ValueError):
+    """All mistakes that a model, or a check of a whole study, has found.
+
+    Attributes
+    ----------
+    found : tuple of Mistake
+    """
+
+    def __init__(self, found: Iterable[Mistake]) -> None:
+        self.found = tuple(found)
+        super().__init__(
+            "; ".join(f"{dotted(keys)}: {says}" if keys else says for keys, says in self.found)
+        )
+
+
+def dotted(keys: Keys) -> str:
+    """Return the way to a key as a reader writes it.
+
+    Examples
+    --------
+    >>> dotted(("panel", "patches", "Left wing", "corners_m", 2))
+    'panel.patches.Left wing.corners_m[2]'
+    """
+    parts = (f"[{key}]" if isinstance(key, int) else f".{one_line(key)}" for key in keys)
+    return "".join(parts).removeprefix(".")
+
+
+def one_line(text: str) -> str:
+    """Return a text with all that would break its line written as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def unknown_key(key: str, allowed: Sequence[str]) -> str:
+    """Return what to say of an unknown key: the nearest allowed one, or all of them.
+
+    Examples
+    --------
+    >>> unknown_key("dept_mm", ["depth_mm", "count"])
+    'unknown key; did you mean depth_mm?'
+    >>> unknown_key("colour", ["depth_mm", "count"])
+    'unknown key; allowed are depth_mm, count'
+    """
+    near = difflib.get_close_matches(key, allowed, n=1, cutoff=0.5)
+    return "unknown key; " + (
+        f"did you mean {near[0]}?" if near else f"allowed are {', '.join(allowed)}"
+    )
