@@ -17,6 +17,7 @@ from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.panel import named_place
 from pidpanel.study.reading import study_in
 
 
@@ -120,5 +121,5 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     try:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:
-        keys = study.panel.keys_in(str(error))
+        keys = named_place(study.panel, str(error))
         yield Mistake(("panel", *keys), str(error).removeprefix("mesh: "))

@@ -22,7 +22,8 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
-from pidpanel.study.panel import Material, Node, Panel, Ply
+from pidpanel.study.panel import Node, Panel
+from pidpanel.study.section import Material, Ply
 
 
 def section_of(panel: Panel) -> ThinSection | ShearSection:

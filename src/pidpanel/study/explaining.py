@@ -86,7 +86,7 @@ def _mistakes_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> It
         (section,) = place_of(item["loc"][:-1], model).types
         yield Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
     elif item["type"] in ("union_tag_invalid", "union_tag_not_found"):
-        kinds = [kind for one in place.types for kind in kinds_of(one)]
+        kinds = [repr(kind) for one in place.types for kind in kinds_of(one)]
         missing = "missing; " if item["type"] == "union_tag_not_found" else ""
         yield Mistake(
             (*place.keys, "kind"), f"{missing}must be {', '.join(kinds[:-1])} or {kinds[-1]}"

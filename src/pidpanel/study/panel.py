@@ -1,21 +1,18 @@
-"""The section ``panel`` of a study: outline, section, supports, masses, mesh, patches, points."""
+"""The section ``panel`` of a study: outline, supports, masses, mesh, patches, points."""
 
 from __future__ import annotations
 
-import csv
-import difflib
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from pidpanel.paths import DATA
-from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel
+from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, show
 from pidpanel.study.base import Model, Positive
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.section import Section
 
 Position = tuple[float, float]
 """(x, y) [m]."""
@@ -23,210 +20,6 @@ EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
 Number = Annotated[int, Field(ge=1)]
 """Number of a node in a mesh file."""
-PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
-
-
-class ThinSection(Model):
-    """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
-
-    kind: Literal["thin"] = "thin"
-    mass_per_area_kg_m2: Positive
-    bending_stiffness_n_m: Positive
-    thickness_mm: Positive = 25.0
-    """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
-    poissons_ratio: PoissonsRatio = 0.3
-
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
-
-
-class SolidSection(Model):
-    """A thick plate of one isotropic material, with transverse shear and rotary inertia."""
-
-    kind: Literal["solid"]
-    youngs_modulus_gpa: Positive
-    poissons_ratio: PoissonsRatio = 0.3
-    density_kg_m3: Positive
-    thickness_mm: Positive
-
-    @property
-    def youngs_modulus(self) -> float:
-        """Young's modulus [Pa]."""
-        return self.youngs_modulus_gpa * 1e9
-
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
-
-
-class Material(Model):
-    """A ply's material: isotropic (E, ν), or orthotropic (E1, E2, G12, ν12)."""
-
-    density_kg_m3: Positive
-    youngs_modulus_gpa: Positive | None = None
-    poissons_ratio: PoissonsRatio | None = None
-    e1_gpa: Positive | None = None
-    e2_gpa: Positive | None = None
-    g12_gpa: Positive | None = None
-    nu12: float | None = None
-
-    @property
-    def youngs_modulus(self) -> float | None:
-        """Young's modulus [Pa]; None for an orthotropic material."""
-        return None if self.youngs_modulus_gpa is None else self.youngs_modulus_gpa * 1e9
-
-    @property
-    def orthotropic_moduli(self) -> tuple[float, float, float]:
-        """E1, E2 and G12 [Pa]; zero for an isotropic material."""
-        E1, E2, G12 = ((v or 0.0) * 1e9 for v in (self.e1_gpa, self.e2_gpa, self.g12_gpa))
-        return E1, E2, G12
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a choice of moduli that is neither isotropic nor orthotropic."""
-        given = self.model_fields_set - {"density_kg_m3"}
-        if given == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
-            if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
-                yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
-        elif given != {"youngs_modulus_gpa", "poissons_ratio"}:
-            yield Mistake(
-                (),
-                "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
-                "g12_gpa and nu12",
-            )
-
-
-class Ply(Model):
-    """A layer of a face."""
-
-    material: str
-    thickness_mm: Positive
-    angle_deg: float = 0.0
-    """From the panel's x to the fibre [°]."""
-
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
-
-    @property
-    def angle(self) -> float:
-        """From the panel's x to the fibre [rad]."""
-        return math.radians(self.angle_deg)
-
-
-class Core(Model):
-    """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
-
-    thickness_mm: Positive
-    grade: str | None = None
-    shear_modulus_l_mpa: Positive | None = None
-    shear_modulus_w_mpa: Positive | None = None
-    density_kg_m3: Positive | None = None
-    ribbon_deg: float = 0.0
-    """From the panel's x to the ribbon (L) direction [°]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a grade that is not known, or that is given beside moduli."""
-        given = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
-        moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
-        if given not in ({"grade"}, moduli):
-            yield Mistake((), f"must have either grade, or {', '.join(sorted(moduli))}")
-        elif self.grade is not None:
-            grades = core_grades()
-            if self.grade not in grades:
-                near = difflib.get_close_matches(self.grade, grades, n=3, cutoff=0.0)
-                yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
-
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
-
-    @property
-    def ribbon(self) -> float:
-        """From the panel's x to the ribbon (L) direction [rad]."""
-        return math.radians(self.ribbon_deg)
-
-    @property
-    def properties(self) -> tuple[float, float, float]:
-        """G_L and G_W [Pa], and the density [kg/m³]."""
-        if self.grade is not None:
-            G_L, G_W, density = core_grades()[self.grade]
-        else:
-            G_L, G_W = self.shear_modulus_l_mpa or 0.0, self.shear_modulus_w_mpa or 0.0
-            density = self.density_kg_m3 or 0.0
-        return G_L * 1e6, G_W * 1e6, density
-
-
-def core_grades() -> dict[str, tuple[float, float, float]]:
-    """Return G_L and G_W [MPa] and the density [kg/m³] of the known cores, by grade."""
-    path = DATA / "materials" / "honeycomb_5056.csv"
-    with path.open(encoding="utf-8") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return {
-            row["grade"]: (
-                float(row["shear_modulus_l_mpa"]),
-                float(row["shear_modulus_w_mpa"]),
-                float(row["density_kg_m3"]),
-            )
-            for row in rows
-        }
-
-
-class SandwichSection(Model):
-    """Two laminated faces on a honeycomb core, with its shear."""
-
-    kind: Literal["sandwich"]
-    materials: Annotated[Mapping[str, Material], Field(min_length=1)]
-    faces: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
-    """Plies of both faces, the outermost first."""
-    top: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
-    bottom: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
-    core: Core
-    extra_mass_per_area_kg_m2: Annotated[float, Field(ge=0)] = 0.0
-    """Adhesive, solar cells: mass without stiffness."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield faces given twice or not at all, and plies of an unknown material."""
-        given = [face is not None for face in (self.faces, self.top, self.bottom)]
-        if given not in ([True, False, False], [False, True, True]):
-            yield Mistake((), "must have either faces, or top and bottom")
-        for key in ("faces", "top", "bottom"):
-            for index, ply in enumerate(getattr(self, key) or ()):
-                if ply.material not in self.materials:
-                    yield Mistake(
-                        (key, index, "material"),
-                        f"must be one of materials: {', '.join(self.materials)}",
-                    )
-
-    def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:
-        """Return the plies of a face, the outermost first."""
-        return self.faces or getattr(self, side)
-
-    @property
-    def thickness_mm(self) -> float:
-        """Thickness of the core and both faces [mm]."""
-        faces = sum(p.thickness_mm for p in (*self.plies("top"), *self.plies("bottom")))
-        return self.core.thickness_mm + faces
-
-    @property
-    def thickness(self) -> float:
-        """Thickness of the core and both faces [m]."""
-        return self.thickness_mm * 1e-3
-
-
-def _of_default_kind(data: Any) -> Any:
-    return {"kind": "thin", **data} if isinstance(data, dict) else data
-
-
-Section = Annotated[
-    ThinSection | SolidSection | SandwichSection,
-    Field(discriminator="kind"),
-    BeforeValidator(_of_default_kind),
-]
 
 
 def _as_text(value: Any) -> Any:
@@ -434,6 +227,13 @@ class Panel(Model):
             return Supports(outline=self.supports)
         return self.supports
 
+    def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupport | Mass]]:
+        """Yield all that has a position, or a node of a mesh file, with the way to it."""
+        yield from ((("points", name), point) for name, point in self.points.items())
+        for name, support in self.held.points.items():
+            yield ("supports", "points", name), support
+        yield from ((("masses", name), mass) for name, mass in self.masses.items())
+
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
         first = [*_mistakes_of_radius(self.outline), *self._mistakes_of_mesh()]
@@ -447,7 +247,7 @@ class Panel(Model):
             return
         if self.outline_m is None:
             yield Mistake(("outline_m",), "missing; required unless mesh: {kind: file} is given")
-        for keys, place in self._places():
+        for keys, place in self.places():
             if getattr(place, "grid", None) is not None:
                 yield Mistake((*keys, "grid"), "only allowed with mesh: {kind: file}")
         for name, patch in self.patches.items():
@@ -455,14 +255,6 @@ class Panel(Model):
                 yield Mistake(("patches", name, "group"), "only allowed with mesh: {kind: file}")
         if self.mesh.kind == "quadrilaterals" and self.outline_m is not None:
             yield from self._mistakes_of_quadrilaterals()
-
-    def _places(self) -> Iterator[tuple[Keys, Any]]:
-        for keys, named in (
-            (("points",), self.points),
-            (("supports", "points"), self.held.points),
-            (("masses",), self.masses),
-        ):
-            yield from (((*keys, name), place) for name, place in named.items())
 
     def _mistakes_of_quadrilaterals(self) -> Iterator[Mistake]:
         against = [] if self.size is not None else ["an outline that is no whole rectangle"]
@@ -509,43 +301,49 @@ class Panel(Model):
                     at,
                 )
             except ValueError as error:
-                yield Mistake(self.keys_in(str(error)), str(error))
+                yield Mistake(named_place(self, str(error)), str(error))
 
-    def keys_in(self, message: str) -> Keys:
-        """Return the way to the place that a message of the panel's geometry begins with.
 
-        Parameters
-        ----------
-        message : str
-            Such as ``point 'support H1' = (3, 0) m leaves the panel``.
+def named_place(panel: Panel, message: str) -> Keys:
+    """Return the way to the place that a message of the panel's geometry begins with.
 
-        Returns
-        -------
-        tuple of str or int
-            Such as ``("supports", "points", "H1")``; empty if the message names no place.
-        """
-        named: dict[str, Keys] = {
-            "outline": ("outline_m",),
-            "mesh: ": ("mesh",),
-            f"{self.mesh.file}: ": ("mesh", "file"),
-        }
-        for what, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
-            named |= {f"{what} {name!r}": (key, name) for name in getattr(self, key)}
-        named |= {f"{name!r} names": ("points", name) for name in self.points}
-        for index in range(len(self.held.edges)):
+    Parameters
+    ----------
+    panel
+    message
+        Such as ``point 'support H1' = (3, 0) m leaves the panel``; the names are those that
+        `StudiedPanel` gives to places.
+
+    Returns
+    -------
+    tuple of str or int
+        Such as ``("supports", "points", "H1", "at_m")``; empty if the message names no place.
+    """
+    begun = [one for one in _named_places(panel) if message.startswith(one[0])]
+    return max(begun, key=lambda one: len(one[0]))[1] if begun else ()
+
+
+def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
+    """Yield how messages about places begin."""
+    yield "outline", ("outline_m",)
+    yield "mesh: ", ("mesh",)
+    yield f"{panel.mesh.file}: ", ("mesh", "file")
+    for what, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
+        yield from ((f"{what} {name!r}", (key, name)) for name in getattr(panel, key))
+    yield from ((f"{name!r} names", ("points", name)) for name in panel.points)
+    for index in range(len(panel.held.edges)):
+        for end in ("from_m", "to_m"):
+            name = f"supports.edges {index + 1} {end}"
+            yield f"point {name!r}", ("supports", "edges", index, end)
+    for keys, place in panel.places():
+        name = str(keys[-1])
+        if isinstance(place, PointSupport):
+            yield f"point {f'support {name}'!r}", (*keys, "at_m")
+            yield f"patch {f'foot of {name}'!r}", (*keys, "radius_m")
+        elif isinstance(place, Mass):
+            if place.at_m is not None:  # with its position: a point may have the same name
+                yield f"point {name!r} = {show(place.at_m)}", (*keys, "at_m")
             for end in ("from_m", "to_m"):
-                name = f"supports.edges {index + 1} {end}"
-                named[f"point {name!r}"] = ("supports", "edges", index, end)
-        for keys, place in self._places():
-            name = str(keys[-1])
-            if keys[0] == "supports":
-                named[f"point {f'support {name}'!r}"] = (*keys, "at_m")
-                named[f"patch {f'foot of {name}'!r}"] = (*keys, "radius_m")
-            elif keys[0] == "masses":
-                named[f"point {name!r}"] = (*keys, "at_m")
-                named[f"point {f'{name} from_m'!r}"] = (*keys, "from_m")
-                named[f"point {f'{name} to_m'!r}"] = (*keys, "to_m")
-            if getattr(place, "grid", None) is not None:
-                named[f"{self.mesh.file}: no node {place.grid};"] = (*keys, "grid")
-        begun = [text for text in named if message.startswith(text)]
-        return named[max(begun, key=len)] if begun else ()
+                yield f"point {f'{name} {end}'!r}", (*keys, end)
+        if not isinstance(place, tuple) and place.grid is not None:
+            yield f"{panel.mesh.file}: no node {place.grid};", (*keys, "grid")

@@ -1,0 +1,220 @@
+"""The section of a panel: a thin or a thick plate, or a sandwich of plies and a core."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from pidpanel.paths import DATA
+from pidpanel.study.base import Model, Positive
+from pidpanel.study.mistakes import Mistake
+
+PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
+
+
+class ThinSection(Model):
+    """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
+
+    kind: Literal["thin"] = "thin"
+    mass_per_area_kg_m2: Positive
+    bending_stiffness_n_m: Positive
+    thickness_mm: Positive = 25.0
+    """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
+    poissons_ratio: PoissonsRatio = 0.3
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+
+class SolidSection(Model):
+    """A thick plate of one isotropic material, with transverse shear and rotary inertia."""
+
+    kind: Literal["solid"]
+    youngs_modulus_gpa: Positive
+    poissons_ratio: PoissonsRatio = 0.3
+    density_kg_m3: Positive
+    thickness_mm: Positive
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Young's modulus [Pa]."""
+        return self.youngs_modulus_gpa * 1e9
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+
+class Material(Model):
+    """A ply's material: isotropic (E, ν), or orthotropic (E1, E2, G12, ν12)."""
+
+    density_kg_m3: Positive
+    youngs_modulus_gpa: Positive | None = None
+    poissons_ratio: PoissonsRatio | None = None
+    e1_gpa: Positive | None = None
+    e2_gpa: Positive | None = None
+    g12_gpa: Positive | None = None
+    nu12: float | None = None
+
+    @property
+    def youngs_modulus(self) -> float | None:
+        """Young's modulus [Pa]; None for an orthotropic material."""
+        return None if self.youngs_modulus_gpa is None else self.youngs_modulus_gpa * 1e9
+
+    @property
+    def orthotropic_moduli(self) -> tuple[float, float, float]:
+        """E1, E2 and G12 [Pa]; zero for an isotropic material."""
+        E1, E2, G12 = ((v or 0.0) * 1e9 for v in (self.e1_gpa, self.e2_gpa, self.g12_gpa))
+        return E1, E2, G12
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a choice of moduli that is neither isotropic nor orthotropic."""
+        given = self.model_fields_set - {"density_kg_m3"}
+        if given == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
+            if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
+                yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
+        elif given != {"youngs_modulus_gpa", "poissons_ratio"}:
+            yield Mistake(
+                (),
+                "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
+                "g12_gpa and nu12",
+            )
+
+
+class Ply(Model):
+    """A layer of a face."""
+
+    material: str
+    thickness_mm: Positive
+    angle_deg: float = 0.0
+    """From the panel's x to the fibre [°]."""
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+    @property
+    def angle(self) -> float:
+        """From the panel's x to the fibre [rad]."""
+        return math.radians(self.angle_deg)
+
+
+class Core(Model):
+    """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
+
+    thickness_mm: Positive
+    grade: str | None = None
+    shear_modulus_l_mpa: Positive | None = None
+    shear_modulus_w_mpa: Positive | None = None
+    density_kg_m3: Positive | None = None
+    ribbon_deg: float = 0.0
+    """From the panel's x to the ribbon (L) direction [°]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a grade that is not known, or that is given beside moduli."""
+        given = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
+        moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
+        if given not in ({"grade"}, moduli):
+            yield Mistake((), f"must have either grade, or {', '.join(sorted(moduli))}")
+        elif self.grade is not None:
+            grades = core_grades()
+            if self.grade not in grades:
+                near = difflib.get_close_matches(self.grade, grades, n=3, cutoff=0.0)
+                yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
+
+    @property
+    def thickness(self) -> float:
+        """Thickness [m]."""
+        return self.thickness_mm * 1e-3
+
+    @property
+    def ribbon(self) -> float:
+        """From the panel's x to the ribbon (L) direction [rad]."""
+        return math.radians(self.ribbon_deg)
+
+    @property
+    def properties(self) -> tuple[float, float, float]:
+        """G_L and G_W [Pa], and the density [kg/m³]."""
+        if self.grade is not None:
+            G_L, G_W, density = core_grades()[self.grade]
+        else:
+            G_L, G_W = self.shear_modulus_l_mpa or 0.0, self.shear_modulus_w_mpa or 0.0
+            density = self.density_kg_m3 or 0.0
+        return G_L * 1e6, G_W * 1e6, density
+
+
+def core_grades() -> dict[str, tuple[float, float, float]]:
+    """Return G_L and G_W [MPa] and the density [kg/m³] of the known cores, by grade."""
+    path = DATA / "materials" / "honeycomb_5056.csv"
+    with path.open(encoding="utf-8") as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        return {
+            row["grade"]: (
+                float(row["shear_modulus_l_mpa"]),
+                float(row["shear_modulus_w_mpa"]),
+                float(row["density_kg_m3"]),
+            )
+            for row in rows
+        }
+
+
+class SandwichSection(Model):
+    """Two laminated faces on a honeycomb core, with its shear."""
+
+    kind: Literal["sandwich"]
+    materials: Annotated[Mapping[str, Material], Field(min_length=1)]
+    faces: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    """Plies of both faces, the outermost first."""
+    top: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    bottom: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    core: Core
+    extra_mass_per_area_kg_m2: Annotated[float, Field(ge=0)] = 0.0
+    """Adhesive, solar cells: mass without stiffness."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield faces given twice or not at all, and plies of an unknown material."""
+        given = [face is not None for face in (self.faces, self.top, self.bottom)]
+        if given not in ([True, False, False], [False, True, True]):
+            yield Mistake((), "must have either faces, or top and bottom")
+        for key in ("faces", "top", "bottom"):
+            for index, ply in enumerate(getattr(self, key) or ()):
+                if ply.material not in self.materials:
+                    yield Mistake(
+                        (key, index, "material"),
+                        f"must be one of materials: {', '.join(self.materials)}",
+                    )
+
+    def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:
+        """Return the plies of a face, the outermost first."""
+        return self.faces or getattr(self, side)
+
+    @property
+    def thickness_mm(self) -> float:
+        """Thickness of the core and both faces [mm]."""
+        faces = sum(p.thickness_mm for p in (*self.plies("top"), *self.plies("bottom")))
+        return self.core.thickness_mm + faces
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the core and both faces [m]."""
+        return self.thickness_mm * 1e-3
+
+
+def _of_default_kind(data: Any) -> Any:
+    return {"kind": "thin", **data} if isinstance(data, dict) else data
+
+
+Section = Annotated[
+    ThinSection | SolidSection | SandwichSection,
+    Field(discriminator="kind"),
+    BeforeValidator(_of_default_kind),
+]
