@@ -12,7 +12,7 @@ from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, sho
 from pidpanel.study.base import Model, Positive
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake
-from pidpanel.study.section import Section
+from pidpanel.study.section import CORE_GRADES_FILE, Section
 
 Position = tuple[float, float]
 """(x, y) [m]."""
@@ -200,6 +200,13 @@ class Panel(Model):
     mesh: Mesh = Mesh()
     patches: Mapping[str, Patch]
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files on which the panel depends: its mesh, and the table of the grade of its core."""
+        core = getattr(self.section, "core", None)
+        table = CORE_GRADES_FILE if core is not None and core.grade is not None else None
+        return tuple(str(path) for path in (self.mesh.file, table) if path is not None)
 
     @property
     def size(self) -> tuple[float, float] | None:

@@ -14,6 +14,9 @@ from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
 from pidpanel.study.mistakes import Mistake
 
+CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"
+"""Honeycomb cores by their grade."""
+
 PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
 
 
@@ -154,8 +157,7 @@ class Core(Model):
 
 def core_grades() -> dict[str, tuple[float, float, float]]:
     """Return G_L and G_W [MPa] and the density [kg/m³] of the known cores, by grade."""
-    path = DATA / "materials" / "honeycomb_5056.csv"
-    with path.open(encoding="utf-8") as file:
+    with CORE_GRADES_FILE.open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return {
             row["grade"]: (

@@ -1,0 +1,82 @@
+"""A result is stamped with what its study says, wherever the study is."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pidpanel.stamp import stamp
+from pidpanel.study import load_any_study
+
+STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+SPECTRUM = "center_hz,spl_db\n100,120\n200,121\n"
+
+
+def study_in(folder, **changes):
+    """A study with a spectrum, a mesh and decks of its own, in a folder."""
+    folder.mkdir()
+    values = yaml.safe_load((STUDIES / "bdf_panel.yaml").read_text())
+    values |= {"name": "mine", "coupon": {"sweep": {"frequency_hz": [100], "acceleration_g": [10]}}}
+    values["sound"]["spectrum"] = "spectrum.csv"
+    values["coupon"]["deck"] = "own.in.j2"
+    values |= changes
+    (folder / "mine.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
+    (folder / "spectrum.csv").write_text(SPECTRUM)
+    (folder / "own.in.j2").write_text("run {{ steps_per_cycle }}")
+    shutil.copy(STUDIES / "bdf_panel.bdf", folder)
+    return folder
+
+
+def hash_of(folder):
+    return stamp(load_any_study(folder / "mine.yaml"))["study_hash"]
+
+
+def test_copies_of_a_study_in_two_folders_have_one_hash(tmp_path):
+    # red: by_content without the branch of Path, str(value) in its place
+    assert hash_of(study_in(tmp_path / "one")) == hash_of(study_in(tmp_path / "two"))
+
+
+@pytest.mark.parametrize("name", ["spectrum.csv", "own.in.j2", "bdf_panel.bdf"])
+def test_the_hash_changes_with_the_content_of_a_file_that_is_named(tmp_path, name):
+    # red: file_digest(value) replaced by value.name
+    folder = study_in(tmp_path / "one")
+    before = hash_of(folder)
+    with (folder / name).open("a") as file:
+        file.write("\n")
+    assert hash_of(folder) != before
+
+
+def test_the_hash_changes_with_a_varied_deck(tmp_path):
+    # red: by_content without the branch of lists
+    sweep = {"frequency_hz": [100], "acceleration_g": [10]}
+    coupon = {"sweep": sweep, "vary": {"deck": ["own.in.j2", None]}}
+    folder = tmp_path / "one"
+    study_in(folder)
+    (folder / "mine.yaml").write_text(yaml.safe_dump({"coupon": coupon}))
+    before = hash_of(folder)
+    (folder / "own.in.j2").write_text("run 2")
+    assert hash_of(folder) != before
+
+
+def test_the_hash_changes_with_a_value_and_with_the_order_of_families(tmp_path):
+    # red: json.dumps with sort_keys=True; by_content(study.name)
+    families = {
+        "one": {"patch": "side", "fill_fraction": [0.5]},
+        "two": {"patch": ["side"], "fill_fraction": 0.5},
+    }
+    hashes = {
+        hash_of(study_in(tmp_path / "one")),
+        hash_of(study_in(tmp_path / "two", title="another")),
+        hash_of(study_in(tmp_path / "three", scenarios=families)),
+        hash_of(study_in(tmp_path / "four", scenarios=dict(reversed(families.items())))),
+    }
+    assert len(hashes) == 4
+
+
+def test_a_stamp_has_no_time_and_four_keys(tmp_path):
+    # red: a key more
+    said = stamp(load_any_study(study_in(tmp_path / "one") / "mine.yaml"))
+    assert set(said) == {"study", "study_hash", "pidpanel_version", "liggghts_version"}
+    assert said["study"] == "mine"
+    assert len(said["study_hash"]) == 16
