@@ -1,4 +1,4 @@
-"""The command ``pidpanel``: a thin face on the workflow."""
+"""Check a study, estimate how long its LIGGGHTS runs take, or run it with Snakemake."""
 
 from __future__ import annotations
 
@@ -9,62 +9,99 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.check import checked_study
-from pidpanel.coupon.cases import Case, cases_of
+from pidpanel.coupon.cases import cases_of
 from pidpanel.coupon.estimate import cpu_seconds, probe
 from pidpanel.coupon.liggghts.output import SolverFailure
 from pidpanel.paths import SNAKEFILE
-from pidpanel.study import Study, StudyError
+from pidpanel.study import CouponStudy, Study, StudyError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="pidpanel", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
-    check = commands.add_parser("check", help="read a study and say what it would run")
-    check.add_argument("study", type=Path)
-    run = commands.add_parser("run", help="run a study: snakemake with this study")
-    run.add_argument("study", type=Path)
-    run.add_argument("-j", "--jobs", type=int, default=2)
-    guess = commands.add_parser("estimate", help="say how long the runs of LIGGGHTS will take")
-    guess.add_argument("study", type=Path)
-    guess.add_argument("-j", "--jobs", type=int, default=2)
-    guess.add_argument("--results", type=Path, default=Path("results"))
-    given = parser.parse_args(arguments)
+    """Run the command ``pidpanel``.
+
+    Parameters
+    ----------
+    arguments
+        Those of the command line by default.
+
+    Returns
+    -------
+    int
+        Exit status: 0, that of Snakemake, or 2 for a mistake, which is printed to stderr.
+    """
+    given = _parser().parse_args(arguments)
     try:
         study = checked_study(given.study)
-    except StudyError as error:
+        if given.command == "run":
+            return _run(given.study, given.jobs)
+        if given.command == "estimate":
+            print(_estimate(study, given.results, given.jobs))
+        else:
+            print(_summary(study))
+    except (StudyError, SolverFailure) as error:
         print(error, file=sys.stderr)
         return 2
-    if given.command == "run":
-        snakemake = Path(sys.executable).with_name("snakemake")
-        return subprocess.call(
-            [snakemake, "-s", SNAKEFILE, f"-j{given.jobs}", "--configfile", given.study]
-        )
-    cases = cases_of(study.coupon) if study.coupon else ()
-    if given.command == "estimate":
-        try:
-            print(_estimate(study.name, cases, given.results / "coupon", given.jobs))
-        except SolverFailure as error:
-            print(error, file=sys.stderr)
-            return 2
-        return 0
-    what = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
-    if isinstance(study, Study):
-        what += (
-            f"; {len(study.all_scenarios())} scenarios in {len(study.damping.readings)} readings"
-        )
-    print(what)
     return 0
 
 
-def _estimate(name: str, cases: Sequence[Case], results: Path, jobs: int) -> str:
-    """What of the cases is still to be run, and how long it will take."""
-    left = [case for case in cases if not all(path.exists() for path in case.outcomes(results))]
+def _parser() -> argparse.ArgumentParser:
+    study = argparse.ArgumentParser(add_help=False)
+    study.add_argument("study", type=Path, help="YAML file of the study")
+    jobs = argparse.ArgumentParser(add_help=False)
+    jobs.add_argument(
+        "-j", "--jobs", type=_positive, default=2, help="jobs to run at the same time (default: 2)"
+    )
+    parser = argparse.ArgumentParser(prog="pidpanel", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="command")
+    check = "Check a study and print what it would run."
+    run = "Run a study with Snakemake."
+    estimate = "Estimate how long the LIGGGHTS runs of a study take, from a few short ones."
+    commands.add_parser("check", parents=[study], help=check, description=check)
+    commands.add_parser("run", parents=[study, jobs], help=run, description=run)
+    command = commands.add_parser(
+        "estimate", parents=[study, jobs], help=estimate, description=estimate
+    )
+    command.add_argument(
+        "--results",
+        type=Path,
+        default=Path("results"),
+        help="folder of the results; runs that it holds are not counted (default: results)",
+    )
+    return parser
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number}: must be at least 1")
+    return number
+
+
+def _run(path: Path, jobs: int) -> int:
+    """Run Snakemake on a study; return its exit status."""
+    snakemake = Path(sys.executable).with_name("snakemake")
+    return subprocess.call([snakemake, "-s", SNAKEFILE, f"-j{jobs}", "--configfile", path])
+
+
+def _summary(study: CouponStudy) -> str:
+    """Return how many cases, runs and scenarios a study has."""
+    cases = cases_of(study.coupon) if study.coupon else ()
+    summary = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
+    if isinstance(study, Study):
+        readings = ", ".join(study.damping.readings)
+        summary += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+    return summary
+
+
+def _estimate(study: CouponStudy, results: Path, jobs: int) -> str:
+    """Return how many cases of a study are still to be run, and how long that takes."""
+    cases = cases_of(study.coupon) if study.coupon else ()
+    folder = results / "coupon"
+    left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
     if not left:
-        return f"{name}: nothing left to run of {len(cases)} coupon cases"
-    seconds = cpu_seconds(left, probe(left), results)
-    wall = seconds / jobs
+        return f"{study.name}: no LIGGGHTS runs left, {len(cases)} coupon cases are complete"
+    seconds = cpu_seconds(left, probe(left), folder)
     return (
-        f"{name}: {len(left)} of {len(cases)} coupon cases to run, about {seconds / 60:.1f} min "
-        f"of CPU, {wall / 3600:.2f} hours on {jobs} free cores"
+        f"{study.name}: {len(left)} of {len(cases)} coupon cases to run, about "
+        f"{seconds / 60:.1f} min of CPU time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
     )

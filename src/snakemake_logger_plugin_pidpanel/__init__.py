@@ -1,9 +1,9 @@
-"""How far a run is and how long it still takes, in one line; all else as Snakemake says it.
+"""Progress of a run and the time left, in one line; all else as Snakemake writes it.
 
-Snakemake writes ten lines for each job, which buries what matters among hundreds of coupons. This
-logger (``snakemake --logger pidpanel``) keeps the errors, the logs of failed jobs, the table of
-jobs and the warnings word for word, and replaces the rest by a bar on a terminal, or by a line
-each minute where there is none. The full log stays in ``.snakemake/log``.
+Snakemake writes ten lines for each job, which hides what matters among hundreds of coupons. This
+logger (``snakemake --logger pidpanel``) keeps errors, logs of failed jobs, the table of jobs and
+warnings as they are. It replaces the rest by a bar on a terminal, or elsewhere by a line per
+minute. The full log is in ``.snakemake/log``.
 """
 
 import time
@@ -29,8 +29,22 @@ SECONDS_BETWEEN_LINES = 60.0
 
 
 def time_left(elapsed: float, done: int, total: int) -> timedelta:
-    """Time that the jobs left take, at the mean pace so far (s -> whole seconds).
+    """Return the time that the remaining jobs take at the mean pace so far.
 
+    Parameters
+    ----------
+    elapsed
+        Time since the first job started [s].
+    done, total
+        Numbers of jobs.
+
+    Returns
+    -------
+    timedelta
+        In whole seconds.
+
+    Examples
+    --------
     >>> str(time_left(60.0, 10, 40))
     '0:03:00'
     """
@@ -38,7 +52,7 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
 
 
 class LogHandler(LogHandlerBase):
-    """Snakemake's own filter and formatter, with the job by job messages drawn as progress."""
+    """Snakemake's own filter and formatter, with messages about single jobs drawn as progress."""
 
     writes_to_stream = True
     writes_to_file = False
@@ -63,25 +77,25 @@ class LogHandler(LogHandlerBase):
         self.started = self.last_line = time.monotonic()
 
     def emit(self, record: LogRecord) -> None:
-        """Draw one message of Snakemake."""
+        """Write one message of Snakemake, or advance the bar."""
         try:
             event = getattr(record, "event", None)
             if event is LogEvent.RUN_INFO and not self.common_settings.dryrun:
                 self._start(record.stats.get("total", 0))  # type: ignore[attr-defined]
             elif event is LogEvent.PROGRESS:
                 self._advance(record.done, record.total)  # type: ignore[attr-defined]
-            if self._says_more_than_progress(record, event):
+            if self._is_shown(record, event):
                 style = {ERROR: "red", WARNING: "yellow"}.get(record.levelno, "")
                 self.console.print(Text(self.format(record), style=style))
         except Exception:
             self.handleError(record)
 
     def close(self) -> None:
-        """Take the bar off the terminal."""
+        """Remove the bar from the terminal."""
         self.bar.stop()
         super().close()
 
-    def _says_more_than_progress(self, record: LogRecord, event: LogEvent | None) -> bool:
+    def _is_shown(self, record: LogRecord, event: LogEvent | None) -> bool:
         settings = self.common_settings
         if settings.verbose or settings.dryrun or record.levelno >= WARNING:
             return True

@@ -41,7 +41,7 @@ class Document:
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
-            raise StudyError(f"{path}: cannot be read ({error.strerror}); a YAML file") from None
+            raise StudyError(f"{path}: cannot be read: {error.strerror}") from None
         except UnicodeDecodeError as error:
             raise StudyError(f"{path}: must be UTF-8 text ({error.reason})") from None
         try:
