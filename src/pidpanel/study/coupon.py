@@ -15,7 +15,7 @@ from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fill, Fraction, Model, Positive
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file
-from pidpanel.study.mistakes import Keys, Mistake, dotted, unknown_key
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
 
 Modulus = Annotated[float, Field(ge=5, le=1e6)]
 """Young's modulus of a contact [MPa]."""
@@ -305,11 +305,13 @@ class Coupon(Model):
         folder = (info.context or {}).get("folder")
         if folder is None or "deck" not in vary:
             return vary
-        decks = tuple(
-            None if name is None else found_file(Path(name), folder, TEMPLATES)
-            for name in vary["deck"]
-        )
-        return {**vary, "deck": decks}
+        decks: list[Path | None] = []
+        for index, name in enumerate(vary["deck"]):
+            try:
+                decks.append(name and found_file(Path(name), folder, TEMPLATES))
+            except ValueError as error:
+                raise Mistakes([Mistake(("deck", index), str(error))]) from None
+        return {**vary, "deck": tuple(decks)}
 
     @property
     def gravity(self) -> float:
@@ -323,7 +325,7 @@ class Coupon(Model):
                 ("gravity_direction",), "must not be zero; for no gravity set gravity_g: 0"
             )
         yield from self._mistakes_of_sizes()
-        yield from dict.fromkeys(self._mistakes_of_variants())
+        yield from self._mistakes_of_variants()
 
     def _mistakes_of_sizes(self) -> Iterator[Mistake]:
         widest = 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm)
@@ -357,12 +359,15 @@ class Coupon(Model):
             for index, value in enumerate(values):
                 if value in values[:index]:
                     yield Mistake(("vary", key, index), "duplicate value")
+        # a mistake of many combinations is told of the first
+        found: dict[Mistake, Mapping[str, Any]] = {}
         for chosen in self._combinations() if set(self.vary) <= set(known) else ():
             try:
                 self._variant(chosen)
             except ValidationError as error:
                 for mistake in mistakes_of(error, Coupon):
-                    yield self._in_vary(mistake, chosen)
+                    found.setdefault(mistake, chosen)
+        yield from (self._in_vary(mistake, chosen) for mistake, chosen in found.items())
 
     def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
         """Return the mistake of a variant at the value of ``vary`` that causes it."""

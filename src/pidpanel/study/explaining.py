@@ -13,6 +13,7 @@ from pidpanel.study.schema import Place, keys_of, kinds_of, place_of
 PYDANTIC_WORDS = {
     "missing": "missing",
     "dict_type": "must be a mapping",
+    "model_attributes_type": "must be a mapping with a key kind",
     "tuple_type": "must be a list",
     "string_type": "must be text",
     "path_type": "must be a path",
@@ -57,45 +58,51 @@ Found = tuple[Place, ErrorDetails]
 
 
 def mistakes_of(error: ValidationError, model: type[BaseModel]) -> list[Mistake]:
-    """Return the mistakes in the values of a model, one for each key."""
+    """Return the mistakes in the values of a model.
+
+    What is said of one key comes from the alternatives of a choice, and is joined.
+    """
     found = [(place_of(item["loc"], model), item) for item in error.errors()]
+    found = list(_of_alternatives_meant(found))
+    of_models: list[Mistake] = []
     said: dict[Keys, list[str]] = {}
-    for place, item in _of_alternatives_meant(found):
-        if item["type"] == "too_short" and any(_is_inside(other, place) for other, _ in found):
+    for place, item in found:
+        refused = item.get("ctx", {}).get("error")
+        if isinstance(refused, Mistakes):
+            of_models += [mistake.below(*place.keys) for mistake in refused.found]
+        elif item["type"] == "too_short" and any(_is_inside(other, place) for other, _ in found):
             continue  # pydantic counts the good items only
-        for keys, says in _mistakes_at(place, item, model):
-            words = said.setdefault(keys, [])
-            if says not in words:
-                words.append(says)
-    return [
-        Mistake(keys, " or ".join((first, *(one.removeprefix("must be ") for one in others))))
-        for keys, (first, *others) in said.items()
-    ]
+        else:
+            mistake = _mistake_at(place, item, model)
+            said.setdefault(mistake.keys, []).append(mistake.says)
+    joined = [Mistake(keys, _joined(words)) for keys, words in said.items()]
+    return [*joined, *of_models]
+
+
+def _joined(words: Sequence[str]) -> str:
+    """Return "must be A or B" for what several alternatives say."""
+    first, *others = dict.fromkeys(words)
+    return " or ".join((first, *(one.removeprefix("must be ") for one in others)))
 
 
 def _is_inside(place: Place, other: Place) -> bool:
     return len(place.keys) > len(other.keys) and place.keys[: len(other.keys)] == other.keys
 
 
-def _mistakes_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Iterator[Mistake]:
-    """Yield what one error of pydantic says."""
-    refused = item.get("ctx", {}).get("error")
-    if isinstance(refused, Mistakes):
-        yield from (mistake.below(*place.keys) for mistake in refused.found)
-    elif item["type"] == "extra_forbidden":
+def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mistake:
+    """Return what one error of pydantic says."""
+    if item["type"] == "extra_forbidden":
         (section,) = place_of(item["loc"][:-1], model).types
-        yield Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
-    elif item["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        return Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
+    if item["type"] in ("union_tag_invalid", "union_tag_not_found"):
         kinds = [repr(kind) for one in place.types for kind in kinds_of(one)]
         missing = "missing; " if item["type"] == "union_tag_not_found" else ""
-        yield Mistake(
-            (*place.keys, "kind"), f"{missing}must be {', '.join(kinds[:-1])} or {kinds[-1]}"
-        )
-    elif item["type"] == "model_type":
+        allowed = f"{', '.join(kinds[:-1])} or {kinds[-1]}"
+        return Mistake((*place.keys, "kind"), f"{missing}must be {allowed}")
+    if item["type"] == "model_type":
         keys = ", ".join(keys_of(place.types[0]))
-        yield Mistake(place.keys, f"must be a mapping with keys {keys}")
-    else:
-        yield Mistake(place.keys, in_words(item))
+        return Mistake(place.keys, f"must be a mapping with keys {keys}")
+    return Mistake(place.keys, in_words(item))
 
 
 def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:

@@ -1,0 +1,238 @@
+"""A mistake in a study is one line with file, line, key, value and what is allowed."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
+SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+COUPON_ALONE = {"coupon": SMOKE["coupon"]}
+PANEL_ALONE = {key: value for key, value in SMOKE.items() if key != "coupon"} | {
+    "damping": {"readings": ["paper_corrected"]}
+}
+SANDWICH = PANEL_ALONE | {
+    "panel": yaml.safe_load((STUDIES / "sandwich_hole_hinge.yaml").read_text())["panel"],
+    "scenarios": {"fill": {"patch": "centre", "fill_fraction": [0.4]}},
+}
+FROM_FILE = PANEL_ALONE | {
+    "panel": yaml.safe_load((STUDIES / "bdf_panel.yaml").read_text())["panel"],
+    "scenarios": {"fill": {"patch": "middle", "fill_fraction": [0.4]}},
+}
+FROM_FILE["panel"]["mesh"]["file"] = str(STUDIES / "bdf_panel.bdf")
+L_PANEL = PANEL_ALONE | {
+    "panel": yaml.safe_load((STUDIES / "l_panel.yaml").read_text())["panel"],
+    "scenarios": {"fill": {"patch": "arm", "fill_fraction": [0.4]}},
+}
+
+
+def changed(values, key, value):
+    """The values with one key set, or taken away."""
+    values = copy.deepcopy(values)
+    *parents, last = key.split(".") if isinstance(key, str) else key
+    section = values
+    for parent in parents:
+        section = section[parent]
+    if value is None:
+        section.pop(last)
+    else:
+        section[last] = value
+    return values
+
+
+def told(refusal, study, key, value):
+    """The one line of the refusal after file and line, and the way to the key on that line."""
+    lines, line = refusal(changed(study, key, value))
+    assert len(lines) == 1, lines
+    file, number, message = lines[0].split(":", 2)
+    assert file == "mine.yaml"
+    (way,) = (way for way, at in line.items() if at == int(number))
+    return ".".join(map(str, way)), message.removeprefix(" ")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: must be less than or equal to 1"),
+        ("coupon.sweep.fill_fraction", [], "coupon.sweep.fill_fraction = []: must have at least 1 values, not 0"),
+        ("coupon.sweep.frequency_hz", [100, 100.0], "coupon.sweep.frequency_hz[1] = 100.0: duplicate value; its cases would have the same labels"),
+        ("coupon.sweep.frequency_hz", [0.1], "coupon.sweep.frequency_hz[0] = 0.1: must be greater than or equal to 1"),
+        ("coupon.sweep.frequency_hz", 5, "coupon.sweep.frequency_hz = 5: must be a mapping with keys from, to, step or a list"),
+        ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: must be 'hexagon', 'square' or 'circle'"),
+        ("coupon.cell.count", 2.5, "coupon.cell.count = 2.5: must be a whole number"),
+        ("coupon.cell", "deep", "coupon.cell = deep: must be a mapping with keys shape, across_flats_mm, depth_mm, count"),
+        ("coupon.particles.shell_mm", 1.5, "coupon.particles.shell_mm = 1.5: must be below half of diameter_mm = 2.5"),
+        ("coupon.particles.diameter_mm", 8, "coupon.particles.diameter_mm = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
+        ("coupon.sweep.diameter_mm", [2, 8], "coupon.sweep.diameter_mm[1] = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
+        ("coupon.gravity_direction", [0, 0, 0], "coupon.gravity_direction = [0, 0, 0]: must not be zero; for no gravity set gravity_g: 0"),
+        ("coupon.sweep.displacement_mm", [0.1], "coupon.sweep.displacement_mm = [0.1]: not allowed together with acceleration_g"),
+        ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
+        ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number"),
+        ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped' or 'free' or a mapping with keys outline, holes, edges, points"),
+        ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be greater than 0"),
+        ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 values, not 2"),
+        ("panel.points.centre", [0.7, 0.5, 0.1], "panel.points.centre = [0.7, 0.5, 0.1]: must have at most 2 values, not 3"),
+        ("panel.points.centre", [2.0, 0.5], "panel.points.centre = [2.0, 0.5]: must lie on the panel, x 0…1.5 m, y 0…1 m"),
+        ("sound.oaspl_db", float("nan"), "sound.oaspl_db = NaN: must be a finite number"),
+        ("sound.shift_db", 3, "sound.shift_db = 3: not allowed together with oaspl_db = 150"),
+        ("sound.incidence_deg", -10, "sound.incidence_deg = -10: must be greater than or equal to 0"),
+        ("sound.incidence_deg", 10, "sound.incidence_deg = 10: required for field: plane_wave, not allowed otherwise"),
+        ("sound.azimuth_deg", 45, "sound.azimuth_deg = 45: only allowed for field: plane_wave or progressive_wave"),
+        ("sound.loaded_sides", 3, "sound.loaded_sides = 3: must be 1 or 2"),
+        ("response.damper_mass", "perhaps", "response.damper_mass = perhaps: must be true or false"),
+        ("response.radiation", "both", "response.radiation = both: must be 'none', 'one_side' or 'two_sides'"),
+        ("response.maps", ["PID-1"], "response.maps[0] = PID-1: must be one of bare_150dB, PID-1_r0.4_150dB, PID-1_r0.8_150dB"),
+        ("response.frequency_hz", [400, 100], "response.frequency_hz = [400, 100]: must be two values, the second above the first"),
+        ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1"),
+        ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
+        ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a reading more than once"),
+        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'dem', 'paper_corrected', 'paper_printed' or 'table'"),
+        ("title", 3, "title = 3: must be text"),
+        ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit; by default it is the name of the file"),
+        ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
+        ("pannel", 3, "pannel = 3: unknown key; did you mean panel?"),
+        ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
+    # red: `return line - 1, …` in Document._line_and_value
+    assert told(refusal, SMOKE, key, value) == (key, message)
+
+
+@pytest.mark.parametrize(
+    ("study", "key", "value", "at", "message"),
+    [
+        (SMOKE, "panel.section", None, "panel", "panel.section: missing"),
+        (SMOKE, "coupon.particles.distribution", {"kind": "normal"}, "coupon.particles.distribution", "coupon.particles.distribution.deviation_mm: missing"),
+        (SMOKE, "coupon.particles.distribution", {"deviation_mm": 1}, "coupon.particles.distribution", "coupon.particles.distribution.kind: missing; must be 'mono', 'normal', 'uniform' or 'binary'"),
+        (SMOKE, "coupon.particles.distribution", {"kind": "gauss"}, "coupon.particles.distribution.kind", "coupon.particles.distribution.kind = gauss: must be 'mono', 'normal', 'uniform' or 'binary'"),
+        (SMOKE, "coupon.particles.distribution", {"kind": "binary", "second_mm": 0.5, "second_share": 0.5}, "coupon.particles.distribution",
+         "coupon.particles.distribution = {kind: binary, second_mm: 0.5, second_share: 0.5}: the smallest particle, 0.5 mm, must be at least 0.4 of the largest, 2.5 mm: other mixtures separate by size"),
+        (SMOKE, "coupon.particles", {"shell_mm": 0.2, "distribution": {"kind": "uniform", "half_width_mm": 0.1}}, "coupon.particles.shell_mm", "coupon.particles.shell_mm = 0.2: only allowed for distribution: {kind: mono}"),
+        (SMOKE, "coupon.sweep.acceleration_g", None, "coupon.sweep", "coupon.sweep.acceleration_g: missing; required unless displacement_mm is given"),
+        (SMOKE, "coupon.sweep.frequency_hz", {"from": 5, "to": 1, "step": 1}, "coupon.sweep.frequency_hz.to", "coupon.sweep.frequency_hz.to = 1: must be at least from = 5"),
+        (SMOKE, "coupon.sweep.frequency_hz", {"from": 5, "to": 9}, "coupon.sweep.frequency_hz", "coupon.sweep.frequency_hz.step: missing"),
+        (SMOKE, "coupon.vary", {"particles.friction": [0.1]}, "coupon.vary", "coupon.vary = {particles.friction: [0.1]}: only allowed in a study without a panel"),
+        (SMOKE, "damping.level", {"kind": "stated"}, "damping.level", "damping.level.acceleration_g: required for kind: stated, not allowed otherwise"),
+        (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a file beside the study"),
+        (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
+        (SMOKE, "damping.target", {"relative_error": 0.1, "start": 9, "max_cases": 8}, "damping.target.start", "damping.target.start = 9: must be at most max_cases = 8"),
+        (PANEL_ALONE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: only allowed with the reading 'dem'"),
+        (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
+        (SMOKE, "response", {"modal_damping": "diagonal", "radiation": "one_side"}, "response.radiation", "response.radiation = one_side: must be none for modal_damping: diagonal, the paper's form"),
+        (SMOKE, "response", {"modal_damping": "diagonal", "radiation_beside": "one_side"}, "response.radiation_beside", "response.radiation_beside = one_side: must be none for modal_damping: diagonal, the paper's form"),
+        (SMOKE, "response", {"radiation": "one_side", "radiation_beside": "one_side"}, "response.radiation_beside", "response.radiation_beside = one_side: must differ from radiation, or be none"),
+        (SMOKE, "scenarios.fill.oaspl_db", [140, 150], "scenarios.fill", "scenarios.fill = {patch: PID-1, fill_fraction: [0.4, 0.8], oaspl_db: [140, 15…: exactly one of patch, fill_fraction and oaspl_db must be a list, not 2"),
+        (SMOKE, "scenarios.fill.fill_fraction", 0.4, "scenarios.fill", "scenarios.fill = {patch: PID-1, fill_fraction: 0.4}: exactly one of patch, fill_fraction and oaspl_db must be a list, not none"),
+        (SMOKE, "panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}}, "panel.patches.PID-1",
+         "panel.patches.PID-1 = {centre_m: [1.45, 0.5], size_m: [0.3, 0.2]}: must lie on the panel, x 0…1.5 m, y 0…1 m; it covers x 1.3…1.6 m, y 0.4…0.6 m"),
+        (SMOKE, "panel.corner_radius_m", 0.1, "panel.mesh.kind", "panel.mesh.kind = quadrilaterals: quadrilaterals do not allow an outline that is no whole rectangle; mesh: {kind: triangles, size_m: …} does"),
+        (SMOKE, "panel.mesh", {"kind": "triangles"}, "panel.mesh", "panel.mesh.size_m: required for kind: triangles, not allowed otherwise"),
+        (SMOKE, "panel.mesh", {"corner_size_m": 0.1}, "panel.mesh.corner_size_m", "panel.mesh.corner_size_m = 0.1: only allowed for kind: triangles"),
+        (SMOKE, "panel.mesh", {"kind": "file"}, "panel.mesh", "panel.mesh.file: required for kind: file, not allowed otherwise"),
+        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.step"}, "panel.mesh.file", "panel.mesh.file = a.step: must end in one of .bdf, .dat, .nas, .msh"),
+        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.bdf"}, "panel.mesh.file", "panel.mesh.file = a.bdf: no such file; must be a file beside the study"),
+        (SMOKE, "panel.outline_m", None, "panel", "panel.outline_m: missing; required unless mesh: {kind: file} is given"),
+        (FROM_FILE, "panel.outline_m", [1, 1], "panel.outline_m", "panel.outline_m = [1, 1]: not allowed with mesh: {kind: file}, which has its own"),
+        (FROM_FILE, "panel.corner_radius_m", 0.1, "panel.corner_radius_m", "panel.corner_radius_m = 0.1: not allowed with mesh: {kind: file}, which has its own"),
+        (SANDWICH, "panel.section.core.grade", "3/16-5056-0.0008", "panel.section.core.grade", "panel.section.core.grade = 3/16-5056-0.0008: unknown grade; the nearest are 3/16-5056-0.0007, 3/16-5056-0.002, 3/16-5056-0.001"),
+        (SANDWICH, "panel.section.core", {"thickness_mm": 9}, "panel.section.core", "panel.section.core = {thickness_mm: 9}: must have either grade, or density_kg_m3, shear_modulus_l_mpa, shear_modulus_w_mpa"),
+        (SANDWICH, "panel.section.kind", "thick", "panel.section.kind", "panel.section.kind = thick: must be 'thin', 'solid' or 'sandwich'"),
+        (SANDWICH, "panel.section", 3, "panel.section", "panel.section = 3: must be a mapping with a key kind"),
+        (SANDWICH, "panel.section.facs", [], "panel.section.facs", "panel.section.facs = []: unknown key; did you mean faces?"),
+        (SANDWICH, "panel.section.faces", [{"material": "foil", "thickness_mm": 1}], "panel.section.faces", "panel.section.faces[0].material = foil: must be one of materials: tape"),
+        (SANDWICH, "panel.section.top", [{"material": "tape", "thickness_mm": 1}], "panel.section", "panel.section = {kind: sandwich, materials: {tape: {e1_gpa: 280, e2_gpa: 6.5…: must have either faces, or top and bottom"),
+        (SANDWICH, "panel.section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 1}, "panel.section.materials.tape",
+         "panel.section.materials.tape = {e1_gpa: 1, density_kg_m3: 1}: must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, g12_gpa and nu12"),
+        (SANDWICH, "panel.section.materials.tape.nu12", 7, "panel.section.materials.tape.nu12", "panel.section.materials.tape.nu12 = 7: must be below sqrt(e1_gpa/e2_gpa)"),
+        (SANDWICH, "panel.supports.points.hinge 1.grid", 7, "panel.supports.points.hinge 1", "panel.supports.points.hinge 1 = {at_m: [0.3, 0.06], kind: hinge, radius_m: 0.02, grid: 7}: must have either at_m, or grid (a node of a mesh file)"),
+        (SANDWICH, "panel.supports.points.hinge 1", {"at_m": [0.1, 0.1], "kind": "spring", "stiffness_n_m": 1, "radius_m": 0.1}, "panel.supports.points.hinge 1.radius_m", "panel.supports.points.hinge 1.radius_m = 0.1: only allowed for kind: hinge or hold_down"),
+        (SANDWICH, "panel.masses.connector.to_m", [1, 1], "panel.masses.connector", "panel.masses.connector = {at_m: [0.75, 0.1], mass_kg: 0.2, to_m: [1, 1]}: must have either at_m, or grid (a node of a mesh file), or from_m and to_m"),
+        (SANDWICH, "panel.holes.cut-out.size_m", [0.1, 0.1], "panel.holes.cut-out", "panel.holes.cut-out = {centre_m: [1.05, 0.65], diameter_m: 0.24, size_m: [0.1, 0.1…: must have centre_m with size_m or diameter_m, or corners_m; it has centre_m, diameter_m, size_m"),
+        (SANDWICH, "panel.holes.cut-out.corner_radius_m", 0.1, "panel.holes.cut-out.corner_radius_m", "panel.holes.cut-out.corner_radius_m = 0.1: only allowed with corners_m"),
+        (SANDWICH, "panel.corner_radius_m", 0.6, "panel.corner_radius_m", "panel.corner_radius_m = 0.6: corner radius 0.6 m: the edge from (1.5, 0) m is 1 m long, its two arcs need 1.2 m"),
+        (L_PANEL, "panel.outline_m", [[0, 0], [1, 1], [1, 0], [0, 2]], "panel.outline_m", "panel.outline_m = [[0, 0], [1, 1], [1, 0], [0, 2]]: outline crosses itself: the edge from (0, 0) m meets the edge from (1, 0) m"),
+        (L_PANEL, "panel.patches.arm.group", "2", "panel.patches.arm", "panel.patches.arm = {centre_m: [1.1, 0.25], size_m: [0.2, 0.2], group: 2}: must have centre_m with size_m or diameter_m, or corners_m, or group; it has centre_m, group, size_m"),
+        (L_PANEL, "panel.patches.arm", {"group": 2}, "panel.patches.arm.group", "panel.patches.arm.group = 2: only allowed with mesh: {kind: file}"),
+        (L_PANEL, "panel.points.A", {"grid": 3}, "panel.points.A.grid", "panel.points.A.grid = 3: only allowed with mesh: {kind: file}"),
+        (COUPON_ALONE, ("coupon", "vary"), {"particles.colour": ["red"]}, "coupon.vary.particles.colour", "coupon.vary.particles.colour = [red]: unknown key; allowed are diameter_mm, distribution, density_kg_m3, shell_mm, youngs_modulus_mpa, poissons_ratio, restitution, friction, rolling_friction"),
+        (COUPON_ALONE, ("coupon", "vary"), {"partikles.friction": [1]}, "coupon.vary.partikles.friction", "coupon.vary.partikles.friction = [1]: unknown key; did you mean particles.friction?"),
+        (COUPON_ALONE, ("coupon", "vary"), {"sweep.fill_fraction": [0.1]}, "coupon.vary.sweep.fill_fraction", "coupon.vary.sweep.fill_fraction = [0.1]: cannot be varied"),
+        (COUPON_ALONE, ("coupon", "vary"), {"particles.friction": [0.1, 7]}, "coupon.vary.particles.friction", "coupon.vary.particles.friction[1] = 7: must be less than or equal to 5"),
+        (COUPON_ALONE, ("coupon", "vary"), {"particles.friction": [0.1, 0.1]}, "coupon.vary.particles.friction", "coupon.vary.particles.friction[1] = 0.1: duplicate value"),
+        (COUPON_ALONE, ("coupon", "vary"), {"cell": [{"depth_mm": 9}, {"dept_mm": 9}]}, "coupon.vary.cell", "coupon.vary.cell[1].dept_mm = 9: unknown key; did you mean depth_mm?"),
+        (COUPON_ALONE, ("coupon", "vary"), {"cell.depth_mm": [20, 2], "gravity_g": [0, 1]}, "coupon.vary", "coupon.vary = {cell.depth_mm: [20, 2], gravity_g: [0, 1]}: with cell.depth_mm = 2, gravity_g = 0: particles.diameter_mm: the largest particle, 2.5 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 2"),
+    ],
+)  # fmt: skip
+def test_a_mistake_of_several_keys_is_told_at_the_one_to_change(
+    refusal, study, key, value, at, message
+):
+    # red: `return 0, ""` for a key that is not there in Document._line_and_value
+    assert told(refusal, study, key, value) == (at, message)
+
+
+def test_a_file_that_is_not_there_is_told_with_those_that_are(refusal):
+    # red: `known = []` in files.found_file
+    _, message = told(refusal, SMOKE, "sound.spectrum", "nowhere.csv")
+    start = (
+        "sound.spectrum = nowhere.csv: no such file; must be a file beside the study, or one of "
+    )
+    assert message.startswith(start)
+    assert "smc_s_016_2014_min_third.csv" in message
+    _, message = told(refusal, SMOKE, "coupon.deck", "mine.in.j2")
+    assert message.startswith("coupon.deck = mine.in.j2: no such file")
+    assert "shake_lab.in.j2" in message
+
+
+def test_a_varied_deck_that_is_not_there_is_told(refusal):
+    # red: _find_decks returns vary
+    decks = {"deck": ["shake.in.j2", "mine.in.j2"]}
+    at, message = told(refusal, COUPON_ALONE, "coupon.vary", decks)
+    assert at == "coupon.vary.deck"
+    assert message.startswith("coupon.vary.deck[1] = mine.in.j2: no such file")
+
+
+def test_the_dem_reading_needs_a_coupon(refusal):
+    # red: the validator without the branch of a missing coupon
+    lines, _ = refusal(changed(SMOKE, "coupon", None))
+    assert lines == ["mine.yaml: coupon: missing; required for the reading 'dem' of damping"]
+
+
+def test_a_study_of_nothing_is_refused(refusal):
+    # red: CouponStudy.mistakes without the second Mistake
+    lines, _ = refusal({"coupon": None})
+    assert lines == ["mine.yaml: must have a section coupon, panel, or both"]
+
+
+def test_all_mistakes_of_a_file_are_told_in_the_order_of_its_lines(refusal):
+    # red: yield only the first of _mistakes_of_place; sorted(…, reverse=True) in Document.error
+    study = changed(SMOKE, "panel.patches.far", {"centre_m": [3, 3], "size_m": [1, 1]})
+    study = changed(study, "panel.patches.low", {"centre_m": [0.5, -3], "size_m": [1, 1]})
+    study = changed(study, "panel.points.far", [3, 3])
+    study = changed(study, "response.frequency_hz", [9, 3])
+    study = changed(study, "coupon.cell.depth", 3)
+    lines, line = refusal(study)
+    ways = [
+        ("coupon", "cell", "depth"),
+        ("panel", "patches", "far"),
+        ("panel", "patches", "low"),
+        ("panel", "points", "far"),
+        ("response", "frequency_hz"),
+    ]
+    told_at = [int(one.split(":")[1]) for one in lines]
+    assert told_at == sorted(line[way] for way in ways)
+
+
+def test_all_that_sections_require_of_each_other_is_told(refusal):
+    # red: `return` after the first scenario in Study.mistakes
+    study = changed(SMOKE, "scenarios.low", {"patch": "A", "fill_fraction": [0.1, 0.9]})
+    study = changed(study, "scenarios.both", {"patch": ["B", "PID-1", "C"], "fill_fraction": 0.5})
+    lines, _ = refusal(study)
+    assert [one.split(": ")[1] for one in lines] == [
+        "scenarios.low.patch = A",
+        "scenarios.low.fill_fraction[0] = 0.1",
+        "scenarios.low.fill_fraction[1] = 0.9",
+        "scenarios.both.patch[0] = B",
+        "scenarios.both.patch[2] = C",
+    ]
