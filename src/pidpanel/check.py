@@ -8,11 +8,10 @@ from pathlib import Path
 
 import jinja2
 
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.output import SolverMissing
+from pidpanel.coupon.liggghts.failures import SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
-from pidpanel.coupon.preparation import shake_values
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.document import Document
@@ -68,7 +67,7 @@ def check_decks(coupon: Coupon) -> Iterator[Mistake]:
         # a varied deck is one of a list
         varied = [str(one) for one in coupon.vary.get("deck", ())]
         keys = ("coupon", "vary", "deck", varied.index(path)) if varied else ("coupon", "deck")
-        given = shake_values(case.point, restart="none")
+        given = deck.shake_values(case.point, restart="none")
         text = Path(path).read_text(encoding="utf-8")
         try:
             unknown = deck.undeclared(text, given)

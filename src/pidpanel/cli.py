@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.check import checked_study
-from pidpanel.coupon.cases import cases_of
-from pidpanel.coupon.estimate import cpu_seconds, probe
-from pidpanel.coupon.liggghts.output import SolverFailure
+from pidpanel.coupon.estimate import cpu_seconds
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts.failures import SolverFailure
+from pidpanel.coupon.probe import probe
 from pidpanel.paths import SNAKEFILE
 from pidpanel.study import CouponStudy, Study, StudyError
 

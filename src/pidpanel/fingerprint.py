@@ -12,6 +12,7 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from pidpanel.paths import PROJECT
 
@@ -31,15 +32,40 @@ def code_digest(*modules: str) -> str:
     Returns
     -------
     str
-        64 hexadecimal digits, the same on every machine with one version of Python.
+        64 hexadecimal digits, the same on every machine and with every version of Python.
 
     Raises
     ------
     ValueError
         If there is no such module.
     """
+    return _digest_of(code_behind(*modules))
+
+
+def module_digest(*modules: str) -> str:
+    """Hash of the code of some modules themselves, without that of what they import.
+
+    Parameters
+    ----------
+    modules
+        Dotted names, as of `code_digest`.
+
+    Returns
+    -------
+    str
+        As of `code_digest`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    """
+    return _digest_of({name for module in modules for name in _with_members(module)})
+
+
+def _digest_of(modules: set[str]) -> str:
     digest = hashlib.sha256()
-    for name in sorted(code_behind(*modules)):
+    for name in sorted(modules):
         digest.update(f"{name} {_meaning(_file_of(name) or Path())}\n".encode())
     return digest.hexdigest()
 
@@ -102,7 +128,18 @@ def _meaning(path: Path) -> str:
             if isinstance(block, list):
                 kept = [one for one in block if not _is_docstring(one)]
                 setattr(node, field, kept)
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+    return hashlib.sha256(_dump(tree).encode()).hexdigest()
+
+
+def _dump(node: Any) -> str:
+    """As `ast.dump`, whose text changed with Python 3.12 and 3.13: what is empty is left out."""
+    if isinstance(node, ast.AST):
+        values = ((name, getattr(node, name, None)) for name in node._fields)
+        kept = (f"{name}={_dump(value)}" for name, value in values if value not in (None, []))
+        return f"{type(node).__name__}({', '.join(kept)})"
+    if isinstance(node, list):
+        return f"[{', '.join(_dump(item) for item in node)}]"
+    return repr(node)
 
 
 def _is_docstring(node: ast.AST) -> bool:

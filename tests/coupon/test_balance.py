@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pidpanel.coupon import balance, geometry, preparation
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon import balance, geometry, window
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.shapes import SHAPES
 from pidpanel.study.coupon import Coupon
 
 RADIUS, MASS = 1e-3, 5e-6
@@ -140,12 +141,15 @@ def test_the_effective_modulus_of_two_materials_is_that_of_springs_in_series():
     assert balance.effective_modulus((2e9, 1e20), (0.5, 0.3)) == pytest.approx(2e9 / 0.75)
 
 
-@pytest.mark.parametrize("shape", geometry.CORNERS)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_wall_planes_face_the_inside_of_their_own_cell(shape):
     sweep = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [5]}
     coupon = Coupon.model_validate({"cell": {"count": 3, "shape": shape}, "sweep": sweep})
     packing = cases_of(coupon)[0].point.packing
-    planes, triangles = preparation.wall_planes(packing), preparation.wall_triangles(packing)
+    planes, triangles = (
+        window.wall_planes(packing),
+        geometry.closed_cells(packing.outline, packing.centres, packing.depth),
+    )
     assert len(planes) == len(triangles) == 3 * (len(packing.outline) + 2)
     np.testing.assert_allclose(np.linalg.norm(planes[:, :3], axis=1), 1)
     centres = geometry.cell_centres(packing.across_flats, 3)

@@ -3,7 +3,7 @@
 import json
 
 from pidpanel.coupon import batches
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cases, contact
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 
@@ -23,28 +23,28 @@ def coupon(**changes):
 
 
 def test_every_combination_is_a_case_with_a_label_of_its_own():
-    found = cases.cases_of(coupon())
+    found = cases_of(coupon())
     assert len(found) == 8
     assert len({case.label for case in found}) == 8
     assert found[0].label.startswith("r0.3_f50Hz_a5g_d2mm_")
 
 
 def test_sphere_sizes_multiply_the_cases():
-    found = cases.cases_of(coupon(sweep={"diameter_mm": [1.5, 2.0, 2.5]}))
+    found = cases_of(coupon(sweep={"diameter_mm": [1.5, 2.0, 2.5]}))
     assert len(found) == 24
     assert {case.point.packing.diameter for case in found} == {1.5e-3, 2.0e-3, 2.5e-3}
 
 
 def test_combinations_too_fast_are_left_out():
-    found = cases.cases_of(coupon(sweep={"max_velocity_m_s": 1.0}))
+    found = cases_of(coupon(sweep={"max_velocity_m_s": 1.0}))
     # 50 g at 50 Hz is 1.56 m/s
-    assert {(c.point.frequency, round(c.point.acceleration / STANDARD_GRAVITY)) for c in found} == {
+    assert {(c.point.drive.frequency, round(c.point.drive.gamma)) for c in found} == {
         (50, 5), (500, 5), (500, 50),
     }  # fmt: skip
 
 
 def test_one_packing_serves_every_fill_frequency_and_level():
-    found = cases.cases_of(coupon())
+    found = cases_of(coupon())
     assert len({run.packing for case in found for run in case.runs}) == 2  # one a seed
     assert len({run.bed for case in found for run in case.runs}) == 4  # fills times seeds
 
@@ -69,22 +69,20 @@ def test_one_packing_serves_every_fill_frequency_and_level():
     ],
 )
 def test_whatever_the_result_depends_on_changes_the_label(change):
-    before = {case.label for case in cases.cases_of(coupon())}
-    after = {case.label for case in cases.cases_of(coupon(**change))}
+    before = {case.label for case in cases_of(coupon())}
+    after = {case.label for case in cases_of(coupon(**change))}
     assert not before & after
 
 
 def test_a_run_is_the_same_run_whatever_accuracy_is_asked_of_it():
-    before, after = (
-        cases.cases_of(coupon(accuracy={"relative_error": error})) for error in (0.05, 0.01)
-    )
+    before, after = (cases_of(coupon(accuracy={"relative_error": error})) for error in (0.05, 0.01))
     assert [case.label for case in before] == [case.label for case in after]
     assert before[0].target.label == "7.071pc_12to400"
     assert after[0].target.label == "1.414pc_12to400"
 
 
 def test_an_amplitude_of_displacement_is_the_acceleration_over_omega_squared():
-    (case,) = cases.cases_of(
+    (case,) = cases_of(
         coupon(
             sweep={
                 "fill_fraction": [0.5],
@@ -94,12 +92,12 @@ def test_an_amplitude_of_displacement_is_the_acceleration_over_omega_squared():
             }
         )
     )
-    assert case.point.amplitude == pytest.approx(0.2e-3, rel=1e-12)
-    assert case.point.acceleration == pytest.approx(0.2e-3 * (2 * math.pi * 80) ** 2)
+    assert case.point.drive.amplitude == pytest.approx(0.2e-3, rel=1e-12)
+    assert case.point.drive.acceleration == pytest.approx(0.2e-3 * (2 * math.pi * 80) ** 2)
 
 
 def test_any_key_of_the_coupon_can_be_varied_and_becomes_a_column():
-    found = cases.cases_of(
+    found = cases_of(
         coupon(
             vary={"particles.friction": [0.1, 0.6], "gravity_direction": [[0, 0, -1], [2, 0, 0]]}
         )
@@ -113,28 +111,28 @@ def test_any_key_of_the_coupon_can_be_varied_and_becomes_a_column():
 
 
 def test_a_stiff_wall_is_softened_in_the_same_proportion_as_the_spheres():
-    run = cases.cases_of(coupon(walls={"youngs_modulus_mpa": 64000}))[1].point
+    run = cases_of(coupon(walls={"youngs_modulus_mpa": 64000}))[1].point
     assert run.constants.youngs_modulus < 3200e6
     assert run.constants.wall_youngs_modulus == pytest.approx(20 * run.constants.youngs_modulus)
 
 
 def test_a_bed_that_bounces_as_one_body_is_as_stiff_as_its_material():
-    low, high = cases.cases_of(coupon())[:2]  # 5 and 50 g at 50 Hz
+    low, high = cases_of(coupon())[:2]  # 5 and 50 g at 50 Hz
     assert low.point.constants.youngs_modulus == 3200e6
     assert high.point.constants.youngs_modulus < 3200e6
-    soft = cases.cases_of(coupon(stiffness={"from_acceleration_g": 0}))
+    soft = cases_of(coupon(stiffness={"from_acceleration_g": 0}))
     assert soft[0].point.constants.youngs_modulus < 3200e6
 
 
 def test_a_hollow_sphere_weighs_its_shell():
-    run = cases.cases_of(coupon(particles={"shell_mm": 0.2}))[0].point
+    run = cases_of(coupon(particles={"shell_mm": 0.2}))[0].point
     # 4/3 π (R³ − (R − t)³) of a shell of 0.2 mm on 1 mm
     assert run.packing.density == pytest.approx(1190 * (1 - 0.8**3))
 
 
 def test_the_time_step_is_that_of_the_smallest_sphere_and_the_softness_of_the_largest():
     wide = {"distribution": {"kind": "binary", "second_mm": 1.0, "second_share": 0.5}}
-    run = cases.cases_of(coupon(particles=wide))[0].point
+    run = cases_of(coupon(particles=wide))[0].point
     assert (run.packing.sizes.smallest, run.packing.sizes.largest) == (1e-3, 2e-3)
     assert run.time_step <= 0.15 * contact.rayleigh_time(
         0.5e-3, 1190.0, run.constants.youngs_modulus, 0.35
@@ -142,35 +140,37 @@ def test_the_time_step_is_that_of_the_smallest_sphere_and_the_softness_of_the_la
 
 
 def test_the_deck_belongs_to_the_label(monkeypatch):
-    before = {case.label for case in cases.cases_of(coupon())}
+    before = {case.label for case in cases_of(coupon())}
     monkeypatch.setattr(cases, "_template_hash", lambda names: "another deck")
-    assert not before & {case.label for case in cases.cases_of(coupon())}
+    assert not before & {case.label for case in cases_of(coupon())}
 
 
 def test_a_run_survives_its_way_through_json():
-    run = cases.cases_of(coupon())[0].runs[0]
+    run = cases_of(coupon())[0].runs[0]
     assert cases.Run.from_dict(run.as_dict()) == run
 
 
 def test_a_period_is_a_whole_number_of_steps_and_of_samples():
-    for case in cases.cases_of(coupon(sweep={"frequency_hz": [37.3, 211.7, 1999.0]})):
+    for case in cases_of(coupon(sweep={"frequency_hz": [37.3, 211.7, 1999.0]})):
         run = case.point
         assert run.steps_per_cycle % run.samples_per_cycle == 0
-        assert run.steps_per_cycle * run.time_step * run.frequency == pytest.approx(1, rel=1e-14)
+        assert run.steps_per_cycle * run.time_step * run.drive.frequency == pytest.approx(
+            1, rel=1e-14
+        )
         longest = 0.15 * contact.rayleigh_time(1e-3, 1190.0, run.constants.youngs_modulus, 0.35)
         assert run.time_step <= longest
 
 
 def test_a_run_lasts_at_least_the_least_time():
-    found = cases.cases_of(coupon(accuracy={"min_time_s": 0.1, "max_cycles": 40}))
+    found = cases_of(coupon(accuracy={"min_time_s": 0.1, "max_cycles": 40}))
     for case in found:
-        assert case.target.min_cycles / case.point.frequency >= 0.1
+        assert case.target.min_cycles / case.point.drive.frequency >= 0.1
         assert case.target.max_cycles >= case.target.min_cycles
-    assert {c.target.min_cycles for c in found if c.point.frequency == 500} == {50}
+    assert {c.target.min_cycles for c in found if c.point.drive.frequency == 500} == {50}
 
 
 def test_walls_are_as_the_spheres_unless_they_are_said_to_differ():
-    run = cases.cases_of(coupon())[0].point
+    run = cases_of(coupon())[0].point
     assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.3, 0.8)
-    run = cases.cases_of(coupon(walls={"friction": 0.2, "restitution": 0.9}))[0].point
+    run = cases_of(coupon(walls={"friction": 0.2, "restitution": 0.9}))[0].point
     assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.2, 0.9)

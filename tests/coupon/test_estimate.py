@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import estimate
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 COSTS = estimate.Costs(

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import geometry
+from pidpanel.coupon.shapes import SHAPES
 
 WIDTH = 6.35e-3
 
 
-HEXAGON = geometry.cell_outline("hexagon", WIDTH)
+HEXAGON = SHAPES["hexagon"].outline(WIDTH)
 MONO = geometry.Sizes("mono", 2e-3, 2e-3)
 
 
@@ -21,15 +22,15 @@ MONO = geometry.Sizes("mono", 2e-3, 2e-3)
     ],
 )
 def test_a_cell_is_as_wide_as_it_says_and_has_the_closed_form_area(shape, area):
-    outline = geometry.cell_outline(shape, WIDTH)
+    outline = SHAPES[shape].outline(WIDTH)
     assert geometry.polygon_area(outline) == pytest.approx(area, rel=1e-12)
     # the circle's polygon of equal area is 0.3 % narrower across its flats
     assert np.ptp(outline[:, 0]) == pytest.approx(WIDTH, rel=4e-3 if shape == "circle" else 1e-12)
 
 
-@pytest.mark.parametrize("shape", geometry.CORNERS)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_a_cap_holds_the_whole_cell(shape):
-    outline = geometry.cell_outline(shape, WIDTH)
+    outline = SHAPES[shape].outline(WIDTH)
     for a, b, c in geometry.caps(outline, np.zeros((1, 2)), 0.025):
         weights = np.linalg.solve(
             np.vstack([np.stack([a, b, c])[:, :2].T, np.ones(3)]),

@@ -65,7 +65,9 @@ def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
     plain = summary_of("plain", lambda values: values["response"].update(damper_mass=False))
     at = ("PID-1_r0.8_150dB", "centre")
     # 3 kg/m² beside 4 kg/m² of the panel
-    assert heavy["acceleration_rms_g"][at] != pytest.approx(plain["acceleration_rms_g"][at], rel=0.01)
+    assert heavy["acceleration_rms_g"][at] != pytest.approx(
+        plain["acceleration_rms_g"][at], rel=0.01
+    )
     assert plain["acceleration_rms_error_g"][at] < heavy["acceleration_rms_error_g"][at] * 1.5
     assert plain["acceleration_rms_error_g"][at] > 0
 

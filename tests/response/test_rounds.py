@@ -9,6 +9,7 @@ import pytest
 from scripts import panel as panel_script
 from scripts import sound as sound_script
 
+from pidpanel.coupon.drive import Tone
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
 from pidpanel.response.rounds import Round, first_round, next_round, read_rounds
@@ -56,9 +57,7 @@ def simulated(fill, frequency, gamma):
 
 def case(fill, frequency, gamma):
     """A case of the sweep by its point alone."""
-    tone = {"frequency": frequency, "acceleration": gamma * 9.80665}
-    # its drive has the names of a run's as well
-    point = SimpleNamespace(fill_fraction=fill, drive=SimpleNamespace(**tone), **tone)
+    point = SimpleNamespace(fill_fraction=fill, drive=Tone(frequency, gamma * 9.80665))
     return SimpleNamespace(label=f"r{fill}_f{frequency}_a{gamma}", point=point)
 
 
@@ -84,7 +83,7 @@ def panel(tmp_path_factory, write_study, law_values):
 
 def surface_of(labels):
     rows = [
-        simulated(c.point.fill_fraction, c.point.frequency, c.point.acceleration / 9.80665)
+        simulated(c.point.fill_fraction, c.point.drive.frequency, c.point.drive.gamma)
         for c in POOL
         if c.label in labels
     ]

@@ -143,7 +143,7 @@ def test_a_log_cut_behind_the_workflows_back_is_found_and_named(smoke, tmp_path)
     result = snakemake(folder, study)
     assert result.returncode != 0
     assert "LogTruncated" in said(result)
-    assert "coupon.accuracy.coverage wants 100.0%" in said(result)
+    assert "coupon.accuracy.coverage requires 100.0%" in said(result)
 
 
 def with_target(folder, name, target, file):

@@ -7,7 +7,7 @@ from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.fingerprint import code_digest, file_digest
 from pidpanel.paths import DATA, PROJECT, TEMPLATES
 from pidpanel.study import Study, StudyError

@@ -1,14 +1,19 @@
-"""Shake one bed loose: its values as JSON and its packing in, ``bed.json`` with its fellows out."""
+"""Shake one bed loose: its values as JSON and its packing in, ``bed.json`` and its files out."""
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.coupon import runs
+from pidpanel.coupon import attempts
 from pidpanel.coupon.cases import Bed
 
+
+def main(arguments: Sequence[str]) -> None:
+    """Arguments: values of the bed, packing.json, bed.json."""
+    values, packing, output = arguments
+    attempts.loosen_bed(Bed.from_dict(json.loads(values)), Path(packing), Path(output))
+
+
 if __name__ == "__main__":
-    values, packing, output = sys.argv[1:]
-    bed = Bed.from_dict(json.loads(values))
-    outcome = runs.attempt_loosen(bed, Path(packing), Path(output).parent)
-    Path(output).write_text(json.dumps(outcome, indent=1) + "\n")
+    main(sys.argv[1:])

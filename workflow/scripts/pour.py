@@ -1,13 +1,19 @@
-"""Pour one packing: its values as JSON in, ``packing.json`` with its fellows out."""
+"""Pour one packing: its values as JSON in, ``packing.json`` and its other files out."""
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.coupon import runs
+from pidpanel.coupon import attempts
 from pidpanel.coupon.cases import Packing
 
+
+def main(arguments: Sequence[str]) -> None:
+    """Arguments: values of the packing, packing.json."""
+    values, output = arguments
+    attempts.pour_packing(Packing.from_dict(json.loads(values)), Path(output))
+
+
 if __name__ == "__main__":
-    values, output = sys.argv[1:]
-    outcome = runs.attempt_pour(Packing.from_dict(json.loads(values)), Path(output).parent)
-    Path(output).write_text(json.dumps(outcome, indent=1) + "\n")
+    main(sys.argv[1:])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report import evidence, html, sections, style

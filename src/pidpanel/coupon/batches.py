@@ -1,4 +1,4 @@
-"""Which cases one process shakes: those that cost little share what a process costs."""
+"""Which cases one process shakes: cheap ones share what a process costs."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 
 WORTH = 120.0
-"""CPU seconds of LIGGGHTS for which a process is begun; it costs 0.4 s itself, and
-Snakemake as much to look after it."""
+"""CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
+much to look after it."""
 
 MOST_RUNS = 32
-"""Runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
+"""Most runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
 
 STEP = StepCost(fixed=15e-6, per_sphere=0.35e-6)
-"""Of a 2.5 GHz core: only what is put together rests on it, never a result."""
+"""Of a 2.5 GHz core: only which cases share a process depends on it, never a result."""
 
 
 @dataclass(frozen=True)
@@ -29,24 +29,17 @@ class Batch:
 
     @property
     def label(self) -> str:
-        """``<cases>_<hash>``; the hash is over the labels of the cases and their targets."""
+        """``<cases>_<hash>``; the hash is that of the labels of the cases and their targets."""
         text = " ".join(f"{case.label}/{case.target.label}" for case in self.cases)
         return f"{len(self.cases)}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
     def as_list(self) -> list[dict[str, Any]]:
-        """As JSON holds it: label, target and runs of each case."""
-        return [
-            {
-                "case": case.label,
-                "target": vars(case.target),
-                "runs": [run.as_dict() for run in case.runs],
-            }
-            for case in self.cases
-        ]
+        """Its cases as JSON holds them; `Case.from_dict` is the inverse of each."""
+        return [case.as_dict() for case in self.cases]
 
 
 def expected_cost(case: Case) -> float:
-    """CPU seconds of a case on an ordinary core."""
+    """CPU time of a case on an ordinary core [s]."""
     return sum(
         run_steps(run, case) * STEP.of(spheres_in(run.packing, run.fill_fraction))
         for run in case.runs
@@ -54,7 +47,7 @@ def expected_cost(case: Case) -> float:
 
 
 def batches_of(cases: Iterable[Case]) -> Iterator[Batch]:
-    """Neighbours in the sweep together, until they are worth a process."""
+    """Put neighbours in the sweep together until they are worth a process."""
     together: list[Case] = []
     cost = 0.0
     for case in cases:

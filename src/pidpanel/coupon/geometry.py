@@ -1,4 +1,7 @@
-"""Cells and spheres as arrays: where the walls stand, where the spheres start, which stay."""
+"""Cells and spheres as arrays: where the walls are, where the spheres start, which stay.
+
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+"""
 
 from __future__ import annotations
 
@@ -8,43 +11,42 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.polygon import signed_area
 
 CELL_SPACING = 3.0
-"""Distance of neighbouring cells' centres over their width. They are closed off from each
+"""Distance of neighbouring cells' centres over their width [1]. The cells are closed off from each
 other; the space between takes up the wall triangles that reach past their cell."""
 
 LOOSE_FRACTION = 0.18
-"""Bulk fraction at which spheres start in the chimney; random sequential addition jams at
+"""Bulk fraction at which spheres start in the chimney [1]; random sequential addition jams at
 0.38 in bulk, and slows down long before that between walls."""
 
 DENSEST_FRACTION = 0.64
-"""Random close packing: no poured bed is denser, so pouring this much always over-fills."""
-
-
-CORNERS = {"hexagon": 6, "square": 4, "circle": 24}
-"""Corners of the prism that stands for a shape of cell."""
+"""Bulk fraction of random close packing [1]: no poured bed is denser, so pouring this much always
+over-fills."""
 
 
 @dataclass(frozen=True)
 class Sizes:
     """How the diameters of the spheres are distributed by number.
 
-    ``normal`` has its mean in the middle and its standard deviation a quarter of the range,
-    at whose ends it is cut.
+    Attributes
+    ----------
+    kind
+        ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle
+        and its standard deviation a quarter of the range, at whose ends it is cut.
+    smallest, largest
+        Diameters [m].
+    large_share
+        Share by number of the larger spheres among the two sizes of ``binary`` [1].
     """
 
     kind: str
-    """mono, normal, uniform or binary."""
     smallest: float
-    """m"""
     largest: float
-    """m"""
     large_share: float = 0.0
-    """Share of the larger spheres among the two sizes of ``binary``."""
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """``count`` diameters, m."""
+        """Draw so many diameters, (count,) [m]."""
         low, high = self.smallest, self.largest
         if self.kind == "mono":
             return np.full(count, low)
@@ -59,27 +61,8 @@ class Sizes:
         return found[:count]
 
 
-def cell_outline(shape: str, across_flats: float) -> Array:
-    """Corners of a cell round the origin, (k, 2) m, anticlockwise.
-
-    Parameters
-    ----------
-    shape
-        ``hexagon``, ``square`` or ``circle``. The circle is a polygon of 24 sides with the
-        area of the circle; its corners stand out by 0.6 % of the radius.
-    across_flats
-        Width of hexagon and square between opposite sides, diameter of the circle, m.
-    """
-    corners = CORNERS[shape]
-    inradius = across_flats / 2
-    if shape == "circle":
-        inradius *= math.sqrt(math.pi / (corners * math.tan(math.pi / corners)))
-    angle = 2 * math.pi * (np.arange(corners) + 0.5) / corners
-    return inradius / math.cos(math.pi / corners) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
 def cell_centres(across_flats: float, count: int) -> Array:
-    """Centres of ``count`` separate cells on a square grid, (count, 2) m."""
+    """Centres of ``count`` separate cells on a square grid, (count, 2) [m]."""
     columns = math.ceil(math.sqrt(count))
     pitch = CELL_SPACING * across_flats
     index = np.arange(count)
@@ -87,12 +70,23 @@ def cell_centres(across_flats: float, count: int) -> Array:
 
 
 def side_walls(outline: Array, centres: Array, height: float) -> Array:
-    """Triangles of the cells' side walls, one to a side, (n, 3, 3) m.
+    """Triangles of the cells' side walls, one to a side, (c k, 3, 3) [m].
 
-    ``outline`` (k, 2) are the corners of one convex cell round its centre. A triangle holds
-    the rectangle side × ``height`` and reaches past it, twice as wide at the floor and twice
-    as high. Past a side of a convex cell there is nothing of the cell, so the spheres meet
-    the same planes as with two triangles to a side, at half the cost, and never an edge.
+    Parameters
+    ----------
+    outline
+        (k, 2) corners of one convex cell round its centre [m].
+    centres
+        (c, 2) of the cells [m].
+    height
+        Of the walls [m].
+
+    Notes
+    -----
+    A triangle holds the rectangle side × ``height`` and reaches past it, twice as wide at the
+    floor and twice as high. Past a side of a convex cell there is nothing of the cell, so the
+    spheres meet the same planes as with two triangles to a side, at half the cost, and never an
+    edge.
     """
     corners = outline[None] + centres[:, None]
     side = np.roll(corners, -1, axis=1) - corners
@@ -104,7 +98,7 @@ def side_walls(outline: Array, centres: Array, height: float) -> Array:
 
 
 def caps(outline: Array, centres: Array, depth: float) -> Array:
-    """Triangles of the floors and lids of the cells, one for each, (2n, 3, 3) m.
+    """Triangles of the floors, then of the lids of the cells, one for each, (2c, 3, 3) [m].
 
     A triangle holds the circle round the corners of ``outline`` (k, 2), so the spheres meet
     a plane. In a run of meshes alone every contact can be listed; a primitive plane's cannot.
@@ -118,8 +112,43 @@ def caps(outline: Array, centres: Array, depth: float) -> Array:
     )
 
 
+def closed_cells(outline: Array, centres: Array, depth: float) -> Array:
+    """Triangles of closed cells: sides, then floors, then lids, (c (k + 2), 3, 3) [m].
+
+    Parameters
+    ----------
+    outline, centres
+        As of `side_walls`.
+    depth
+        Of the cells [m].
+    """
+    sides = side_walls(outline, centres, depth)
+    return np.concatenate([sides, caps(outline, centres, depth)])
+
+
+def simulation_box(across_flats: float, centres: Array, height: float, below: float) -> Array:
+    """Lower and upper bounds of a box round cells of a ``height``, (3, 2) [m].
+
+    ``below`` is what it reaches below the floor. The wall triangles reach twice as high as the
+    walls.
+    """
+    reach = CELL_SPACING / 2 * across_flats
+    low, high = centres.min(axis=0) - reach, centres.max(axis=0) + reach
+    return np.array([[low[0], high[0]], [low[1], high[1]], [-below, 2.1 * height]])
+
+
 def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Generator) -> Array:
-    """Diameters, m, of enough spheres for one cell that the bed stands above ``depth``."""
+    """Diameters of enough spheres for one cell that the bed rises above ``depth``, (n,) [m].
+
+    Parameters
+    ----------
+    sizes
+        Their distribution.
+    cell_area, depth
+        Of the cell [m²], [m].
+    rng
+        Draws them.
+    """
     volume = DENSEST_FRACTION * cell_area * depth
     most = math.ceil(volume / (math.pi / 6 * sizes.smallest**3)) + 1
     diameters = sizes.draw(most, rng)
@@ -128,7 +157,15 @@ def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Ge
 
 
 def chimney_height(outline: Array, diameters: Array) -> float:
-    """Height, m, in which spheres of these ``diameters`` find room at `LOOSE_FRACTION`."""
+    """Height in which spheres of these diameters find room at `LOOSE_FRACTION` [m].
+
+    Parameters
+    ----------
+    outline
+        (k, 2) corners of the convex cell [m].
+    diameters
+        (n,) [m]
+    """
     inradius = _inradius(outline)
     widest = float(diameters.max())
     reachable = polygon_area(outline) * ((inradius - widest / 2) / inradius) ** 2
@@ -137,8 +174,18 @@ def chimney_height(outline: Array, diameters: Array) -> float:
 
 
 def polygon_area(outline: Array) -> float:
-    """Area inside a closed polygon (k, 2), m²."""
-    return abs(signed_area(outline))
+    """Area inside a polygon with corners (k, 2), by the shoelace formula [m²].
+
+    Not `pidpanel.polygon.signed_area`: its sums are rounded otherwise, and a chimney that is higher
+    by a last digit makes another packing.
+
+    Examples
+    --------
+    >>> polygon_area(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]))
+    2.0
+    """
+    x, y = outline.T
+    return float(0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
 def _inradius(outline: Array) -> float:
@@ -148,7 +195,7 @@ def _inradius(outline: Array) -> float:
 
 
 def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Generator) -> Array:
-    """Spheres at random in a prism without overlap, (n, 3) m.
+    """Place spheres at random in a prism without overlap, (n, 3) [m].
 
     Random sequential addition, the largest first: positions are drawn uniformly over the
     part of the cell that a centre can reach and kept when 1 % clear of all earlier ones.
@@ -156,11 +203,13 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
     Parameters
     ----------
     outline
-        (k, 2) corners of the convex cell, m.
+        (k, 2) corners of the convex cell [m].
     height
-        Of the prism, m.
+        Of the prism [m].
     diameters
-        (n,) m.
+        (n,) [m]
+    rng
+        Draws the positions.
 
     Raises
     ------
@@ -193,11 +242,19 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
 
 
 def full_count(cell: Index, z: Array, depth: float, diameters: Array) -> int:
-    """Spheres per cell that stand wholly below the lid in the emptiest cell: N_full.
+    """Spheres per cell that are wholly below the lid in the emptiest cell: N_full.
 
-    The fill fraction is r = N/N_full. ``cell`` (n,) is the index of each sphere's cell,
-    ``z`` (n,) the height of its centre above the floor in a bed poured higher than the cell,
-    ``diameters`` (n,) m.
+    The fill fraction is r = N/N_full.
+
+    Parameters
+    ----------
+    cell
+        (n,) index of each sphere's cell.
+    z, diameters
+        (n,) height of its centre above the floor in a bed poured higher than the cell, and its
+        diameter [m].
+    depth
+        Of the cell [m].
     """
     inside = z <= depth - diameters / 2
     return int(np.bincount(cell[inside], minlength=int(cell.max()) + 1).min())
@@ -215,12 +272,12 @@ def lowest(cell: Index, z: Array, count: int) -> Index:
 
 
 def deepest_overlap(positions: Array, diameters: Array) -> float:
-    """Deepest overlap of two spheres, m; 0 if none touch.
+    """Deepest overlap of two spheres [m]; 0 if none touch.
 
     Parameters
     ----------
     positions, diameters
-        (n, 3) centres and (n,), m.
+        (n, 3) centres and (n,) [m].
     """
     # neighbours in height, one further at a time; scipy's tree takes half a second to import
     order = np.argsort(positions[:, 2])
@@ -237,5 +294,5 @@ def deepest_overlap(positions: Array, diameters: Array) -> float:
 
 
 def masses(diameters: Array, density: float) -> Array:
-    """Mass of each sphere, kg."""
+    """Mass of each sphere, (n,) [kg]: ρ π d³/6 of diameters [m] and density [kg/m³]."""
     return density * math.pi / 6 * np.asarray(diameters) ** 3

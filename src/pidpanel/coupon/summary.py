@@ -1,4 +1,7 @@
-"""From the runs of a case to its row in ``cases.csv``."""
+"""From the runs of a case to its row in ``cases.csv``.
+
+Nothing here enters a label: changed code makes the table anew from the rows that are there.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +9,72 @@ import csv
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles
-from pidpanel.coupon.cases import Case
-from pidpanel.coupon.liggghts import output
-from pidpanel.coupon.runs import FLOOR, estimates, is_steady, read_run
+from pidpanel.coupon import coding, cycles, rows
+from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.liggghts.failures import EnergyNotClosed, NotSteady, RunFailed, SolverFailure
+from pidpanel.coupon.records import OK, MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
+Row = dict[str, Any]
+"""A row of ``cases.csv``: column and value."""
 
-def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
+
+class CoverageMissed(RuntimeError):
+    """Too few cases are ok to build on; the text names the others."""
+
+
+@dataclass(frozen=True)
+class Read:
+    """What one seed of a case gives."""
+
+    damping: cycles.Estimate
+    """C_e [N s/m³]."""
+    apparent_mass: cycles.Estimate
+    """m_a [kg/m²]."""
+    found: Shaken
+
+
+def read_run(run: Run, file: Path) -> Read:
+    """Estimates of one run from the outcome in its folder.
+
+    Raises
+    ------
+    RunFailed
+        If the run ended with a failure.
+    SolverFailure
+        If the file or the rows cannot be read.
+    """
+    found = coding.read(ShakeOutcome, file).shaken
+    read = rows.read_rows(run, file.parent, found.legs, found.cycles)
+    return Read(*rows.estimates(run, read, found.mass_kg), found)
+
+
+def problems_of(read: Read, folder: Path) -> list[SolverFailure]:
+    """What speaks against a run that came to its end."""
+    problems: list[SolverFailure] = []
+    damping, done = read.damping, read.found.cycles
+    if not rows.is_steady(damping, done):
+        problems.append(
+            NotSteady(
+                f"{folder}: transient to cycle {damping.start} of {done}, "
+                f"drift of {damping.drift:.2g} standard errors after it"
+            )
+        )
+    balance = read.found.balance
+    if balance is not None and abs(balance.closure) > CLOSURE_LIMIT:
+        problems.append(
+            EnergyNotClosed(f"{folder}: {balance.closure:+.2%} of the work in the energy balance")
+        )
+    return problems
+
+
+def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
     """One row of ``cases.csv``: what was asked, what came out, how sure it is.
 
     Parameters
@@ -27,61 +82,42 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
     case
         The case.
     outcomes
-        The files `runs.attempt_shake` left, one a seed, each in the folder of its run.
+        The files of `Case.outcomes`, one a seed, each in the folder of its run.
     """
-    point = case.point
-    packing = point.packing
     problems: list[tuple[str, str]] = []
-    kept = []
+    kept: list[Read] = []
     for run, path in zip(case.runs, outcomes, strict=True):
-        outcome = json.loads(path.read_text())
         try:
-            if outcome["status"] != "ok":
-                problems.append((outcome["status"], outcome["message"]))
-                continue
-            rows = read_run(run, path.parent, outcome["legs"], outcome["cycles"])
-        except output.SolverFailure as failure:
+            read = read_run(run, path)
+        except RunFailed as failure:
+            problems.append((failure.status, str(failure)))
+        except SolverFailure as failure:
             problems.append((type(failure).__name__, str(failure)))
-            continue
-        found, mass = estimates(run, rows, outcome["mass_kg"])
-        kept.append((found, mass, outcome))
-        if not is_steady(found, len(rows)):
-            problems.append(
-                (
-                    "NotSteady",
-                    f"{path.parent}: transient to cycle {found.start} of {len(rows)}, "
-                    f"drift of {found.drift:.2g} standard errors after it",
-                )
-            )
-        balance = outcome["balance"]
-        if balance is not None and abs(balance["closure"]) > CLOSURE_LIMIT:
-            problems.append(
-                (
-                    "EnergyNotClosed",
-                    f"{path.parent}: {balance['closure']:+.2%} of the work in the energy balance",
-                )
-            )
+        else:
+            kept.append(read)
+            problems += [(type(p).__name__, str(p)) for p in problems_of(read, path.parent)]
+    point, packing, drive = case.point, case.point.packing, case.point.drive
     c, c_error, m, m_error, spheres, mass_kg, drift = (math.nan,) * 7
     if kept:
-        c, c_error = cycles.combine(*np.array([[e.mean, e.error] for e, _, _ in kept]).T)
-        m, m_error = cycles.combine(*np.array([[e.mean, e.error] for _, e, _ in kept]).T)
-        spheres = float(np.mean([o["spheres"] for _, _, o in kept])) / packing.count
-        mass_kg = float(np.mean([o["mass_kg"] for _, _, o in kept]))
-        drift = max((e.drift for e, _, _ in kept), key=abs)
+        c, c_error = _combined([one.damping for one in kept])
+        m, m_error = _combined([one.apparent_mass for one in kept])
+        spheres = float(np.mean([one.found.spheres for one in kept])) / packing.count
+        mass_kg = float(np.mean([one.found.mass_kg for one in kept]))
+        drift = max((one.damping.drift for one in kept), key=abs)
     per_area = mass_kg / packing.area
-    bound = cycles.inelastic_bound(per_area, point.frequency)
-    w, f = point.amplitude, point.frequency
+    w, f = drive.amplitude, drive.frequency
+    bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
     total_error = math.hypot(c_error, bias * c)
     return {
         "case": case.label,
         "fill_fraction": point.fill_fraction,
         "frequency_hz": f,
-        "acceleration_g": point.acceleration / STANDARD_GRAVITY,
+        "acceleration_g": drive.gamma,
         "displacement_mm": w * 1e3,
-        "velocity_m_s": point.speed,
+        "velocity_m_s": drive.speed,
         "diameter_mm": packing.diameter * 1e3,
-        **{key: value for key, value in case.varied.items()},
+        **case.varied,
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
         "seeds": len(kept),
         "cells": packing.count,
@@ -100,24 +136,28 @@ def summarise(case: Case, outcomes: list[Path]) -> dict[str, Any]:
         "loss_factor_error": cycles.loss_factor(total_error, per_area, f),
         "bound_n_s_m3": bound,
         "share_of_bound": c / bound,
-        **_energies([outcome["balance"] for _, _, outcome in kept]),
-        "cycles_run": sum(o["cycles"] for _, _, o in kept),
-        "cycles_used": sum(e.used for e, _, _ in kept),
+        **_energies([one.found.balance for one in kept]),
+        "cycles_run": sum(one.found.cycles for one in kept),
+        "cycles_used": sum(one.damping.used for one in kept),
         "drift": drift,
-        "target_met": bool(c_error <= max(case.relative_error * abs(c), FLOOR * bound)),
+        "target_met": bool(c_error <= max(case.relative_error * abs(c), rows.FLOOR * bound)),
         "ended_by": "max_cycles"
-        if any(o["ended_by"] == "max_cycles" for _, _, o in kept)
+        if any(one.found.ended_by == "max_cycles" for one in kept)
         else "accuracy",
-        "status": problems[0][0] if problems else "ok",
+        "status": problems[0][0] if problems else OK,
         "message": problems[0][1] if problems else "",
     }
 
 
-def _energies(balances: list[dict[str, float] | None]) -> dict[str, float]:
+def _combined(seeds: Sequence[cycles.Estimate]) -> tuple[float, float]:
+    return cycles.combine(*np.array([[one.mean, one.error] for one in seeds]).T)
+
+
+def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     """Worst closure of the seeds and shares of the loss, all seeds together."""
     known = [balance for balance in balances if balance is not None]
     normal, tangential, rolling, walls = (
-        sum(balance[key] for balance in known for key in keys)
+        sum(getattr(balance.energies, key) for balance in known for key in keys)
         for keys in (
             ("sphere_normal", "wall_normal"),
             ("sphere_tangential", "wall_tangential"),
@@ -128,19 +168,77 @@ def _energies(balances: list[dict[str, float] | None]) -> dict[str, float]:
     total = normal + tangential + rolling
     share = (lambda part: part / total) if total else (lambda part: math.nan)
     return {
-        "closure": max((balance["closure"] for balance in known), key=abs, default=math.nan),
+        "closure": max((balance.closure for balance in known), key=abs, default=math.nan),
         "normal_share": share(normal),
         "tangential_share": share(tangential),
         "wall_share": share(walls),
     }
 
 
-def write_cases(rows: Sequence[dict[str, Any]], path: Path) -> None:
+def write_table(
+    cases: Sequence[Case], folder: Path, file: Path, *, coverage: float, chosen: Path | None = None
+) -> None:
+    """Write ``cases.csv``: all cases, or those that a round of the design has chosen.
+
+    Parameters
+    ----------
+    cases
+        Of the study.
+    folder
+        ``results/coupon``.
+    file
+        The table.
+    coverage
+        Share of the cases that must be ok [1].
+    chosen
+        JSON file of a round: the labels of its ``cases`` and how many ``new`` ones it wants run;
+        coverage is held to only once it wants none.
+
+    Raises
+    ------
+    CoverageMissed
+        After the table was written, with each case that is not ok.
+    """
+    last = True
+    if chosen is not None:
+        design = json.loads(chosen.read_text())
+        labels, last = set(design["cases"]), design["new"] == 0
+        cases = [case for case in cases if case.label in labels]
+    table = [summarise(case, case.outcomes(folder)) for case in cases]
+    write_cases(table, file)
+    if last:
+        check_coverage(table, coverage)
+
+
+def check_coverage(table: Sequence[Row], coverage: float) -> None:
+    """Refuse a table of which too few cases are ok.
+
+    Raises
+    ------
+    CoverageMissed
+        With each case that is not ok.
+    """
+    bad = [row for row in table if row["status"] != OK]
+    good = (len(table) - len(bad)) / len(table)
+    if good < coverage:
+        lines = [f"{row['case']}: {row['status']}: {row['message']}" for row in bad]
+        raise CoverageMissed(
+            "\n".join(
+                [
+                    *lines,
+                    f"{good:.1%} of the cases are ok; coupon.accuracy.coverage requires "
+                    f"{coverage:.1%}",
+                ]
+            )
+        )
+
+
+def write_cases(table: Sequence[Row], file: Path) -> None:
     """Rows of `summarise` as ``cases.csv``: seven digits, nothing where a number is unknown."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: _cell(value) for key, value in row.items()} for row in table)
 
 
 def _cell(value: Any) -> str:

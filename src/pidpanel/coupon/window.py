@@ -1,21 +1,27 @@
-"""The window of a run in which all contacts are listed, and its energy balance."""
+"""The window of a run in which all contacts are listed, and its energy balance.
+
+Nothing here enters a label. A run whose balance was measured by other code (`code`) keeps its rows
+and has its balance measured anew.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from pidpanel import fingerprint
+from pidpanel.arrays import Array
 from pidpanel.coupon import balance, cycles, geometry
-from pidpanel.coupon.cases import Run
-from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.cases import Packing, Run
+from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.process import Liggghts
-from pidpanel.coupon.preparation import read_diameters, wall_planes
+from pidpanel.coupon.records import MeasuredBalance
 
 CLOSURE_LIMIT = 0.02
-"""Share of the work that may be missing in the energy balance."""
+"""Share of the work that may be missing in the energy balance [1]."""
 
 FRAMES_PER_CONTACT = (6, 24)
 """Frames of the energy balance in an impact at the speed of the drive; the second where the
@@ -26,134 +32,125 @@ ENOUGH_FRAMES = 1500
 each will do: at 30 Hz the loss moves by 0.3 %, its normal share by 0.0013 at the most."""
 
 WINDOW = 2e-3
-"""Shortest window of the energy balance, s; one cycle where that is longer."""
+"""Shortest window of the energy balance [s]; one cycle where that is longer."""
 
-BALANCE_COLUMNS = (
-    *("x", "y", "z", "vx", "vy", "vz"),
-    *("omegax", "omegay", "omegaz", "fx", "fy", "fz"),
-)
-"""Of each sphere in every frame of the energy balance, SI."""
+
+@lru_cache
+def code() -> str:
+    """Hash of the code that measures a balance."""
+    return fingerprint.module_digest("pidpanel.coupon.balance", "pidpanel.coupon.window")
 
 
 def measure_balance(
-    solver: Liggghts, run: Run, spheres: int, floor: float, folder: Path
-) -> dict[str, float]:
+    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path
+) -> MeasuredBalance:
     """Energy balance over some cycles after the last of a run; see `balance`.
 
     Parameters
     ----------
     solver
         At the last cycle of the run; its cycle file is closed here.
+    run
+        The run.
     spheres
         In all cells.
-    floor
-        The smallest error of C_e that is asked for, N s/m³; see `runs.FLOOR`.
+    smallest_error
+        Of C_e that is asked for [N s/m³]; see `rows.smallest_error`.
     folder
         Of the run.
-
-    Returns
-    -------
-    dict
-        The energies of `balance.Balance` in J, ``closure`` (the residual over the work),
-        ``cycles`` and ``frames`` of the window.
     """
-    solver.execute("unfix cycle")
+    solver.end_cycle_rows()
     for per_contact in FRAMES_PER_CONTACT:
-        found = _window(solver, run, spheres, floor, folder, per_contact)
-        if abs(found["closure"]) <= CLOSURE_LIMIT:
+        found = _window(solver, run, spheres, smallest_error, folder, per_contact)
+        if abs(found.closure) <= CLOSURE_LIMIT:
             break
     return found
 
 
 def _window(
-    solver: Liggghts, run: Run, spheres: int, floor: float, folder: Path, per_contact: int
-) -> dict[str, float]:
-    packing, constants = run.packing, run.constants
-    steps = run.steps_per_cycle
-    impact = run.contact_time_at(constants.youngs_modulus)
-    window = max(1, math.ceil(WINDOW * run.frequency))
+    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path, per_contact: int
+) -> MeasuredBalance:
+    drive, steps = run.drive, run.steps_per_cycle
+    impact = run.contact_time_at(run.constants.youngs_modulus)
+    window = max(1, math.ceil(WINDOW * drive.frequency))
     stride = _stride(steps, impact / per_contact / run.time_step)
     if window * steps > ENOUGH_FRAMES * stride:
         enough = _stride(steps, window * steps / ENOUGH_FRAMES)
         stride = max(stride, min(enough, _stride(steps, 2 * impact / per_contact / run.time_step)))
-    rolling = bool(constants.rolling_friction or constants.wall_rolling_friction)
-    pairs, touches, moving = (folder / n for n in ("pairs.dump", "touches.dump", "spheres.bin"))
-    first, _, _ = solver.execute(
-        f"dump pairs all local {stride} {pairs.name} {_columns('pairs', (1, 2), rolling)}\n"
-        f"dump touches all local {stride} {touches.name} {_columns('touches', (2, 3), rolling)}\n"
-        f"dump spheres all custom {stride} {moving.name} id {' '.join(BALANCE_COLUMNS)}\n"
-        "dump_modify spheres sort id"
-    )
-    solver.execute(f"run {window * steps}\nundump pairs\nundump touches\nundump spheres")
-    motion = output.read_binary_dump(
-        moving.read_bytes(), str(moving), atoms=spheres, columns=1 + len(BALANCE_COLUMNS)
-    )
-    (pair_frame, pair), (touch_frame, touch) = (
-        output.read_local_dump(
-            path.read_text(), str(path), frames=len(motion), columns=8 if rolling else 5
+    rolling = run.constants.has_rolling_friction
+    first, files = solver.list_contacts(window * steps, stride, rolling=rolling)
+    motion = output.read_motion(files.motion.read_bytes(), str(files.motion), spheres=spheres)
+    frames = len(motion.position)
+    pairs, touches = (
+        output.read_contacts(
+            path.read_text(), str(path), frames=frames, with_wall=with_wall, rolling=rolling
         )
-        for path in (pairs, touches)
+        for path, with_wall in ((files.pairs, False), (files.touches, True))
     )
-    for path in (pairs, touches, moving):
+    for path in files:
         path.unlink()
-    diameters = read_diameters((folder / "start.data").read_text())
-    phase = 2 * math.pi * (first + stride * np.arange(len(motion))) / steps
-    moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
-    ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
-    mass = geometry.masses(diameters, packing.density)
-    velocity, force = motion[:, :, 4:7], motion[:, :, 10:13]
+    diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
+    mass = geometry.masses(diameters, run.packing.density)
+    phase = 2 * math.pi * (first + stride * np.arange(frames)) / steps
     found = balance.energy_balance(
         balance.Spheres(
             radius=diameters / 2,
             mass=mass,
-            position=motion[:, :, 1:4],
-            velocity=velocity,
-            spin=motion[:, :, 7:10],
+            position=motion.position,
+            velocity=motion.velocity,
+            spin=motion.spin,
             # the second half of velocity Verlet, taken back
-            earlier_velocity=velocity - 0.5 * run.time_step * force / mass[:, None],
+            earlier_velocity=motion.velocity - 0.5 * run.time_step * motion.force / mass[:, None],
         ),
-        balance.Contacts(
-            pair_frame,
-            pair[:, 0].astype(int) - 1,
-            pair[:, 1].astype(int) - 1,
-            pair[:, 2:5],
-            pair[:, 5:8] if rolling else None,
-        ),
-        balance.Contacts(
-            touch_frame,
-            touch[:, 1].astype(int) - 1,
-            touch[:, 0].astype(int),
-            touch[:, 2:5],
-            touch[:, 5:8] if rolling else None,
-        ),
-        wall_planes(packing),
-        (
-            balance.Material(
-                balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
-            ),
-            balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
-        ),
-        run.acceleration * np.sin(phase),
+        balance.Contacts(*pairs),
+        balance.Contacts(*touches),
+        wall_planes(run.packing),
+        _materials(run),
+        drive.acceleration_at(phase),
         run.bed.gravity * np.array(run.bed.gravity_direction),
         stride * run.time_step,
     )
     # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
-    smallest = cycles.dissipated_energy(floor, run.amplitude, run.frequency)
-    least = float(smallest) / CLOSURE_LIMIT * window * packing.area
-    return {
-        **asdict(found),
-        "closure": found.residual / max(abs(found.work), found.dissipated, least),
-        "cycles": window,
-        "frames": len(motion),
-    }
+    smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
+    least = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
+    return MeasuredBalance(
+        energies=found,
+        closure=found.residual / max(abs(found.work), found.dissipated, least),
+        cycles=window,
+        frames=frames,
+    )
+
+
+def _materials(run: Run) -> tuple[balance.Material, balance.Material]:
+    """Of sphere on sphere and of sphere on wall."""
+    constants = run.constants
+    moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
+    ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
+    return (
+        balance.Material(
+            balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
+        ),
+        balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
+    )
+
+
+def wall_planes(packing: Packing) -> Array:
+    """Plane of each triangle of `geometry.closed_cells`: unit normal into the cell, offset; (t, 4).
+
+    n·x = offset on the plane [m].
+    """
+    triangles = geometry.closed_cells(packing.outline, packing.centres, packing.depth)
+    corner, along, up = np.moveaxis(triangles, 1, 0)
+    normal = np.cross(along - corner, up - corner)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    middle = np.column_stack([packing.centres, np.full(packing.count, packing.depth / 2)])
+    cells = np.arange(packing.count)
+    own = np.concatenate([np.repeat(cells, len(packing.outline)), cells, cells])
+    offset = (normal * corner).sum(axis=1)
+    side = np.sign((normal * middle[own]).sum(axis=1) - offset)
+    return np.column_stack([side[:, None] * normal, side * offset])
 
 
 def _stride(steps: int, longest: float) -> int:
     """The longest stride of so many steps or fewer that divides a cycle of ``steps``."""
     return max(k for k in range(1, max(1, int(longest)) + 1) if steps % k == 0)
-
-
-def _columns(compute: str, ids: tuple[int, int], rolling: bool) -> str:
-    """Ids, force and, for rolling friction, torque in the output of ``pair/gran/local``."""
-    values = (*ids, 4, 5, 6, 7, 8, 9) if rolling else (*ids, 4, 5, 6)
-    return " ".join(f"c_{compute}[{k}]" for k in values)

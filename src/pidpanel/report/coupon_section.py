@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.coupon.geometry import cell_centres
+from pidpanel.coupon.shapes import SHAPES
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import figures, pictures, style, tables
 from pidpanel.report.evidence import Beads
@@ -105,13 +106,13 @@ def beads_block(beads: Beads) -> Picture:
     if shown < packing.count:
         side = f"{shown} of them {side}"
     limits = (0.0, float(beads.speed.max()))
-    shape = {"hexagon": "hexagonal", "square": "square", "circle": "round"}[packing.shape]
+    shape = SHAPES[packing.shape].word
     where = (
         f"{len(beads.positions)} spheres of {packing.diameter * 1e3:g} mm in {packing.count} "
         f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm "
         f"({side}), r = {beads.run.fill_fraction:g}, "
-        f"{beads.run.frequency:g} Hz, "
-        f"Γ = {beads.run.acceleration / figures.STANDARD_GRAVITY:.4g} ({beads.label})."
+        f"{beads.run.drive.frequency:g} Hz, "
+        f"Γ = {beads.run.drive.gamma:.4g} ({beads.label})."
     )
     caption = f"{where} State after {beads.cycles} cycles; colour: speed relative to the cell."
     image = pictures.beads_picture(

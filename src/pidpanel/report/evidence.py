@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles, preparation, runs
+from pidpanel.coupon import coding, cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run
-from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.liggghts import deck, output, start_files
+from pidpanel.coupon.records import ShakeOutcome
 from pidpanel.report.figures import Record
 
 PICTURED = (0.5, 158.0, 10.0)
@@ -77,8 +76,7 @@ def _title(case: Case, with_size: bool) -> str:
     """A case as the title of its figure; what the study varies stands on a second line."""
     point = case.point
     title = (
-        f"r = {point.fill_fraction:g}, {point.frequency:g} Hz, "
-        f"Γ = {point.acceleration / STANDARD_GRAVITY:.4g}"
+        f"r = {point.fill_fraction:g}, {point.drive.frequency:g} Hz, Γ = {point.drive.gamma:.4g}"
     )
     more = [f"d = {1e3 * point.packing.diameter:g} mm"] if with_size else []
     for key, value in case.varied.items():
@@ -101,14 +99,14 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
     """
     records = []
     for run, path in zip(case.runs, case.outcomes(folder), strict=True):
-        outcome = json.loads(path.read_text())
-        if outcome["status"] != "ok":
+        outcome = coding.read(ShakeOutcome, path).found
+        if outcome is None:
             continue
-        rows = runs.read_run(run, path.parent, outcome["legs"], outcome["cycles"])
-        damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
-        found, _ = runs.estimates(run, rows, outcome["mass_kg"])
+        read = rows.read_rows(run, path.parent, outcome.legs, outcome.cycles)
+        damping, _ = rows.harmonic(run, read, outcome.mass_kg)
+        found, _ = rows.estimates(run, read, outcome.mass_kg)
         mean, error, energy = (
-            cycles.dissipated_energy(value, run.amplitude, run.frequency)
+            cycles.dissipated_energy(value, run.drive.amplitude, run.drive.frequency)
             for value in (found.mean, found.error, damping)
         )
         records.append(
@@ -133,9 +131,9 @@ def read_beads(case: Case, folder: Path) -> Beads:
         As in `read_records`.
     """
     run, path = case.point, case.outcomes(folder)[0]
-    outcome = json.loads(path.read_text())
-    last = path.parent / "last.dump"
-    state = output.read_dump(last.read_text(), str(last), runs.LAST_COLUMNS)[-1]
-    diameters = preparation.read_diameters((path.parent / "start.data").read_text())
+    found = coding.read(ShakeOutcome, path).shaken
+    last = path.parent / runs.LAST_FILE
+    state = output.read_dump(last.read_text(), str(last), output.POSITION_AND_VELOCITY)[-1]
+    diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
-    return Beads(run, case.label, state[:, :3], diameters, speed, outcome["cycles"])
+    return Beads(run, case.label, state[:, :3], diameters, speed, found.cycles)

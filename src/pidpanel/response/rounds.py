@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon.cases import Case, cases_of
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping import design
 from pidpanel.damping.from_study import read_cases, surface_of
 from pidpanel.damping.surface import DampingSurface
@@ -148,10 +148,7 @@ def next_round(
 
 def points_of(cases: Sequence[Case]) -> Array:
     """Return r, f [Hz] and Γ of cases, (n, 3)."""
-    rows = [
-        (c.point.fill_fraction, c.point.frequency, c.point.acceleration / STANDARD_GRAVITY)
-        for c in cases
-    ]
+    rows = [(c.point.fill_fraction, c.point.drive.frequency, c.point.drive.gamma) for c in cases]
     return np.array(rows).reshape(-1, 3)
 
 

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon.geometry import Sizes
+from pidpanel.coupon.shapes import ShapeName
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fill, Fraction, Model, Positive
 from pidpanel.study.explaining import mistakes_of
@@ -28,7 +29,7 @@ RollingFriction = Annotated[float, Field(ge=0, le=1)]
 class Cell(Model):
     """One honeycomb cell, and how many of them a run shakes side by side."""
 
-    shape: Literal["hexagon", "square", "circle"] = "hexagon"
+    shape: ShapeName = "hexagon"
     across_flats_mm: Positive = 6.35
     """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
     depth_mm: Positive = 25.0

@@ -6,9 +6,8 @@ import jinja2
 import numpy as np
 import pytest
 
-from pidpanel.coupon import preparation
-from pidpanel.coupon.cases import cases_of
-from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts import deck, start_files
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "golden" / "shake"
@@ -26,14 +25,14 @@ def golden_run():
 
 
 def test_the_rendered_deck_is_the_recorded_one_to_the_letter():
-    text = deck.render("shake.in.j2", preparation.shake_values(golden_run()))
+    text = deck.render("shake.in.j2", deck.shake_values(golden_run()))
     recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs
     assert recorded.startswith(text.rstrip() + "\nprint ")
 
 
 def test_a_variable_that_nobody_set_is_refused_by_name():
-    values = preparation.shake_values(golden_run())
+    values = deck.shake_values(golden_run())
     del values["time_step"]
     with pytest.raises(jinja2.UndefinedError, match="'time_step' is undefined"):
         deck.render("shake.in.j2", values)
@@ -48,7 +47,7 @@ def test_numbers_are_written_so_that_they_read_back_the_same(tmp_path):
 
 def test_a_data_file_holds_every_sphere_once():
     positions = np.array([[0.0, 1e-3, 2e-3], [3e-3, 4e-3, 5.123456789e-3]])
-    text = deck.data_file(
+    text = start_files.data_file(
         positions, np.array([2e-3, 3e-3]), 1190.0, np.array([[0, 1], [0, 1], [0, 1]])
     )
     assert "2 atoms\n2 atom types" in text

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import contact
-from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.liggghts import failures, output
 
 GOLDEN = Path(__file__).parent / "golden"
 STEPS, CYCLES, ATOMS = 1000, 12, 8
@@ -36,13 +36,13 @@ def test_a_whole_log_is_accepted():
 def test_a_file_cut_at_any_line_is_refused():
     lines = WHOLE.splitlines(keepends=True)
     for kept in range(len(lines)):
-        with pytest.raises(output.LogTruncated):
+        with pytest.raises(failures.LogTruncated):
             read("".join(lines[:kept]))
 
 
 def test_a_file_cut_at_any_byte_is_refused():
     for kept in range(len(WHOLE)):
-        with pytest.raises(output.SolverFailure):
+        with pytest.raises(failures.SolverFailure):
             read(WHOLE[:kept])
 
 
@@ -52,26 +52,26 @@ def test_a_number_that_is_none_is_refused_with_its_line(word):
     fields = lines[4].split(" ")
     fields[2] = word
     lines[4] = " ".join(fields)
-    with pytest.raises(output.NotFinite, match=r"cycles.txt:5: "):
+    with pytest.raises(failures.NotFinite, match=r"cycles.txt:5: "):
         read("\n".join(lines) + "\n")
 
 
 def test_a_missing_row_is_refused_with_the_step_that_should_stand_there():
     lines = WHOLE.splitlines()
     del lines[5]
-    with pytest.raises(output.LogTruncated, match="step 5000 where 4000 should stand"):
+    with pytest.raises(failures.LogTruncated, match="step 5000 instead of 4000"):
         read("\n".join(lines) + "\n")
 
 
 def test_a_doubled_row_is_refused():
     lines = WHOLE.splitlines()
     lines.insert(6, lines[6])
-    with pytest.raises(output.LogTruncated, match="should stand"):
+    with pytest.raises(failures.LogTruncated, match="instead of"):
         read("\n".join(lines) + "\n")
 
 
 def test_one_cycle_less_than_asked_for_is_refused():
-    with pytest.raises(output.LogTruncated, match="12 of 13 cycles"):
+    with pytest.raises(failures.LogTruncated, match="12 of 13 cycles"):
         read(WHOLE, cycles=13)
 
 
@@ -86,28 +86,28 @@ def test_warnings_between_table_rows_do_no_harm():
 def test_a_run_ended_by_sigterm_is_named_though_it_exited_0():
     text = (GOLDEN / "stopped_by_sigterm" / "shake.log").read_text()
     assert "3000000 steps" in text  # what its footer claims
-    with pytest.raises(output.RunStopped, match="Forced restart written"):
+    with pytest.raises(failures.RunStopped, match="Forced restart written"):
         output.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
     rows = (GOLDEN / "stopped_by_sigterm" / "cycles.txt").read_text()
-    with pytest.raises(output.LogTruncated, match="of 3000 cycles"):
+    with pytest.raises(failures.LogTruncated, match="of 3000 cycles"):
         output.read_cycles(rows, "cycles.txt", steps_per_cycle=STEPS, cycles=3000)
 
 
 def test_a_run_ended_by_sigkill_is_named():
     text = (GOLDEN / "stopped_by_sigkill" / "shake.log").read_text()
-    with pytest.raises(output.RunStopped, match="last mark at step 0, not 3000000"):
+    with pytest.raises(failures.RunStopped, match="last mark at step 0, not 3000000"):
         output.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
 
 
 def test_lost_spheres_are_named():
     lines = LOG.splitlines()
     lines.append("ERROR: Lost atoms: original 8 current 7 (./src/thermo.cpp:439)")
-    with pytest.raises(output.ParticlesLost, match="Lost atoms"):
+    with pytest.raises(failures.ParticlesLost, match="Lost atoms"):
         check("\n".join(lines))
 
 
 def test_a_mark_with_fewer_spheres_is_named():
-    with pytest.raises(output.ParticlesLost, match="7 spheres of 8"):
+    with pytest.raises(failures.ParticlesLost, match="7 spheres of 8"):
         check(
             LOG.replace(
                 f"MARK step {STEPS * CYCLES} atoms 8", f"MARK step {STEPS * CYCLES} atoms 7"
@@ -116,19 +116,19 @@ def test_a_mark_with_fewer_spheres_is_named():
 
 
 def test_too_few_insertions_are_named():
-    with pytest.raises(output.ParticlesLost, match="Less insertions"):
+    with pytest.raises(failures.ParticlesLost, match="Less insertions"):
         check(LOG + "WARNING: Particle insertion: Less insertions than requested\n")
 
 
 def test_a_log_without_any_mark_is_refused():
-    with pytest.raises(output.LogTruncated, match="no mark"):
+    with pytest.raises(failures.LogTruncated, match="no mark"):
         check("LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0)\n")
 
 
 def test_the_echo_of_a_mark_is_not_taken_for_the_mark():
     text = "\n".join(line for line in LOG.splitlines() if not line.startswith("MARK"))
     assert 'print "MARK' in text
-    with pytest.raises(output.LogTruncated, match="no mark"):
+    with pytest.raises(failures.LogTruncated, match="no mark"):
         check(text)
 
 
@@ -144,7 +144,7 @@ def test_positions_are_those_of_the_dump_by_id():
 def test_a_dump_cut_anywhere_is_refused():
     text = (GOLDEN / "shake" / "last.dump").read_text()
     for kept in range(len(text)):
-        with pytest.raises(output.SolverFailure):
+        with pytest.raises(failures.SolverFailure):
             output.read_dump(text[:kept], "last.dump", ("x", "y", "z", "vx", "vy", "vz"))
 
 
@@ -179,11 +179,11 @@ def test_a_binary_dump_is_read_frame_by_frame():
 @pytest.mark.parametrize(
     ("content", "failure"),
     [
-        (binary_frame(5, TABLE)[:-1], output.LogTruncated),
-        (b"", output.LogTruncated),
-        (binary_frame(5, TABLE) + binary_frame(5, TABLE), output.LogTruncated),
-        (binary_frame(5, TABLE * [1, np.nan, 1]), output.NotFinite),
-        (binary_frame(5, TABLE + 1), output.ParticlesLost),
+        (binary_frame(5, TABLE)[:-1], failures.LogTruncated),
+        (b"", failures.LogTruncated),
+        (binary_frame(5, TABLE) + binary_frame(5, TABLE), failures.LogTruncated),
+        (binary_frame(5, TABLE * [1, np.nan, 1]), failures.NotFinite),
+        (binary_frame(5, TABLE + 1), failures.ParticlesLost),
     ],
 )
 def test_a_binary_dump_that_is_not_whole_is_named(content, failure):
@@ -209,21 +209,21 @@ def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():
 
 def test_contacts_cut_anywhere_are_named():
     for end in range(len(LOCAL)):
-        with pytest.raises(output.LogTruncated, match=r"pairs\.dump"):
+        with pytest.raises(failures.LogTruncated, match=r"pairs\.dump"):
             output.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)
 
 
 @pytest.mark.parametrize(
     ("line", "instead", "failure"),
     [
-        ("2 0.25 \n", "2 \n", output.LogTruncated),
-        ("2 0.25 \n", "\n", output.LogTruncated),
-        ("2 0.25 \n", "", output.LogTruncated),
-        ("2 0.25 \n", "2 0.25 \n" * 2, output.LogTruncated),
-        ("3 0.125 \n", "3 0.125 1 \n", output.LogTruncated),
-        ("3 0.125 \n", "3 nan \n", output.NotFinite),
-        ("3 0.125 \n", "3 0.1#5 \n", output.NotFinite),
-        ("3 0.125 \n", "# 0.125 \n", output.NotFinite),
+        ("2 0.25 \n", "2 \n", failures.LogTruncated),
+        ("2 0.25 \n", "\n", failures.LogTruncated),
+        ("2 0.25 \n", "", failures.LogTruncated),
+        ("2 0.25 \n", "2 0.25 \n" * 2, failures.LogTruncated),
+        ("3 0.125 \n", "3 0.125 1 \n", failures.LogTruncated),
+        ("3 0.125 \n", "3 nan \n", failures.NotFinite),
+        ("3 0.125 \n", "3 0.1#5 \n", failures.NotFinite),
+        ("3 0.125 \n", "# 0.125 \n", failures.NotFinite),
     ],
 )
 def test_garbled_contacts_are_named(line, instead, failure):

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.liggghts import failures, output
 
 WHOLE = (Path(__file__).parent / "golden" / "shake" / "cycles_1.txt").read_text()
 LINES = WHOLE.splitlines(keepends=True)
@@ -18,7 +18,7 @@ def same_or_named(text):
     """None if the reader refuses by name; else the rows must be those that were written."""
     try:
         rows = output.read_cycles(text, "cycles.txt", steps_per_cycle=1000, cycles=len(ROWS))
-    except output.SolverFailure:
+    except failures.SolverFailure:
         return
     np.testing.assert_array_equal(rows, ROWS)
 

@@ -1,9 +1,15 @@
-"""LIGGGHTS: every command it is given and every file it writes; nothing else speaks to it.
+"""LIGGGHTS: every command it is given and every file it reads and writes.
+
+Nothing outside this folder speaks its language.
 
 `deck`
-    What it reads: decks from the templates, data files.
+    Its decks as text, from the templates and the values of a packing or a run.
+`start_files`
+    What a run starts from, as text: the data file of the spheres, the STL of the walls.
 `process`
-    The program as a process that is fed command by command.
+    The program as a process that is told what to do in the words of the coupon.
 `output`
-    What it wrote: logs, cycle rows, dumps; and its failures by name.
+    What it wrote, read: logs, cycle rows, dumps.
+`failures`
+    Why a run does not count, by name.
 """

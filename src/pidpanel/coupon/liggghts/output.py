@@ -1,4 +1,4 @@
-"""What LIGGGHTS wrote, as text: cycle rows, log, dump; and the failures by name.
+"""What LIGGGHTS wrote, read: cycle rows, log, dumps.
 
 Nothing is accepted silently. LIGGGHTS exits 0 after a SIGTERM and after too few insertions,
 writes a footer that claims all steps, and leaves cut rows behind a SIGKILL, so a run counts
@@ -9,47 +9,12 @@ from __future__ import annotations
 
 import math
 import re
+from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-
-
-class SolverFailure(RuntimeError):
-    """A LIGGGHTS run that does not count; the class says why, the text where."""
-
-
-class SolverMissing(SolverFailure):
-    """LIGGGHTS is not installed, or is another version."""
-
-
-class RunStopped(SolverFailure):
-    """The process ended, or was ended, before its last step."""
-
-
-class LogTruncated(SolverFailure):
-    """Rows, columns or marks are missing, doubled or cut."""
-
-
-class NotFinite(SolverFailure):
-    """A number in the output is NaN, infinite or unreadable."""
-
-
-class ParticlesLost(SolverFailure):
-    """Spheres left the cells or were never there."""
-
-
-class UnderFilled(SolverFailure):
-    """The poured bed does not reach the lid, so the fill fraction has no meaning."""
-
-
-class NotSteady(SolverFailure):
-    """The transient did not end within max_cycles, or the mean drifts after it."""
-
-
-class EnergyNotClosed(SolverFailure):
-    """What the contacts dissipate is not what the shaker put in."""
-
+from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
 
 CYCLE_COLUMNS = (
     "step",
@@ -60,13 +25,23 @@ CYCLE_COLUMNS = (
     "rotational_energy",
     "height",
 )
-"""Columns of the cycle file that the shake deck writes."""
+"""Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
+and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle."""
+
+POSITION = ("x", "y", "z")
+"""Columns of a dump: centres [m]."""
+
+POSITION_AND_VELOCITY = (*POSITION, "vx", "vy", "vz")
+"""Columns of a dump: centres [m] and velocities [m/s]."""
+
+MOTION = (*POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx", "fy", "fz")
+"""Columns of a frame of the energy balance, SI."""
 
 
 def read_cycles(
     text: str, source: str, *, steps_per_cycle: int, cycles: int, before: int = 0
 ) -> Array:
-    """Rows of the cycle file, (cycles, 7), columns `CYCLE_COLUMNS`.
+    """Read the rows of a cycle file.
 
     Parameters
     ----------
@@ -76,6 +51,11 @@ def read_cycles(
         What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
     before
         Cycles run before the first row, by an earlier process.
+
+    Returns
+    -------
+    (cycles, 7)
+        Columns `CYCLE_COLUMNS`, SI.
 
     Raises
     ------
@@ -107,7 +87,7 @@ def read_cycles(
             raise NotFinite(f"{where}: not finite, {line!r}")
         step = steps_per_cycle * (before + len(rows) + 1)
         if fields[0] != str(step):
-            raise LogTruncated(f"{where}: step {fields[0]} where {step} should stand")
+            raise LogTruncated(f"{where}: step {fields[0]} instead of {step}")
         rows.append(row)
     if len(rows) != cycles:
         raise LogTruncated(f"{source}: {len(rows)} of {cycles} cycles")
@@ -115,7 +95,7 @@ def read_cycles(
 
 
 MARK = re.compile(r"^MARK step (\d+) atoms (\d+) value (\S+)$")
-"""The line that `solver.Liggghts.execute` makes LIGGGHTS print when a command is done."""
+"""The line that `process.Liggghts` makes LIGGGHTS print when a command is done."""
 
 _TROUBLE = re.compile(
     r"^(ERROR\b.*|.*Forced restart written.*|.*[Ll]ost atoms.*|.*Less insertions.*)$"
@@ -128,6 +108,7 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
     Raises
     ------
     ParticlesLost, RunStopped, LogTruncated
+        With the file, the line and what it says.
     """
     marks = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -161,6 +142,68 @@ _BINARY_HEADER = np.dtype(
     ]
 )
 """What LIGGGHTS 3.8.0 writes before the values of a frame of a binary dump on one rank."""
+
+
+class Motion(NamedTuple):
+    """How every sphere moves in each frame, (frames, spheres, 3) each, SI."""
+
+    position: Array
+    velocity: Array
+    spin: Array
+    force: Array
+
+
+class ContactList(NamedTuple):
+    """Contacts with the frame of each, SI."""
+
+    frame: Index
+    """(n,)"""
+    first: Index
+    """(n,) the sphere on which the force acts, from 0."""
+    second: Index
+    """(n,) the other sphere, from 0; for walls the triangle."""
+    force: Array
+    """(n, 3) [N]"""
+    torque: Array | None
+    """(n, 3) [N m]; None where it was not listed."""
+
+
+def read_motion(content: bytes, source: str, *, spheres: int) -> Motion:
+    """Read the binary dump of the energy balance.
+
+    Raises
+    ------
+    LogTruncated, NotFinite, ParticlesLost
+    """
+    table = read_binary_dump(content, source, atoms=spheres, columns=1 + len(MOTION))
+    return Motion(table[:, :, 1:4], table[:, :, 4:7], table[:, :, 7:10], table[:, :, 10:13])
+
+
+def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
+    """Columns of the dump of a compute that lists contacts; `read_contacts` reads them.
+
+    ``pair/gran/local`` gives the two ids, ``wall/gran/local`` the mesh, the triangle and the id;
+    then follow the force and, for rolling friction, the torque.
+    """
+    ids = (2, 3) if with_wall else (1, 2)
+    values = (*ids, 4, 5, 6, 7, 8, 9) if rolling else (*ids, 4, 5, 6)
+    return " ".join(f"c_{compute}[{k}]" for k in values)
+
+
+def read_contacts(
+    text: str, source: str, *, frames: int, with_wall: bool, rolling: bool
+) -> ContactList:
+    """Read the local dump of contacts between spheres or with walls.
+
+    Raises
+    ------
+    LogTruncated, NotFinite
+    """
+    frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)
+    left, right = table[:, 0].astype(int), table[:, 1].astype(int)
+    # the wall's triangle comes first and counts from 0, ids of spheres from 1
+    first, second = (right - 1, left) if with_wall else (left - 1, right - 1)
+    return ContactList(frame, first, second, table[:, 2:5], table[:, 5:8] if rolling else None)
 
 
 def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -> Array:
@@ -234,7 +277,7 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
     return np.repeat(np.arange(frames), counts), table
 
 
-def read_dump(text: str, source: str, columns: tuple[str, ...] = ("x", "y", "z")) -> Array:
+def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Array:
     """Frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)) sorted by id.
 
     Raises

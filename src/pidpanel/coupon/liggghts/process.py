@@ -1,8 +1,9 @@
-"""LIGGGHTS as a job: one process, one rank, fed command by command.
+"""LIGGGHTS as a job: one process, one rank, told step by step what to do.
 
-The commands go through the standard input, so a run can be prolonged without a restart until
-it is long enough; they are kept in a file that ``liggghts -in`` runs again to the same bits.
-If the caller dies, LIGGGHTS is killed with it.
+What it can be told are the methods of `Liggghts`, in the words of the coupon; its own commands are
+nowhere else but here and in the templates. They go through the standard input, so a run can be
+prolonged without a restart until it is long enough, and are kept in a file that ``liggghts -in``
+runs again to the same bits. If the caller dies, LIGGGHTS is killed with it.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import shutil
 import subprocess
 from pathlib import Path
 from types import TracebackType
+from typing import Literal, NamedTuple
 
-from pidpanel.coupon.liggghts.output import (
-    MARK,
+from pidpanel.coupon.liggghts import output
+from pidpanel.coupon.liggghts.failures import (
     ParticlesLost,
     RunStopped,
     SolverFailure,
@@ -25,9 +27,35 @@ from pidpanel.coupon.liggghts.output import (
 COMMAND = "liggghts"
 VERSION = "3.8.0"
 
+Reading = Literal["kinetic_energy", "mean_speed"]
+_READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"}
+"""Expressions of LIGGGHTS; `v_speed` is a variable of ``verification/slide.in.j2``."""
+
+
+class Instant(NamedTuple):
+    """Where a simulation stands."""
+
+    step: int
+    spheres: int
+    value: float
+    """What was asked to be read, SI; 0 if nothing was."""
+
+
+class ContactFiles(NamedTuple):
+    """What `Liggghts.list_contacts` writes."""
+
+    motion: Path
+    pairs: Path
+    touches: Path
+
 
 def check_installed() -> str:
-    """Path of LIGGGHTS.
+    """Find LIGGGHTS.
+
+    Returns
+    -------
+    str
+        Its path.
 
     Raises
     ------
@@ -55,6 +83,7 @@ class Liggghts:
 
     def __init__(self, folder: Path, name: str) -> None:
         path = check_installed()
+        self._folder = folder
         self.log = folder / f"{name}.log"
         self._err = folder / f"{name}.err"
         # a step of srun's without PMI, and Open MPI's daemon for a lone rank, are not wanted
@@ -98,10 +127,121 @@ class Liggghts:
     def _check_version(self) -> None:
         first = self._output.readline()
         if VERSION not in first:
-            raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is wanted")
+            raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is required")
 
-    def execute(self, commands: str, value: str = "0") -> tuple[int, int, float]:
-        """Send commands and wait until they are done.
+    # -------------------------------------------------------------- what it can be told
+
+    def read_deck(self, text: str) -> None:
+        """Set up a simulation.
+
+        Parameters
+        ----------
+        text
+            Of a deck; see `deck`.
+        """
+        self._execute(text)
+
+    def run(self, steps: int, read: Reading | None = None) -> Instant:
+        """Run so many steps.
+
+        Parameters
+        ----------
+        steps
+            More than were run before.
+        read
+            What to read at the end: the kinetic energy of all spheres without their spin [J], or
+            their mean speed along x [m/s].
+        """
+        return self._execute(f"run {steps}", "0" if read is None else _READINGS[read])
+
+    def run_and_save(self, steps: int, restart: str) -> Instant:
+        """Run so many steps and write a restart there, from which a deck can continue."""
+        return self._execute(f"run {steps}\nwrite_restart {restart}")
+
+    def run_and_dump(
+        self, steps: int, every: int, file: str, columns: tuple[str, ...] = output.POSITION
+    ) -> Instant:
+        """Run so many steps and write the spheres every few of them; `output.read_dump` reads them.
+
+        The spheres at the start are the first frame.
+        """
+        return self._execute(
+            f"dump frames all custom {every} {file} id {' '.join(columns)}\nrun {steps}"
+        )
+
+    def dump(self, file: str, columns: tuple[str, ...] = output.POSITION) -> Instant:
+        """Write the spheres as they are; `output.read_dump` reads them."""
+        return self._execute(
+            f"dump last all custom 1 {file} id {' '.join(columns)}\nrun 0\nundump last"
+        )
+
+    def end_cycle_rows(self) -> None:
+        """Write no more rows of cycles."""
+        self._execute("unfix cycle")
+
+    def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
+        """Run so many steps and list the motion and all contacts every few of them.
+
+        Parameters
+        ----------
+        steps, stride
+            Steps to run, and from frame to frame.
+        rolling
+            Whether to list torques.
+
+        Returns
+        -------
+        int
+            Step of the first frame.
+        ContactFiles
+            For `output.read_motion` and `output.read_contacts`.
+        """
+        files = ContactFiles(
+            *(self._folder / name for name in ("spheres.bin", "pairs.dump", "touches.dump"))
+        )
+        pairs = output.contact_columns("pairs", with_wall=False, rolling=rolling)
+        touches = output.contact_columns("touches", with_wall=True, rolling=rolling)
+        first = self._execute(
+            f"dump pairs all local {stride} {files.pairs.name} {pairs}\n"
+            f"dump touches all local {stride} {files.touches.name} {touches}\n"
+            f"dump spheres all custom {stride} {files.motion.name} id {' '.join(output.MOTION)}\n"
+            "dump_modify spheres sort id"
+        )
+        self._execute(f"run {steps}\nundump pairs\nundump touches\nundump spheres")
+        return first.step, files
+
+    def set_velocity(self, x: float, y: float, z: float) -> None:
+        """Give all spheres a velocity [m/s]."""
+        self._execute(f"velocity all set {x} {y} {z}")
+
+    def now(self) -> Instant:
+        """Where the simulation stands."""
+        return self._execute("")
+
+    def finish(self, last_step: int | None = None, spheres: int | None = None) -> None:
+        """End the input, wait for a clean exit and hold the log to what should have been run.
+
+        Parameters
+        ----------
+        last_step, spheres
+            Of the end of the simulation; see `output.check_log`. The log is not read if left out.
+
+        Raises
+        ------
+        RunStopped, ParticlesLost, LogTruncated
+        """
+        self._input.close()
+        said = self._output.readlines()
+        if self._process.wait() != 0:
+            raise self._failure(said)
+        if last_step is not None and spheres is not None:
+            text = self.log.read_text(errors="replace")
+            output.check_log(text, str(self.log), last_step=last_step, atoms=spheres)
+
+    # -------------------------------------------------------------- how it is told
+
+    def _execute(self, commands: str, value: str = "0") -> Instant:
+        """Send commands, wait until they are done, and read where the simulation stands.
 
         Parameters
         ----------
@@ -109,11 +249,6 @@ class Liggghts:
             Lines of LIGGGHTS' language.
         value
             An expression of LIGGGHTS evaluated afterwards.
-
-        Returns
-        -------
-        step, atoms, value
-            Of the simulation after the commands.
 
         Raises
         ------
@@ -128,20 +263,13 @@ class Liggghts:
             self._input.write(text)
             self._input.flush()
             for line in self._output:
-                mark = MARK.match(line.rstrip("\n"))
+                mark = output.MARK.match(line.rstrip("\n"))
                 if mark:
-                    return int(mark[1]), int(mark[2]), float(mark[3])
+                    return Instant(int(mark[1]), int(mark[2]), float(mark[3]))
                 said.append(line)
         except BrokenPipeError:
             pass
         raise self._failure(said)
-
-    def finish(self) -> None:
-        """End the input and wait for a clean exit."""
-        self._input.close()
-        said = self._output.readlines()
-        if self._process.wait() != 0:
-            raise self._failure(said)
 
     def _failure(self, said: list[str]) -> SolverFailure:
         """The failure that the exit status and the last words of the process tell of."""

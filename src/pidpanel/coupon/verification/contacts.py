@@ -10,7 +10,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact, preparation
+from pidpanel.coupon import contact
 from pidpanel.coupon.cases import Constants
 from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.process import Liggghts
@@ -59,8 +59,7 @@ def alike(youngs_modulus: float, restitution: float, friction: float) -> Constan
 def _pair(restitution: float, step: float, **more: Any) -> dict[str, Any]:
     """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
     return {
-        **vars(alike(MODULUS, restitution, FRICTION)),
-        "contact_model": preparation.contact_model(rolling=False),
+        **deck.contact_values(alike(MODULUS, restitution, FRICTION)),
         "diameter": DIAMETER,
         "density": DENSITY,
         "time_step": step * RAYLEIGH,
@@ -80,8 +79,8 @@ def energy_lost(folder: Path, restitution: float, step: float, speed: float = 0.
     values = _pair(restitution, step, steps=steps, speed=speed, gaps=gaps.tolist())
     folder.mkdir(parents=True, exist_ok=True)
     with Liggghts(folder, "collide") as solver:
-        solver.execute(deck.render("verification/collide.in.j2", values))
-        solver.execute(f"dump ends all custom {steps} ends.dump id vx\nrun {steps}")
+        solver.read_deck(deck.render("verification/collide.in.j2", values))
+        solver.run_and_dump(steps, steps, "ends.dump", ("vx",))
         solver.finish()
     ends = output.read_dump((folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",))
     before, after = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
@@ -101,9 +100,9 @@ def rolling_speed(folder: Path, speed: float = 0.2) -> float:
     values = _pair(0.5, 0.1, steps=steps, gravity=STANDARD_GRAVITY, height=height)
     folder.mkdir(parents=True, exist_ok=True)
     with Liggghts(folder, "slide") as solver:
-        solver.execute(deck.render("verification/slide.in.j2", values))
-        solver.execute(f"velocity all set {speed} 0 0")
-        _, _, last = solver.execute(f"run {steps}", "v_speed")
+        solver.read_deck(deck.render("verification/slide.in.j2", values))
+        solver.set_velocity(speed, 0.0, 0.0)
+        last = solver.run(steps, "mean_speed").value
         solver.finish()
     return last / speed
 

@@ -14,9 +14,10 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles, geometry, inelastic, preparation, runs
-from pidpanel.coupon.cases import Bed, Constants, Packing, Run, drive
-from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon import cycles, geometry, inelastic, preparation, rows
+from pidpanel.coupon.cases import Bed, Constants, Packing, Run, run_at
+from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.verification.contacts import DENSITY, alike
 from pidpanel.verification import Row
@@ -46,21 +47,16 @@ def shaken(
     diameters = np.full(len(positions), run.packing.diameter)
     preparation.write_start(folder, run.packing, np.column_stack([positions, diameters]))
     with Liggghts(folder, "shake") as solver:
-        solver.execute(deck.render("shake.in.j2", preparation.shake_values(run)))
+        solver.read_deck(deck.shake_text(run))
         if velocity is not None:
-            solver.execute(f"velocity all set 0 0 {velocity}")
-        solver.execute(f"run {count * run.steps_per_cycle}")
-        solver.finish()
-    output.check_log(
-        (folder / "shake.log").read_text(errors="replace"),
-        str(folder / "shake.log"),
-        last_step=count * run.steps_per_cycle,
-        atoms=len(positions),
-    )
+            solver.set_velocity(0.0, 0.0, velocity)
+        solver.run(count * run.steps_per_cycle)
+        solver.finish(count * run.steps_per_cycle, len(positions))
     mass = float(geometry.masses(diameters, run.packing.density).sum())
-    damping, _ = runs.harmonic(run, runs.read_run(run, folder, [count], count), mass)
-    energy = cycles.dissipated_energy(damping, run.amplitude, run.frequency) * run.packing.area
-    return np.asarray(energy) / (mass * run.speed**2)
+    damping, _ = rows.harmonic(run, rows.read_rows(run, folder, [count], count), mass)
+    drive = run.drive
+    energy = cycles.dissipated_energy(damping, drive.amplitude, drive.frequency) * run.packing.area
+    return np.asarray(energy) / (mass * drive.speed**2)
 
 
 def _run(
@@ -74,10 +70,9 @@ def _run(
     time_step_rayleigh: float,
 ) -> Run:
     """A drive of one cell, four spheres wide."""
-    return drive(
+    return run_at(
         Bed(_packing(diameter, depth, constants), 1.0, gravity, (0.0, 0.0, -1.0), constants),
-        frequency,
-        amplitude * (2 * math.pi * frequency) ** 2,
+        Tone(frequency, amplitude * (2 * math.pi * frequency) ** 2),
         constants,
         time_step_rayleigh=time_step_rayleigh,
         samples_per_cycle=500,  # an impact is placed to 0.2 % of a period
@@ -201,8 +196,8 @@ def poured(folder: Path) -> Array:
     """Centres of the spheres of a poured bed from the bottom up, (n, 3) m, n ≥ `BED_SIZES`."""
     packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, _bed_constants(SLUG_MODULUS))
     preparation.pour(packing, folder)
-    table = np.loadtxt(folder / "packing.csv", delimiter=",", skiprows=1)
-    return table[np.argsort(table[:, 3]), 1:4]
+    _, spheres = preparation.read_packing(folder)
+    return spheres[np.argsort(spheres[:, 2]), :3]
 
 
 def _lowest(settled: Array, spheres: int) -> Array:
@@ -268,12 +263,12 @@ def _spheres_text(spheres: int) -> str:
 def slug_rows(folder: Path) -> list[Row]:
     """The inelastic slug, over the gap and the number of spheres."""
     settled = poured(folder / "pour")
-    rows = []
+    table = []
     for spheres in BED_SIZES:
         for gap in SLUG_GAPS:
             run, energy = slug(folder / f"n{spheres}_L{gap:g}", settled, spheres, gap)
             held = spheres == BED_SIZES[-1] and gap <= SLUG_HELD
-            rows.append(
+            table.append(
                 Row(
                     case=SLUG,
                     quantity=f"E/(m A²ω²), L/A = {gap:g}",
@@ -287,19 +282,19 @@ def slug_rows(folder: Path) -> list[Row]:
                     resolution=spheres,
                 )
             )
-    return rows
+    return table
 
 
 def floor_rows(folder: Path) -> list[Row]:
     """The inelastic bed on a floor, over the level and the number of spheres."""
     settled = poured(folder / "pour")
-    rows = []
+    table = []
     for spheres in BED_SIZES:
         for gamma in FLOOR_LEVELS:
             run, energy = floor_bed(folder / f"n{spheres}_G{gamma:g}", settled, spheres, gamma)
             held = spheres == BED_SIZES[-1] and gamma <= FLOOR_HELD
             tolerance = FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE
-            rows.append(
+            table.append(
                 Row(
                     case=FLOOR,
                     quantity=f"E/(m A²ω²), Γ = {gamma:g}",
@@ -313,4 +308,4 @@ def floor_rows(folder: Path) -> list[Row]:
                     resolution=spheres,
                 )
             )
-    return rows
+    return table

@@ -1,0 +1,185 @@
+"""Pour, loosen and shake as jobs: each is tried twice, and what became of it is written down.
+
+A failure is an outcome with a name, so that a sweep continues and its coverage decides.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+from pidpanel.coupon import coding, cycles, rows
+from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
+from pidpanel.coupon.liggghts.failures import RunStopped, SolverFailure, SolverMissing
+from pidpanel.coupon.liggghts.process import VERSION
+from pidpanel.coupon.preparation import loosen, pour
+from pidpanel.coupon.records import OK, Attempt, LoosenOutcome, PourOutcome, ShakeOutcome
+from pidpanel.coupon.runs import shake
+
+APART = 0.25
+"""Share of their mean by which two seeds differ that are in different states of motion [1];
+packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
+standard errors or more; ten of them by 2 to 12 % of their mean, one by 44 %)."""
+
+Found = TypeVar("Found")
+
+
+def pour_packing(packing: Packing, file: Path) -> PourOutcome:
+    """Pour a packing, in the folder of ``packing.json``, and write that."""
+    attempt, found = _attempted(lambda: pour(packing, file.parent), file.parent)
+    outcome = PourOutcome(**vars(attempt), packing=packing, found=found)
+    _write(file, outcome)
+    return outcome
+
+
+def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
+    """Shake a bed loose, in the folder of ``bed.json``, and write that.
+
+    Parameters
+    ----------
+    bed
+        The bed.
+    packing_file
+        The ``packing.json`` of its packing, whose failure is handed on.
+    file
+        ``bed.json``.
+    """
+    before = coding.read(PourOutcome, packing_file)
+    poured = before.found
+    if poured is None:
+        attempt, found = _handed_on(before), None
+    else:
+        full = poured.spheres_full
+        attempt, found = _attempted(
+            lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
+        )
+    outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found)
+    _write(file, outcome)
+    return outcome
+
+
+def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOutcome:
+    """Shake a run in a folder.
+
+    Parameters
+    ----------
+    run, target
+        The run and how long it lasts.
+    bed_file
+        The ``bed.json`` of its bed, whose failure is handed on.
+    folder
+        Of the run.
+    """
+    before = coding.read(LoosenOutcome, bed_file)
+    if before.found is None:
+        attempt, found = _handed_on(before), None
+    else:
+        attempt, found = _attempted(lambda: shake(run, target, bed_file.parent, folder), folder)
+    return ShakeOutcome(**vars(attempt), run=run, target=target, found=found)
+
+
+def shake_seeds(
+    seeds: Sequence[Run], target: Target, bed_files: Sequence[Path], folders: Sequence[Path]
+) -> list[ShakeOutcome]:
+    """Shake each seed of a case; seeds that are apart continue.
+
+    A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
+    μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds differ by
+    more than `APART` and four standard errors, the shorter continues by half, until they agree or
+    have run ``max_cycles``.
+    """
+    outcomes = [
+        shake_run(run, target, bed_file, folder)
+        for run, bed_file, folder in zip(seeds, bed_files, folders, strict=True)
+    ]
+    while True:
+        found = [outcome.found for outcome in outcomes if outcome.found is not None]
+        if len(found) < len(outcomes):
+            break
+        damping = []
+        for run, folder, one in zip(seeds, folders, found, strict=True):
+            read = rows.read_rows(run, folder, one.legs, one.cycles)
+            damping.append(rows.estimates(run, read, one.mass_kg)[0])
+        k = min(range(len(found)), key=lambda i: found[i].cycles)
+        done = found[k].cycles
+        if not are_apart(damping) or done >= target.max_cycles:
+            break
+        longer = replace(target, min_cycles=min(target.max_cycles, math.ceil(1.5 * done)))
+        more = shake_run(seeds[k], longer, bed_files[k], folders[k])
+        spent = outcomes[k].solver_cpu_s + more.solver_cpu_s
+        outcomes[k] = replace(more, target=target, solver_cpu_s=round(spent, 2))
+    return outcomes
+
+
+def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
+    """Whether the highest and the lowest are further apart than `APART` and four errors."""
+    low, high = min(damping, key=lambda one: one.mean), max(damping, key=lambda one: one.mean)
+    difference = high.mean - low.mean
+    far = difference > APART * abs(high.mean + low.mean) / 2
+    return far and difference > 4 * math.hypot(high.error, low.error)
+
+
+def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
+    """Shake all seeds of some cases, one after the other, and write how each ended.
+
+    One process for all of them: what Python imports is paid once.
+
+    Parameters
+    ----------
+    cases
+        The cases.
+    folder
+        ``results/coupon``, with the beds in ``bed``; each run is in its folder there.
+    file
+        Gets the status of each run as JSON.
+    """
+    states = {}
+    for case in cases:
+        beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
+        outcomes = shake_seeds(case.runs, case.target, beds, case.folders(folder))
+        for path, outcome in zip(case.outcomes(folder), outcomes, strict=True):
+            _write(path, outcome)
+            states[str(path.parent.relative_to(folder))] = outcome.status
+    file.write_text(json.dumps(states, indent=1) + "\n")
+
+
+def _write(file: Path, outcome: Attempt) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    coding.write(file, outcome)
+
+
+def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Found | None]:
+    """Do it, twice if need be; a failure is kept by its name.
+
+    The first failure may be the machine's; the second is reported. A stopped run continues from
+    its last restart; what any other failure left is removed.
+    """
+    attempts = 0
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    while True:
+        attempts += 1
+        found: Found | None = None
+        status, message = OK, ""
+        try:
+            found = action()
+        except SolverMissing:
+            raise
+        except SolverFailure as failure:
+            status, message = type(failure).__name__, str(failure)
+        if status == OK or attempts == 2:
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            return Attempt(status, message, attempts, VERSION, round(spent, 2)), found
+        if status != RunStopped.__name__:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _handed_on(before: Attempt) -> Attempt:
+    """The failure of the step before."""
+    return Attempt(before.status, before.message, before.attempts, before.liggghts, 0.0)

@@ -1,0 +1,103 @@
+"""Records to JSON and back: the one place where a frozen dataclass becomes text.
+
+A record holds numbers, text, truth values, None, other records and tuples of these. What comes
+back is checked key by key: nothing is left out, nothing is added, nothing is of another kind.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+
+from pidpanel.coupon.liggghts.failures import RecordUnreadable
+
+Record = TypeVar("Record")
+
+
+def encode(record: Any) -> dict[str, Any]:
+    """A record as JSON holds it; `decode` is the inverse."""
+    return asdict(record)
+
+
+def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
+    """A record from what JSON held.
+
+    Parameters
+    ----------
+    kind
+        Class of the record.
+    values
+        What `encode` gave.
+    source
+        File or argument, for the message.
+
+    Raises
+    ------
+    RecordUnreadable
+        With the source and the key that is missing, unknown or of another kind.
+    """
+    if not isinstance(values, Mapping):
+        raise RecordUnreadable(f"{source}: {values!r} is no {kind.__name__}")
+    expected = _types_of(cast(Any, kind))
+    if missing := sorted(expected.keys() - values.keys()):
+        raise RecordUnreadable(f"{source}: no key {missing[0]!r} of {kind.__name__}")
+    if unknown := sorted(values.keys() - expected.keys()):
+        raise RecordUnreadable(f"{source}: unknown key {unknown[0]!r} in {kind.__name__}")
+    return kind(
+        **{key: _value(own, values[key], f"{source}: {key}") for key, own in expected.items()}
+    )
+
+
+def write(path: Path, record: Any) -> None:
+    """Write a record as a JSON file."""
+    path.write_text(json.dumps(encode(record), indent=1) + "\n", encoding="utf-8")
+
+
+def read(kind: type[Record], path: Path) -> Record:
+    """Read a record from a JSON file.
+
+    Raises
+    ------
+    RecordUnreadable
+        With the file and what is wrong in it, or that it is not there.
+    """
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise RecordUnreadable(f"{path}: {error}") from None
+    return decode(kind, values, str(path))
+
+
+@lru_cache
+def _types_of(kind: Any) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+def _value(kind: Any, value: Any, where: str) -> Any:
+    """A value of a field, of the type that the record gives it."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Mapping or (origin is Literal and value in parts):
+        return value
+    if isinstance(kind, UnionType):  # of one type and None
+        if value is None:
+            return None
+        (one,) = (part for part in parts if part is not NoneType)
+        return _value(one, value, where)
+    if origin is tuple and isinstance(value, list | tuple):
+        inner = parts[:1] * len(value) if parts[1:] == (...,) else parts
+        if len(inner) == len(value):
+            pairs = enumerate(zip(inner, value, strict=True))
+            return tuple(_value(one, item, f"{where}[{i}]") for i, (one, item) in pairs)
+    elif is_dataclass(kind):
+        return decode(kind, value, where)  # type: ignore[arg-type]
+    elif kind is float and type(value) is int:
+        return float(value)
+    elif type(value) is kind:
+        return value
+    raise RecordUnreadable(f"{where} = {value!r}: not of type {getattr(kind, '__name__', kind)}")

@@ -1,0 +1,169 @@
+"""The coupon of a study as cases: the only module of the coupon that knows what a study is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import contact, summary
+from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
+from pidpanel.coupon.drive import Drive, Tone
+
+if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
+    from pidpanel.study import CouponStudy
+    from pidpanel.study.coupon import Coupon
+
+
+def cases_of(coupon: Coupon) -> tuple[Case, ...]:
+    """Every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
+
+    The combinations of ``vary`` come outermost.
+    """
+    return tuple(
+        case
+        for varied, variant in coupon.variants()
+        for case in _swept(variant, {key: _plain(value) for key, value in varied.items()})
+    )
+
+
+def write_table(study: CouponStudy, folder: Path, file: Path, chosen: Path | None = None) -> None:
+    """Write the ``cases.csv`` of a study; see `summary.write_table`.
+
+    Raises
+    ------
+    CoverageMissed
+        If fewer cases are ok than ``coupon.accuracy.coverage`` requires.
+    ValueError
+        If the study has no section ``coupon``.
+    """
+    coupon = study.coupon
+    if coupon is None:
+        raise ValueError(f"{study.name}: no section 'coupon'")
+    summary.write_table(
+        cases_of(coupon), folder, file, coverage=coupon.accuracy.coverage, chosen=chosen
+    )
+
+
+def _plain(value: Any) -> Any:
+    """A value as a table holds it."""
+    if isinstance(value, list | tuple):
+        return " ".join(f"{item:g}" for item in value)
+    return value.name if isinstance(value, Path) else value
+
+
+def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
+    sweep, accuracy = coupon.sweep, coupon.accuracy
+    seeds = range(1, accuracy.seeds + 1)
+    diameters = sweep.diameter_mm or (coupon.particles.diameter_mm,)
+    beds = {
+        (fill, diameter, seed): _bed(coupon, packing, fill)
+        for diameter in diameters
+        for seed in seeds
+        for packing in (_packing(coupon, diameter, seed),)
+        for fill in sweep.fill_fraction
+    }
+    for fill, drive, diameter in itertools.product(
+        sweep.fill_fraction, list(_drives(coupon)), diameters
+    ):
+        runs = tuple(
+            run_at(
+                bed,
+                drive,
+                _constants(coupon, bed.packing, drive),
+                time_step_rayleigh=coupon.time_step_rayleigh,
+                samples_per_cycle=coupon.samples_per_cycle,
+                own_deck=None if coupon.deck is None else str(coupon.deck),
+            )
+            for bed in (beds[fill, diameter, seed] for seed in seeds)
+        )
+        least = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
+        target = Target(
+            relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
+            min_cycles=least,
+            max_cycles=max(accuracy.max_cycles, least),
+        )
+        yield Case(runs, coupon.particles.youngs_modulus, accuracy.relative_error, target, varied)
+
+
+def _drives(coupon: Coupon) -> Iterator[Drive]:
+    """Every drive of the sweep that is not too fast, frequency by frequency."""
+    sweep = coupon.sweep
+    for frequency in sweep.frequencies:
+        for amplitude_mm in sweep.displacement_mm:
+            omega = 2 * math.pi * frequency
+            yield from _slow_enough(coupon, Tone(frequency, omega**2 * amplitude_mm * 1e-3))
+        for level in sweep.acceleration_g:
+            yield from _slow_enough(coupon, Tone(frequency, level * STANDARD_GRAVITY))
+
+
+def _slow_enough(coupon: Coupon, drive: Drive) -> Iterator[Drive]:
+    fastest = coupon.sweep.max_velocity_m_s
+    if fastest is None or drive.speed <= fastest:
+        yield drive
+
+
+def _either(own: float | None, other: float) -> float:
+    return other if own is None else own
+
+
+def _packing(coupon: Coupon, diameter_mm: float, seed: int) -> Packing:
+    spheres, walls = coupon.particles, coupon.walls
+    return Packing(
+        shape=coupon.cell.shape,
+        across_flats=coupon.cell.across_flats,
+        depth=coupon.cell.depth,
+        count=coupon.cell.count,
+        diameter=diameter_mm * 1e-3,
+        sizes=spheres.distribution.sizes(diameter_mm),
+        density=spheres.effective_density(diameter_mm),
+        poissons_ratio=spheres.poissons_ratio,
+        friction=spheres.friction,
+        wall_friction=_either(walls.friction, spheres.friction),
+        seed=seed,
+    )
+
+
+def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
+    length = math.hypot(*coupon.gravity_direction)
+    x, y, z = (part / length for part in coupon.gravity_direction)
+    return Bed(
+        packing=packing,
+        fill_fraction=fill_fraction,
+        gravity=coupon.gravity_g * STANDARD_GRAVITY,
+        gravity_direction=(x, y, z),
+        constants=_constants(coupon, packing, LOOSENING.drive),
+    )
+
+
+def _constants(coupon: Coupon, packing: Packing, drive: Drive) -> Constants:
+    """The constants with both moduli softened alike, as the drive allows."""
+    spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
+    thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
+    modulus = contact.softest_modulus(
+        tuple(choice * 1e6 for choice in stiffness.choices_mpa) if thrown else (),
+        spheres.youngs_modulus,
+        radius=packing.sizes.largest / 2,
+        density=packing.density,
+        poissons_ratio=spheres.poissons_ratio,
+        speed=drive.speed,
+        frequency=drive.frequency,
+        contact_time_per_period=stiffness.contact_time_per_period,
+        overlap_per_radius=stiffness.overlap_per_radius,
+    )
+    stiffer = _either(walls.youngs_modulus_mpa, spheres.youngs_modulus_mpa)
+    return Constants(
+        youngs_modulus=modulus,
+        wall_youngs_modulus=modulus * stiffer / spheres.youngs_modulus_mpa,
+        poissons_ratio=spheres.poissons_ratio,
+        wall_poissons_ratio=_either(walls.poissons_ratio, spheres.poissons_ratio),
+        restitution=spheres.restitution,
+        wall_restitution=_either(walls.restitution, spheres.restitution),
+        friction=spheres.friction,
+        wall_friction=_either(walls.friction, spheres.friction),
+        rolling_friction=spheres.rolling_friction,
+        wall_rolling_friction=_either(walls.rolling_friction, spheres.rolling_friction),
+    )

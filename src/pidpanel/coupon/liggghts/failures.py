@@ -1,0 +1,51 @@
+"""Why a run does not count: one class for each reason; the text says where."""
+
+from __future__ import annotations
+
+
+class SolverFailure(RuntimeError):
+    """A LIGGGHTS run that does not count; the class says why, the text where."""
+
+
+class SolverMissing(SolverFailure):
+    """LIGGGHTS is not installed, or is another version."""
+
+
+class RunStopped(SolverFailure):
+    """The process ended, or was ended, before its last step."""
+
+
+class LogTruncated(SolverFailure):
+    """Rows, columns or marks are missing, doubled or cut."""
+
+
+class NotFinite(SolverFailure):
+    """A number in the output is NaN, infinite or unreadable."""
+
+
+class ParticlesLost(SolverFailure):
+    """Particles left the cells or were never there."""
+
+
+class UnderFilled(SolverFailure):
+    """The poured bed does not reach the lid, so the fill fraction has no meaning."""
+
+
+class NotSteady(SolverFailure):
+    """The transient did not end within max_cycles, or the mean drifts after it."""
+
+
+class EnergyNotClosed(SolverFailure):
+    """What the contacts dissipate is not what the shaker put in."""
+
+
+class RunFailed(SolverFailure):
+    """A step that ended with another failure, whose name is its `status`."""
+
+    def __init__(self, status: str, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class RecordUnreadable(SolverFailure):
+    """A JSON file of a packing, a bed or a run is cut, or has other keys than are expected."""

@@ -1,0 +1,50 @@
+"""What LIGGGHTS starts from, as text: the data file of the spheres, the STL of the walls.
+
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+
+def data_file(positions: Array, diameters: Array, density: float, box: Array) -> str:
+    """LIGGGHTS data file of spheres.
+
+    Parameters
+    ----------
+    positions, diameters
+        (n, 3) centres and (n,) [m].
+    density
+        [kg/m³]
+    box
+        (3, 2) lower and upper bounds of the simulation box [m].
+    """
+    bounds = "".join(
+        f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n"
+        for (low, high), axis in zip(box, "xyz", strict=True)
+    )
+    atoms = "".join(
+        f"{i} 1 {d:.9g} {density:.9g} {x:.12g} {y:.12g} {z:.12g}\n"
+        for i, ((x, y, z), d) in enumerate(zip(positions, diameters, strict=True), 1)
+    )
+    return f"spheres\n\n{len(positions)} atoms\n2 atom types\n\n{bounds}\nAtoms\n\n{atoms}"
+
+
+def read_diameters(data: str) -> Array:
+    """Diameters of the spheres of a `data_file`, (n,) [m]."""
+    rows = data.partition("Atoms\n\n")[2].splitlines()
+    return np.array([float(row.split()[2]) for row in rows])
+
+
+def walls_file(triangles: Array) -> str:
+    """STL of wall triangles, (n, 3, 3) [m]."""
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {:.12g} {:.12g} {:.12g}\n".format(*corner) for corner in triangle)
+        + "endloop\nendfacet\n"
+        for triangle in triangles
+    )
+    return f"solid cells\n{facets}endsolid cells\n"

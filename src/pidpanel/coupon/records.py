@@ -1,0 +1,169 @@
+"""What the steps of a coupon leave behind, as records; `coding` takes them to JSON and back.
+
+`packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/s<seed>/<target>.json` a
+`ShakeOutcome`; `<case>/s<seed>/state.json` is the `State` of a run.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pidpanel.coupon import coding
+from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.cases import Bed, Packing, Run, Target
+from pidpanel.coupon.liggghts.failures import RunFailed
+
+OK = "ok"
+"""Status of a step that did what it should; any other is the name of a failure."""
+
+
+@dataclass(frozen=True)
+class Poured:
+    """A poured packing."""
+
+    poured: int
+    """Spheres in all cells, up to above the lid."""
+    spheres_full: int
+    """N_full: spheres of a full cell."""
+    bulk_fraction: float
+    """Volume of the spheres over that of the cell, where it is full [1]."""
+
+
+@dataclass(frozen=True)
+class Loosened:
+    """A bed that was shaken loose."""
+
+    spheres: int
+    """In all cells."""
+    deepest_overlap_m: float
+    """[m]"""
+
+
+@dataclass(frozen=True)
+class MeasuredBalance:
+    """The energy balance of a run over a window; see `window`."""
+
+    energies: Balance
+    closure: float
+    """Residual over the work [1]."""
+    cycles: int
+    frames: int
+
+
+@dataclass(frozen=True)
+class Shaken:
+    """A run that went to its target."""
+
+    cycles: int
+    """That the target took; more may have been run for another."""
+    legs: tuple[int, ...]
+    """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
+    spheres: int
+    """In all cells."""
+    mass_kg: float
+    """Of all spheres [kg]."""
+    ended_by: str
+    """``accuracy`` or ``max_cycles``."""
+    balance: MeasuredBalance | None
+    """None where the deck cannot list its contacts."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """How a step ended."""
+
+    status: str
+    """`OK`, or the name of a failure of `liggghts.failures`."""
+    message: str
+    attempts: int
+    liggghts: str
+    """Version."""
+    solver_cpu_s: float
+    """CPU time of LIGGGHTS [s]."""
+
+
+@dataclass(frozen=True)
+class PourOutcome(Attempt):
+    """What became of a packing; ``found`` is None after a failure."""
+
+    packing: Packing
+    found: Poured | None
+
+
+@dataclass(frozen=True)
+class LoosenOutcome(Attempt):
+    """What became of a bed; ``found`` is None after a failure."""
+
+    bed: Bed
+    found: Loosened | None
+
+
+@dataclass(frozen=True)
+class ShakeOutcome(Attempt):
+    """What became of a run; ``found`` is None after a failure."""
+
+    run: Run
+    target: Target
+    found: Shaken | None
+
+    @property
+    def shaken(self) -> Shaken:
+        """What was found.
+
+        Raises
+        ------
+        RunFailed
+            If the run ended with a failure.
+        """
+        if self.found is None:
+            raise RunFailed(self.status, self.message)
+        return self.found
+
+
+@dataclass(frozen=True)
+class State:
+    """What of a run's folder counts."""
+
+    run: str
+    """`Run.identity`; the files of another run do not count."""
+    spheres: int
+    """In all cells."""
+    mass: float
+    """Of all spheres [kg]."""
+    legs: tuple[int, ...] = ()
+    """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
+    restart: str = ""
+    """File from which the run can continue; empty before the first."""
+    balance: MeasuredBalance | None = None
+    balance_code: str = ""
+    """`window.code` when the balance was measured; of other code it is measured anew."""
+
+    @property
+    def cycles(self) -> int:
+        """Of all legs."""
+        return sum(self.legs)
+
+    def after(self, cycles: int, restart: str) -> State:
+        """The state after so many more cycles of the last leg."""
+        legs = (*self.legs[:-1], self.legs[-1] + cycles)
+        return replace(self, legs=legs, restart=restart)
+
+    def write(self, folder: Path) -> None:
+        """Write ``state.json`` at one stroke."""
+        draft = folder / "state.json.new"
+        coding.write(draft, self)
+        os.replace(draft, folder / "state.json")
+
+    @staticmethod
+    def read(folder: Path) -> State | None:
+        """State of a folder; None if it holds none.
+
+        Raises
+        ------
+        RecordUnreadable
+            With the file and what is wrong in it.
+        """
+        path = folder / "state.json"
+        return coding.read(State, path) if path.exists() else None

@@ -1,0 +1,65 @@
+"""Shapes of the honeycomb cells: the one place that knows them.
+
+The study offers the names, a packing's walls and area come from the outline, the report draws the
+same outline and says the word. The corners enter the label of a packing, the word does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+ShapeName = Literal["hexagon", "square", "circle"]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A regular prism that stands for a cell.
+
+    Attributes
+    ----------
+    corners
+        Of the prism.
+    word
+        For "… cells".
+    round
+        Whether it stands for a circle, whose area it then has.
+    """
+
+    corners: int
+    word: str
+    round: bool = False
+
+    def outline(self, across_flats: float) -> Array:
+        """Corners of a cell round the origin, (corners, 2) [m], anticlockwise.
+
+        Parameters
+        ----------
+        across_flats
+            Width of hexagon and square between opposite sides, diameter of the circle [m].
+
+        Notes
+        -----
+        The circle is a polygon of 24 sides with the area of the circle; its corners are 0.6 % of
+        the radius outside it.
+        """
+        corners, inradius = self.corners, across_flats / 2
+        if self.round:
+            inradius *= math.sqrt(math.pi / (corners * math.tan(math.pi / corners)))
+        angle = 2 * math.pi * (np.arange(corners) + 0.5) / corners
+        reach = inradius / math.cos(math.pi / corners)
+        return reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+SHAPES: Mapping[ShapeName, Shape] = {
+    "hexagon": Shape(6, "hexagonal"),
+    "square": Shape(4, "square"),
+    "circle": Shape(24, "round", round=True),
+}
+"""A further regular shape is a name in `ShapeName` and a line here."""

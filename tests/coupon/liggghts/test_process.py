@@ -1,0 +1,187 @@
+"""The real LIGGGHTS as a process: how it fails, and what we then say."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import preparation
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts import deck, failures, process
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.study.coupon import Coupon
+
+pytestmark = pytest.mark.liggghts
+
+CYCLES = 3000
+"""Far more than it is let run: about a minute if nothing stops it."""
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """A run of a few spheres in one cell, its folder with its deck, and the steps of `CYCLES`."""
+    coupon = Coupon.model_validate(
+        {
+            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
+            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+            "sweep": {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]},
+        }
+    )
+    run = cases_of(coupon)[0].point
+    spheres = np.array([[0.0, 0.0, height, 2.5e-3] for height in (2e-3, 4.6e-3, 7.2e-3)])
+    preparation.write_start(tmp_path / "run", run.packing, spheres)
+    (tmp_path / "run" / "deck").write_text(deck.shake_text(run))
+    return tmp_path / "run", CYCLES * run.steps_per_cycle
+
+
+def stop_when_running(folder, steps, sig):
+    """Send a signal to LIGGGHTS, or kill its caller, as soon as it has written a cycle."""
+    script = (
+        "import sys; from pathlib import Path\n"
+        "from pidpanel.coupon.liggghts.process import Liggghts\n"
+        "folder = Path(sys.argv[1])\n"
+        "with Liggghts(folder, 'shake') as p:\n"
+        "    print(p._process.pid, flush=True)\n"
+        "    p.read_deck((folder / 'deck').read_text())\n"
+        "    try:\n        p.run(int(sys.argv[2]))\n"
+        "    except Exception as error:\n        print(type(error).__name__, error)\n"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", script, str(folder), str(steps)], stdout=subprocess.PIPE, text=True
+    )
+    pid = int(child.stdout.readline())
+    while rows_in(folder) == 0:
+        assert child.poll() is None, "it ended without a cycle"
+        time.sleep(0.05)
+    if sig is None:
+        child.kill()
+        child.wait()
+    else:
+        os.kill(pid, sig)
+    return child, pid
+
+
+def rows_in(folder):
+    file = folder / "cycles_1.txt"
+    return max(0, file.read_text().count("\n") - 2) if file.exists() else 0
+
+
+@pytest.mark.parametrize(("sig", "status"), [(signal.SIGTERM, "0"), (signal.SIGKILL, "-9")])
+def test_a_solver_killed_from_outside_is_a_stopped_run(begun, sig, status):
+    # red: `_execute` returns an instant of step 0 when the output ends
+    folder, steps = begun
+    child, _ = stop_when_running(folder, steps, sig)
+    said, _ = child.communicate()
+    # SIGTERM makes LIGGGHTS end its run early and continue as if nothing had happened
+    assert "RunStopped" in said or f"exit status {status}" in said, said
+
+
+def test_the_solver_dies_with_its_caller(begun):
+    # red: no setpriv --pdeathsig
+    folder, steps = begun
+    _, pid = stop_when_running(folder, steps, None)
+    while _state(pid) != "Z":
+        time.sleep(0.05)
+    assert rows_in(folder) < CYCLES, "LIGGGHTS outlived its caller"
+
+
+def _state(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return "Z"
+
+
+def test_an_error_in_a_deck_is_told_in_the_solvers_words(tmp_path):
+    with (
+        Liggghts(tmp_path, "bad") as solver,
+        pytest.raises(failures.RunStopped, match="exit status 1: ERROR: Unknown command"),
+    ):
+        solver.read_deck("units si\nno_such_command 1")
+
+
+def test_without_liggghts_the_message_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setattr(process, "COMMAND", "liggghts-that-is-not-there")
+    with pytest.raises(failures.SolverMissing, match="apt-get install liggghts"):
+        Liggghts(tmp_path, "x")
+
+
+def test_another_version_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(process, "VERSION", "9.9.9")
+    with pytest.raises(failures.SolverMissing, match=r"version 9\.9\.9 is required"):
+        Liggghts(tmp_path, "x")
+
+
+def test_an_instant_says_the_step_the_spheres_and_what_was_asked(begun):
+    # red: "ke" read as the rotational energy; the two numbers of an instant exchanged
+    folder, _ = begun
+    with Liggghts(folder, "shake") as solver:
+        solver.read_deck(deck_of_speed(folder, 0.25))
+        found = solver.run(0, "kinetic_energy")
+        assert solver.now() == (0, 3, 0.0)
+        solver.finish(0, 3)
+    mass = 1190 * np.pi / 6 * 2.5e-3**3
+    # the log has eight digits
+    assert found == (0, 3, pytest.approx(3 * 0.5 * mass * 0.25**2, rel=1e-7))
+
+
+def deck_of_speed(folder, speed):
+    """The deck of a run, its spheres at a speed of our own."""
+    text = (folder / "deck").read_text()
+    return re.sub(r"velocity all set .*", f"velocity all set 0 0 {speed}", text)
+
+
+def test_a_log_that_ends_elsewhere_than_it_should_is_refused(begun):
+    # red: `finish` does not read the log
+    folder, _ = begun
+    with Liggghts(folder, "shake") as solver:
+        solver.read_deck((folder / "deck").read_text())
+        solver.run(20)
+        with pytest.raises(failures.RunStopped, match="last mark at step 20, not 30"):
+            solver.finish(30, 3)
+
+
+# ------------------------------------------------------------------ nobody else speaks to it
+
+SPOKEN = re.compile(
+    r"""["'](?:run|dump|undump|dump_modify|unfix|fix|compute|velocity|thermo|variable|pair_style|
+    read_restart|read_data|write_restart|timestep|neighbor|region|create_atoms)\ [^"']*["']
+    |\.execute\(|hertz\ tangential|c_\w+\[|_execute\(""",
+    re.VERBOSE,
+)
+PACKAGE = Path(process.__file__).parents[2]
+
+
+def commands(folder):
+    """Lines with a command of LIGGGHTS in Python files of a folder, that of LIGGGHTS left out."""
+    for path in sorted(folder.rglob("*.py")):
+        if "liggghts" in path.relative_to(folder).parts:
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if SPOKEN.search(line):
+                yield f"{path.relative_to(folder)}:{number}: {line.strip()}"
+
+
+def test_liggghts_is_spoken_in_one_folder_alone():
+    # red: `solver._execute("undump last")` in runs.py
+    assert list(commands(PACKAGE)) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['solver.told("run 100")', "solver.execute(text)", 'text = f"dump x all custom {n} y id"'],
+)
+def test_a_command_elsewhere_is_seen_and_named(tmp_path, line):
+    (tmp_path / "runs.py").write_text(f"import os\n{line}\n")
+    assert list(commands(tmp_path)) == [f"runs.py:2: {line}"]
+
+
+def test_its_own_folder_speaks_it():
+    # or the pattern finds nothing anywhere
+    assert SPOKEN.search((PACKAGE / "coupon" / "liggghts" / "process.py").read_text())
