@@ -1,13 +1,14 @@
 """The runs shown are those that stand, and the picture says what it shows."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
 
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon import coding
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres
+from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.report import coupon_section, evidence
 from pidpanel.report.coupon_section import beads_block
 from pidpanel.study.coupon import Cell, Coupon, Particles, Sweep
@@ -28,7 +29,8 @@ def write_run(case, folder):
     own = file.parent
     own.mkdir(parents=True)
     mass = 2 * 1190 * np.pi / 6 * 2.5e-3**3
-    file.write_text(json.dumps({"status": "ok", "cycles": 12, "legs": [12], "mass_kg": mass}))
+    found = Shaken(12, (12,), 2, mass, "accuracy", None)
+    coding.write(file, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, case.runs[0], case.target, found))
     (own / "start.data").write_text(
         "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.002 1190 0 0 0.006\n"
     )
@@ -98,11 +100,11 @@ def test_the_energy_of_a_cycle_follows_from_its_momentum(case, tmp_path, monkeyp
     p_sin = 1e-6 * (1 + 0.1 * np.sin(np.arange(12)))
     rows = np.zeros((12, 7))
     rows[:, 1] = p_sin
-    monkeypatch.setattr(evidence.runs, "read_run", lambda *_: rows)
+    monkeypatch.setattr(evidence.rows, "read_rows", lambda *_: rows)
     (record,) = evidence.read_records(single, tmp_path)
     area = np.sqrt(3) / 2 * 6.35e-3**2
     # work of the shaker per cycle and area, π ω W p_s / A with p_s = 2⟨p sin ωt⟩
-    expected = np.pi * 2 * np.pi * 100 * run.amplitude * 2 * p_sin / area
+    expected = np.pi * 2 * np.pi * 100 * run.drive.amplitude * 2 * p_sin / area
     assert record.energy == pytest.approx(expected, rel=1e-9)
     assert record.seed == 1
 
@@ -113,6 +115,6 @@ def test_a_figure_of_a_varied_case_says_what_was_varied(case, tmp_path, monkeypa
         case, runs=case.runs[:1], varied={"particles.friction": 0.1, "deck": "mine.in.j2"}
     )
     write_run(varied, tmp_path)
-    monkeypatch.setattr(evidence.runs, "read_run", lambda *_: np.ones((12, 7)))
+    monkeypatch.setattr(evidence.rows, "read_rows", lambda *_: np.ones((12, 7)))
     (record,) = evidence.read_records(varied, tmp_path, with_size=True)
     assert record.title == ("r = 0.5, 100 Hz, Γ = 10\nd = 2.5 mm, friction 0.1, deck mine.in.j2")

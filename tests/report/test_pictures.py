@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import geometry
+from pidpanel.coupon.shapes import SHAPES
 from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import pictures
 
@@ -21,7 +22,7 @@ def scene(values, count=2):
     )
     return pictures.beads_picture(
         positions, np.full(len(positions), 3e-3), np.resize(values, len(positions)), (0.0, 1.0),
-        outline=geometry.cell_outline("hexagon", 6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
+        outline=SHAPES["hexagon"].outline(6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
     )  # fmt: skip
 
 

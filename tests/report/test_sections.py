@@ -103,7 +103,7 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
 
 def test_a_coupon_brings_its_figures_and_its_table(study, cases):
     # red: the table of cases left out
-    from pidpanel.coupon.cases import cases_of
+    from pidpanel.coupon.from_study import cases_of
     from pidpanel.report.evidence import Beads
     from pidpanel.report.figures import Record
     from pidpanel.study.coupon import Cell, Sweep
