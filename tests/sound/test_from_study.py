@@ -1,0 +1,135 @@
+"""The sound of a study: its level, its field and its air, through the script of the stage."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from scripts import panel, sound
+
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.sound import field
+from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.wavenumber_table import FieldError
+from pidpanel.study.sound import Sound
+
+STUDY = """
+damping: {{readings: [paper_corrected]}}
+panel:
+  outline_m: [0.9, 0.6]
+  section: {{kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}}
+  mesh: {{elements: [18, 12]}}
+  patches: {{P: {{centre_m: [0.4, 0.3], size_m: [0.2, 0.2]}}}}
+  points: {{A: [0.4, 0.3]}}
+sound: {{spectrum: bands.csv, {sound}}}
+response: {{frequency_hz: [30, 250]}}
+scenarios: {{one: {{title: "One", patch: [P], fill_fraction: 0.5}}}}
+"""
+BANDS = "center_hz,spl_db\n31.5,110\n63,120\n125,130\n250,120\n"
+K_MAX = 2 * np.pi * 250.0 / 340.0
+
+
+@pytest.fixture(scope="module")
+def basis(tmp_path_factory):
+    """The file of a panel's basis; the sound does not change it."""
+    folder = tmp_path_factory.mktemp("basis")
+    (folder / "bands.csv").write_text(BANDS)
+    (folder / "small.yaml").write_text(STUDY.format(sound="field: uniform"))
+    names = ("small.yaml", "modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")
+    panel.main([str(folder / name) for name in names])
+    return folder / "modes.nc"
+
+
+@pytest.fixture
+def run(tmp_path, basis):
+    """Run the script on a study with these keys of ``sound``; the folder of what it wrote."""
+
+    def main(keys, air=False):
+        (tmp_path / "bands.csv").write_text(BANDS)
+        (tmp_path / "small.yaml").write_text(STUDY.format(sound=keys))
+        names = ("spectrum.csv", "modal_force.nc", *["air.nc"] * air)
+        study = tmp_path / "small.yaml"
+        sound.main([str(study), str(basis), *(str(tmp_path / name) for name in names)])
+        return tmp_path
+
+    return main
+
+
+def face_of(path):
+    basis = read_basis(path)
+    return field.PanelQuadrature(
+        basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
+    )
+
+
+@pytest.mark.parametrize(
+    ("keys", "oaspl"),
+    [
+        ({}, 10 * np.log10(1e11 + 2e12 + 1e13)),
+        ({"shift_db": 3.0}, 3 + 10 * np.log10(1e11 + 2e12 + 1e13)),
+        ({"oaspl_db": 145.0}, 145.0),
+    ],
+)
+def test_spectrum_is_the_tables_shifted_or_at_the_stated_level(tmp_path, keys, oaspl):
+    # red: .shifted(sound.shift_db) left out; at_oaspl(sound.oaspl_db) → shifted(sound.oaspl_db)
+    (tmp_path / "bands.csv").write_text(BANDS)
+    spectrum = spectrum_of(Sound(spectrum=tmp_path / "bands.csv", **keys))
+    assert spectrum.oaspl == pytest.approx(oaspl, abs=1e-12)
+    assert spectrum.band_spl[2] - spectrum.band_spl[0] == pytest.approx(20.0, abs=1e-12)
+
+
+def test_bands_hold_the_pressure_on_the_face(run):
+    # red: edge[:-1] and edge[1:] exchanged; loaded_sides or pressure_reference left out
+    folder = run("field: uniform, oaspl_db: 150, loaded_sides: 2, pressure_reference: room")
+    bands = pd.read_csv(folder / "spectrum.csv")
+    width = bands["upper_hz"] - bands["lower_hz"]
+    mean_square = (bands["surface_pressure_psd_pa2_hz"] * width).sum()
+    # two sides, doubled at a rigid face; seven figures are written
+    assert mean_square == pytest.approx(2 * 2 * (20e-6) ** 2 * 1e15, rel=1e-6)
+    octave = 10**0.3
+    np.testing.assert_allclose(bands["upper_hz"] / bands["lower_hz"], octave, rtol=1e-6)
+    np.testing.assert_allclose(bands["center_hz"], [31.6228, 63.0957, 125.893, 251.189], rtol=1e-5)
+
+
+FIELDS = {
+    "field: diffuse": lambda k, face, _: field.diffuse_modal_force(k, face),
+    "field: uniform": lambda k, face, _: field.uniform_modal_force(face),
+    "field: uncorrelated": lambda k, _, basis: field.uncorrelated_modal_force(
+        field.lumped_area(basis.vertex_position, basis.cells), basis.shape_at_vertices
+    ),
+    "field: plane_wave, incidence_deg: 30, azimuth_deg: 20": lambda k, face, _: (
+        field.plane_wave_modal_force([k], np.radians(30), np.radians(20), face)[0]
+    ),
+    "field: progressive_wave, azimuth_deg: 20": lambda k, face, _: field.plane_wave_modal_force(
+        [k], np.pi / 2, np.radians(20), face
+    )[0],
+}
+
+
+@pytest.mark.parametrize("keys", FIELDS)
+def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis, keys):
+    # red: any two cases of `modal_force_tables` exchanged; frequency_hz[1] → [0] in the script
+    folder = run(f"{keys}, speed_m_s: 340")
+    table = read_table(folder / "modal_force.nc", MODAL_FORCE)
+    for k in (0.4 * K_MAX, K_MAX):
+        expected = FIELDS[keys](k, face_of(basis), read_basis(basis))
+        # the tables are held to 1e-9 of the largest value, `field.TABLE_TOLERANCE`
+        np.testing.assert_allclose(table.at([k])[0], expected, atol=1e-9 * np.abs(expected).max())
+    with pytest.raises(FieldError, match="the table reaches to"):
+        table.at([1.001 * K_MAX])
+    with xr.open_dataset(folder / "modal_force.nc", engine="scipy") as dataset:
+        assert dataset.attrs["field"] == keys.split(",")[0].removeprefix("field: ")
+        assert dataset.attrs["study"] == "small"
+
+
+@pytest.mark.parametrize("keys", ["field: diffuse", "field: uniform"])
+def test_air_answers_as_to_a_diffuse_field_whatever_drives_the_panel(run, basis, keys):
+    # red: == "diffuse" → != "diffuse" in `air_tables`; the two tables exchanged
+    folder = run(f"{keys}, speed_m_s: 340", air=True)
+    face, k = face_of(basis), 0.7 * K_MAX
+    expected = field.diffuse_modal_force(k, face)
+    diffuse = read_table(folder / "air.nc", DIFFUSE).at([k])[0]
+    np.testing.assert_allclose(diffuse, expected, atol=1e-9 * np.abs(expected).max())
+    added = read_table(folder / "air.nc", ADDED_VOLUME)
+    np.testing.assert_array_equal(added.at([k]), tabulate_added_mass(K_MAX, face).at([k]))
