@@ -48,7 +48,7 @@ def test_modes_are_kept_to_twice_the_highest_frequency_and_are_naviers(built):
 
 
 def test_section_csv_holds_the_section_of_the_study_and_the_mass_of_the_panel(built):
-    # red: area = 1 in `StudiedPanel.section_table`; bending and shear exchanged in `section_table`
+    # red: 1.0 in place of the area in `StudiedPanel.section_table`; area * left out of the mass
     section = pd.read_csv(built / "section.csv").set_index(["quantity", "row", "column"])["value"]
     assert section["bending", 1, 1] == pytest.approx(3273.07)
     assert section["bending", 1, 2] == pytest.approx(0.3 * 3273.07)
