@@ -1,39 +1,48 @@
-"""What a stage computes against what is known: one row for each truth, in one neutral form.
+"""What a stage computes against what is known: one row for each number, in one neutral form.
 
-A stage that can be held to a closed form or a published benchmark has a module
-``pidpanel.<stage>.verification`` with ``CASES``: functions that compute in a folder and return
-rows. The page of `pidpanel.report.verification` shows the rows of all stages.
+A stage with a closed form or a published benchmark has a module ``pidpanel.<stage>.verification``
+with ``CASES``: functions that compute in a folder and return rows. `verify` runs one of them,
+`write_rows` and `read_rows` keep the rows as CSV, `confirm` checks them, and
+`pidpanel.report.verification_page` shows those of all stages.
 """
 
 from __future__ import annotations
 
 import csv
+import importlib
 import math
+import tempfile
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 
+class ToleranceMissedError(Exception):
+    """Computed numbers miss their references; the text names each of them in a line."""
+
+
 @dataclass(frozen=True)
 class Row:
-    """One number held to its truth.
+    """One computed number and its reference.
 
     Attributes
     ----------
     case
-        What is looked at, common to its rows: "Inelastic slug in a box without gravity".
+        What is computed, common to its rows: "Inelastic slug in a box without gravity".
     quantity
-        What is compared, with the point at which it is.
+        What is compared, and at which point.
     computed, reference
-        In ``unit``; "1" for a quantity without dimension.
+        Values in ``unit``.
+    unit
+        Unit; "1" for a quantity without dimension.
     tolerance
-        Largest |error| with which the truth counts as met; NaN where the row is shown only, to
-        tell how the error falls with the resolution or where the truth ends.
+        Largest |error| with which the reference counts as met; NaN for a row that is only shown:
+        how the error falls with the resolution, or where the reference ceases to hold.
     method
-        With what it was computed: bodies, elements, steps.
+        How it was computed: bodies, elements, steps.
     source
-        Of the reference.
+        Source of the reference.
     at
         The point as a number, for figures; NaN if there is none.
     resolution
@@ -53,27 +62,76 @@ class Row:
 
     @property
     def error(self) -> float:
-        """(computed − reference)/|reference|; the computed value itself where that is 0."""
+        """(computed − reference)/|reference|; the computed value where the reference is 0."""
         if self.reference == 0:
             return self.computed
         return (self.computed - self.reference) / abs(self.reference)
 
     @property
     def held(self) -> bool:
-        """Whether a tolerance stands for the row."""
+        """Whether the row has a tolerance."""
         return not math.isnan(self.tolerance)
 
     @property
     def met(self) -> bool:
-        """Whether the error is within the tolerance; never for a NaN."""
+        """Whether the error is within the tolerance; False for NaN."""
         return abs(self.error) <= self.tolerance
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
+"""Columns of the file of rows, besides the error."""
+
+
+def verify(stage: str, case: str) -> list[Row]:
+    """Compute a case of a stage in a temporary folder.
+
+    Parameters
+    ----------
+    stage
+        Package of `pidpanel` with a module ``verification``.
+    case
+        Key of its ``CASES``.
+
+    Raises
+    ------
+    ValueError
+        If the stage has no such case.
+    """
+    cases = importlib.import_module(f"pidpanel.{stage}.verification").CASES
+    if case not in cases:
+        raise ValueError(f"{case}: not a verification case of {stage}: {', '.join(cases)}")
+    with tempfile.TemporaryDirectory() as folder:
+        return list(cases[case](Path(folder)))
+
+
+def confirm(rows: Sequence[Row]) -> str:
+    """Check that all rows with a tolerance meet their reference, and return how many they are.
+
+    Raises
+    ------
+    ToleranceMissedError
+        If any of them does not.
+
+    Examples
+    --------
+    >>> confirm([Row("Beam", "f", 100.5, 100.0, "Hz", 0.01, "30 elements", "Navier")])
+    '1 of 1 numbers within their tolerance'
+    """
+    held = [row for row in rows if row.held]
+    missed = [row for row in held if not row.met]
+    if missed:
+        lines = [
+            f"{row.case}, {row.quantity}: {row.computed:g} {row.unit}, reference "
+            f"{row.reference:g}, error {row.error:+.2%}, tolerance {row.tolerance:.2%}"
+            for row in missed
+        ]
+        lines.append(f"{len(missed)} of {len(held)} numbers miss their tolerance")
+        raise ToleranceMissedError("\n".join(lines))
+    return f"{len(held)} of {len(held)} numbers within their tolerance"
 
 
 def write_rows(path: Path, rows: Sequence[Row]) -> None:
-    """Rows as CSV, a column for each attribute of `Row` and the error."""
+    """Write rows as CSV, with a column for each attribute of `Row` and the error."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*COLUMNS, "error"])
@@ -81,12 +139,12 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The inverse of `write_rows`.
+    """Read rows that `write_rows` wrote.
 
     Raises
     ------
     ValueError
-        With the file and its header, if that is not the one of `write_rows`.
+        If the header is another than that of `write_rows`.
     """
     numbers = {field.name for field in fields(Row) if field.type == "float"}
 
@@ -97,5 +155,5 @@ def read_rows(path: Path) -> list[Row]:
     with path.open(encoding="utf-8", newline="") as file:
         reader = csv.DictReader(file)
         if reader.fieldnames != [*COLUMNS, "error"]:
-            raise ValueError(f"{path}:1: {reader.fieldnames}, not {[*COLUMNS, 'error']}")
+            raise ValueError(f"{path}:1: columns {reader.fieldnames}, not {[*COLUMNS, 'error']}")
         return [row(texts) for texts in reader]

@@ -1,20 +1,18 @@
-"""Fail where a number misses its truth; else say how many are held."""
+"""Fail where a number of the verification misses its tolerance; else say how many there are."""
 
-import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.verification import read_rows
+from pidpanel.script import run
+from pidpanel.verification import confirm, read_rows
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Take the file for the verdict and the files of rows."""
+    verdict, *files = map(Path, arguments)
+    text = confirm([row for file in files for row in read_rows(file)])
+    verdict.write_text(f"{text}\n", encoding="utf-8")
+
 
 if __name__ == "__main__":
-    output, *files = sys.argv[1:]
-    held = [row for file in files for row in read_rows(Path(file)) if row.held]
-    missed = [row for row in held if not row.met]
-    for row in missed:
-        print(
-            f"{row.case}, {row.quantity}: {row.computed:g} {row.unit} against {row.reference:g}, "
-            f"{row.error:+.2%}, allowed {row.tolerance:.2%}",
-            file=sys.stderr,
-        )
-    if missed:
-        sys.exit(f"{len(missed)} of {len(held)} numbers miss their truth")
-    Path(output).write_text(f"{len(held)} of {len(held)} numbers within their tolerance\n")
+    run(main)

@@ -1,14 +1,17 @@
-"""Hold one case of a stage to its truth: its rows as CSV."""
+"""Compute one case of a stage that has a known reference: its rows as CSV."""
 
-import importlib
-import sys
-import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.verification import write_rows
+from pidpanel.script import run
+from pidpanel.verification import verify, write_rows
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Take the stage, the case and the file of rows."""
+    stage, case, rows = arguments
+    write_rows(Path(rows), verify(stage, case))
+
 
 if __name__ == "__main__":
-    stage, case, output = sys.argv[1:]
-    cases = importlib.import_module(f"pidpanel.{stage}.verification").CASES
-    with tempfile.TemporaryDirectory() as folder:
-        write_rows(Path(output), cases[case](Path(folder)))
+    run(main)

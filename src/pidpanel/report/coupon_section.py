@@ -1,99 +1,133 @@
-"""The coupon on the page: its spheres, how steady the runs are, what came out of them."""
+"""The coupon on the page: its particles, how steady the runs are, what came out of them."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
+from pidpanel.arrays import Array
 from pidpanel.coupon.geometry import cell_centres
 from pidpanel.coupon.shapes import SHAPES
-from pidpanel.damping.laws import paper_corrected
-from pidpanel.report import figures, pictures, style, tables
+from pidpanel.report import panel_figures, pictures, style
+from pidpanel.report.coupon_figures import (
+    ACCELERATION,
+    EQUIVALENT_DAMPING,
+    FREQUENCY,
+    LOSS_FACTOR,
+    MASS_SHARE,
+    steadiness_figure,
+    sweep_figure,
+)
 from pidpanel.report.evidence import Beads
-from pidpanel.report.html import Block, Paragraph, Picture, Section
+from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
-from pidpanel.report.losses import losses_picture
-from pidpanel.study import Study
+from pidpanel.report.text import number, percent, records, with_error
 
 CELLS_SHOWN = 5
-"""Cells of a picture at the most: more would be too small to see a sphere."""
+"""Cells of a picture at most: in more of them a particle would be too small to see."""
+
+Law = Callable[[Array, float], Array]
+"""C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction."""
+
+BARS = (
+    "Bars: one standard error, from the scatter between cycles and between seeds. Cases with "
+    "another status than ok are left out."
+)
 
 
-def coupon_section(study: Study, coupon: Coupon) -> Section:
-    """The spheres, how steady the runs are, and what came out of them."""
+def coupon_section(
+    coupon: Coupon, *, law: Law | None = None, varied: Sequence[str] = ()
+) -> Section:
+    """Return the particles, how steady the runs are, the sweep and all cases.
+
+    Parameters
+    ----------
+    coupon
+        What the coupon stage left.
+    law
+        Law to draw beside C_e; None for none.
+    varied
+        Columns of ``coupon/cases.csv`` that the study varies besides fill, frequency and Γ; with
+        any, the figures of the sweep are left out, since their cases would differ in more.
+    """
     cases = coupon.cases
-    good = cases[cases["status"] == "ok"].copy()
-    mass = good["particle_mass_per_area_kg_m2"]
-    good["apparent_mass_share"] = good["apparent_mass_kg_m2"] / mass
-    good["apparent_mass_share_error"] = good["apparent_mass_error_kg_m2"] / mass
+    good = cases[cases["status"] == "ok"]
     relative = good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"].abs()
-    law = paper_corrected if "paper_corrected" in study.damping.readings else None
-    law_text = (
-        " Dashed: the paper's law, corrected (|a₁|, f in Hz), which knows no Γ." if law else ""
+    steadiness = Picture(
+        "steadiness",
+        style.png(steadiness_figure(coupon.records)),
+        "Energy dissipated per cycle and area in a few runs. Dotted: end of the transient, found "
+        "from the data (marginal standard error rule). Band: mean of the cycles after it ± one "
+        "standard error (by blocking; from 60 cycles on, without the energy that the bed stores in "
+        "one cycle and returns in the next).",
     )
-    bound_text = (
-        " Dotted: C_e = 4 m″ω/π, the most that a perfectly inelastic bed of this mass without "
-        "gravity can give."
-    )
-    bars = (
-        "Bars: one standard error, from the scatter of the cycles and between seeds. Cases that "
-        "are not ok are left out."
-    )
-    F, G = figures.FREQUENCY, figures.LEVEL
-    drawn: list[tuple[str, Any, str]] = [
-        (
-            "damping_over_frequency",
-            figures.sweep_figure(
-                good, F, figures.EQUIVALENT_DAMPING, G, law=law, bound="bound_n_s_m3"
-            ),
-            f"Equivalent damping per area over frequency at constant Γ. {bars}{law_text}"
-            f"{bound_text}",
-        ),
-        (
-            "damping_over_level",
-            figures.sweep_figure(
-                good, G, figures.EQUIVALENT_DAMPING, F, law=law, bound="bound_n_s_m3"
-            ),
-            f"The same over the acceleration amplitude at constant frequency. {bars}{law_text}"
-            f"{bound_text}",
-        ),
-        (
-            "loss_factor",
-            figures.sweep_figure(good, G, figures.LOSS_FACTOR, F),
-            "Loss factor η = E_d/(π m″(ωW)²) over the acceleration amplitude; the inelastic bound "
-            f"is 4/π = 1.27. {bars}",
-        ),
-        (
-            "apparent_mass",
-            figures.sweep_figure(good, G, figures.MASS_SHARE, F),
-            "Share of the spheres' mass that moves in phase with the cell (apparent mass over "
-            f"mass, both per area). {bars}",
-        ),
-    ]
     blocks: list[Block] = [
         Paragraph(
             f"{len(cases)} cases, {len(good)} of them ok; the median standard error of C_e is "
-            f"{relative.median():.1%}, the largest {relative.max():.0%}."
+            f"{percent(relative.median(), 1)}, the largest {percent(relative.max())}."
         ),
         beads_block(coupon.beads),
-        Picture(
-            "steadiness",
-            style.png(figures.steadiness_figure(coupon.records)),
-            "Energy dissipated per cycle and area in a few runs, cycle by cycle. Dotted: end of "
-            "the transient, found from the data (marginal standard error); band: mean of the "
-            "cycles after it ± one standard error (blocking; where 60 cycles and more follow, "
-            "without what the bed stores in one cycle and gives back in the next).",
-        ),
-        *(Picture(name, style.png(figure), caption) for name, figure, caption in drawn),
-        *([losses] if (losses := losses_picture(good)) else []),
-        tables.case_table(cases),
+        steadiness,
+        *([] if varied else sweep_blocks(good, law)),
+        case_table(cases, varied),
     ]
     return Section("coupon", "Coupon", blocks)
 
 
+def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
+    """Return C_e, loss factor and apparent mass over frequency and acceleration.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    law
+        As of `coupon_section`.
+    """
+    mass = cases["particle_mass_per_area_kg_m2"]
+    cases = cases.assign(
+        apparent_mass_share=cases["apparent_mass_kg_m2"] / mass,
+        apparent_mass_share_error=cases["apparent_mass_error_kg_m2"] / mass,
+    )
+    beside = (
+        "Dashed: the paper's law, corrected (|a₁|, f in Hz), independent of Γ. " if law else ""
+    ) + (
+        "Dotted: C_e = 4 m″ω/π, the bound of a perfectly inelastic bed of this mass without "
+        "gravity."
+    )
+    bound = "bound_n_s_m3"
+    drawn: list[tuple[str, Figure, str]] = [
+        (
+            "damping_over_frequency",
+            sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound),
+            f"Equivalent damping per area over frequency at constant Γ = a/g. {BARS} {beside}",
+        ),
+        (
+            "damping_over_acceleration",
+            sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound),
+            f"Equivalent damping per area over Γ = a/g at constant frequency. {BARS} {beside}",
+        ),
+        (
+            "loss_factor",
+            sweep_figure(cases, ACCELERATION, LOSS_FACTOR, FREQUENCY),
+            "Loss factor η = E_d/(π m″(ωW)²) over Γ; the bound of a perfectly inelastic bed is "
+            f"4/π = 1.27. {BARS}",
+        ),
+        (
+            "apparent_mass",
+            sweep_figure(cases, ACCELERATION, MASS_SHARE, FREQUENCY),
+            "Share of the particles' mass that moves in phase with the cell (apparent mass over "
+            f"mass, both per area). {BARS}",
+        ),
+    ]
+    return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
+
+
 def beads_block(beads: Beads) -> Picture:
-    """Picture of the spheres of one run in its first cells."""
+    """Return a picture of the particles of one run in its first cells."""
     packing = beads.run.packing
     shown = min(packing.count, CELLS_SHOWN)
     centres = cell_centres(packing.across_flats, packing.count)
@@ -102,13 +136,13 @@ def beads_block(beads: Beads) -> Picture:
     places = beads.positions[inside]
     # from the grid of all cells to the grid of those shown
     places[:, :2] += (cell_centres(packing.across_flats, shown) - centres[:shown])[own[inside]]
-    side = "set side by side for the picture"
+    side = "drawn side by side"
     if shown < packing.count:
         side = f"{shown} of them {side}"
     limits = (0.0, float(beads.speed.max()))
     shape = SHAPES[packing.shape].word
     where = (
-        f"{len(beads.positions)} spheres of {packing.diameter * 1e3:g} mm in {packing.count} "
+        f"{len(beads.positions)} particles of {packing.diameter * 1e3:g} mm in {packing.count} "
         f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm "
         f"({side}), r = {beads.run.fill_fraction:g}, "
         f"{beads.run.drive.frequency:g} Hz, "
@@ -125,7 +159,7 @@ def beads_block(beads: Beads) -> Picture:
         depth=packing.depth,
         count=shown,
     )
-    figure = figures.pictures_figure(
+    figure = panel_figures.pictures_figure(
         [image],
         [""],
         columns=1,
@@ -134,4 +168,49 @@ def beads_block(beads: Beads) -> Picture:
         label="speed relative to the cell, m/s",
         width=6.0,
     )
-    return Picture("beads", style.png(figure), caption)
+    return Picture("particles", style.png(figure), caption)
+
+
+def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
+    """Return every case of the coupon with its errors and its status.
+
+    Parameters
+    ----------
+    cases
+        ``coupon/cases.csv``.
+    varied
+        Further columns in which the cases differ.
+    """
+    columns = [
+        *varied, "r", "f, Hz", "Γ", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
+        "share of bound", "particles per cell", "modulus, MPa", "cycles run (used)",
+        "accuracy reached", "energy balance error, %", "normal loss, %", "status",
+    ]  # fmt: skip
+    rows = [
+        [
+            *(str(row[key]) for key in varied),
+            f"{row['fill_fraction']:g}",
+            f"{row['frequency_hz']:g}",
+            f"{row['acceleration_g']:g}",
+            with_error(row["dissipated_energy_j_m2"], row["dissipated_energy_error_j_m2"]),
+            with_error(row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]),
+            with_error(row["apparent_mass_kg_m2"], row["apparent_mass_error_kg_m2"]),
+            number(row["loss_factor"]),
+            number(row["share_of_bound"], 2),
+            number(row["spheres_per_cell"]),
+            f"{row['youngs_modulus_mpa']:g}",
+            f"{row['cycles_run']} ({row['cycles_used']})",
+            "yes" if row["target_met"] else "no",
+            number(100 * row["closure"], 2),
+            number(100 * row["normal_share"], 2),
+            row["status"],
+        ]
+        for row in records(cases)
+    ]
+    good = int((cases["status"] == "ok").sum())
+    return Table(
+        f"All {len(cases)} cases, {good} of them ok; ±: one standard error",
+        columns,
+        rows,
+        folded=True,
+    )

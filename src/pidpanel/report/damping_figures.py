@@ -6,7 +6,6 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
@@ -23,30 +22,37 @@ from pidpanel.arrays import Array
 from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import AXES, ERROR, VALUE, DampingSurface
 from pidpanel.report import style
-from pidpanel.report.figures import WIDTH
+from pidpanel.report.layout import GREY, WIDTH, few
 
-FILL, FREQUENCY, LEVEL = AXES
-LABELS = {FILL: "fill fraction r", FREQUENCY: "frequency, Hz", LEVEL: "Γ, g"}
-TITLES = {FILL: "r = {:g}", FREQUENCY: "{:g} Hz", LEVEL: "Γ = {:g} g"}
+FILL, FREQUENCY, ACCELERATION = AXES
+LABELS = {
+    FILL: "fill fraction r, –",
+    FREQUENCY: "frequency, Hz",
+    ACCELERATION: "acceleration amplitude Γ, –",
+}
+TITLES = {FILL: "r = {:g}", FREQUENCY: "f = {:g} Hz", ACCELERATION: "Γ = {:g}"}
 FINE = 61
 """Values of the surface along each axis of a map."""
 
 MAPS = 5
+"""Values of the third axis that are shown at most, a column each."""
+
 OUTSIDE = "#ffffff"
+"""Colour outside the simulated range."""
 
 
 def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
-    """C_e (above) and η (below) over two of the axes, a column for each value of the third.
+    """Draw C_e (above) and η (below) over two of the axes, one column per value of the third.
 
     Parameters
     ----------
     surface
-        With a known mass of the spheres.
+        Surface with a known mass of the particles.
     across, up
-        Two of `AXES`. The third takes the values that the cases have, at most `MAPS` of them.
+        Two of `AXES`. The third takes the values of the cases, `MAPS` of them at most.
     """
     (fixed,) = set(AXES) - {across, up}
-    values = _few(np.unique(surface.cases[fixed]), MAPS)
+    values = few(np.unique(surface.cases[fixed]), MAPS)
     axes_of = {name: _fine(surface, name) for name in (across, up)}
     x, y = axes_of[across], axes_of[up]
     grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
@@ -61,7 +67,7 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
     figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
     grid_of = figure.subplots(2, len(values), sharex=True, sharey=True, squeeze=False)
     for row, (label, colormap) in enumerate(
-        (("$C_e$, N s/m³", "viridis"), ("loss factor η, 1", "magma"))
+        (("$C_e$, N s/m³", "viridis"), ("loss factor η, –", "magma"))
     ):
         shown = np.concatenate([one[row][one[2]] for one in maps])
         scale = ScalarMappable(LogNorm(shown.min(), shown.max()), mpl.colormaps[colormap])
@@ -99,48 +105,41 @@ def _fine(surface: DampingSurface, axis: str) -> Array:
     return np.linspace(low, high, FINE) if axis == FILL else np.geomspace(low, high, FINE)
 
 
-def _few(values: Array, count: int) -> Array:
-    """At most so many of the values, evenly chosen, the first and the last among them."""
-    index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
-    chosen: Array = values[index]
-    return chosen
-
-
 Law = Callable[[Array, float, float], Array]
-"""C_e [N s/m³] of (frequency (n,) [Hz], fill fraction, Γ); NaN where there is none."""
+"""C_e [N s/m³] of frequency [Hz], shape ``(n,)``, fill fraction and Γ; NaN where undefined."""
 
 
 def law_figure(surface: DampingSurface, law: Law) -> Figure:
-    """Cases with error bars, the surface with its band, the fitted law and the bound.
+    """Draw cases with error bars, the surface with its band, the fitted law and the bound.
 
-    A panel for each amplitude of the cases, a colour for each fill.
+    Axes for each acceleration of the cases, a colour for each fill.
     """
-    levels = _few(np.unique(surface.cases[LEVEL]), 6)
-    fills = _few(np.unique(surface.cases[FILL]), 5)
-    columns = min(2 if len(levels) == 4 else 3, len(levels))
-    rows = -(-len(levels) // columns)
+    accelerations = few(np.unique(surface.cases[ACCELERATION]), 6)
+    fills = few(np.unique(surface.cases[FILL]), 5)
+    columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
+    rows = -(-len(accelerations) // columns)
     figure = Figure(figsize=(WIDTH, 3.1 * rows + 0.6), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.flat[len(levels) :]:
+    for axes in grid.flat[len(accelerations) :]:
         axes.set_visible(False)
     frequency = _fine(surface, FREQUENCY)
-    for axes, level in zip(grid.flat, levels, strict=False):
+    for axes, gamma in zip(grid.flat, accelerations, strict=False):
         for number, fill in enumerate(fills):
             colour = style.fill_colour(fill)
-            _band(axes, surface, frequency, fill, level, colour)
+            _band(axes, surface, frequency, fill, gamma, colour)
             of = surface.cases
-            of = of[np.isclose(of[LEVEL], level) & np.isclose(of[FILL], fill)]
+            of = of[np.isclose(of[ACCELERATION], gamma) & np.isclose(of[FILL], fill)]
             axes.errorbar(
                 of[FREQUENCY], of[VALUE], yerr=of[ERROR], color=colour, ls="none",
                 marker=style.MARKERS[number % len(style.MARKERS)], capsize=1.8, elinewidth=0.8,
             )  # fmt: skip
-            axes.plot(frequency, law(frequency, fill, level), color=colour, ls="--", lw=0.9)
+            axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
             bound = 8 * surface.mass_per_fill * fill * frequency
             axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-        axes.set_title(TITLES[LEVEL].format(level), loc="left")
+        axes.set_title(TITLES[ACCELERATION].format(gamma), loc="left")
     low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
     grid[0, 0].set_ylim(low / 2, high * 5)
     for axes in grid[-1]:
@@ -151,41 +150,46 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
         f"r = {fill:g}": Line2D([], [], color=style.fill_colour(fill), marker=style.MARKERS[i])
         for i, fill in enumerate(fills)
     }
-    grey = "#555555"
-    handles["surface ± standard error"] = Patch(color=grey, alpha=0.35)  # type: ignore[assignment]
-    handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=grey, ls="--")
-    handles["bound of an inelastic bed"] = Line2D([], [], color=grey, ls=":")
+    handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)  # type: ignore[assignment]
+    handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
+    handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
     return figure
 
 
 def _band(
-    axes: Axes, surface: DampingSurface, frequency: Array, fill: float, level: float, colour: str
+    axes: Axes, surface: DampingSurface, frequency: Array, fill: float, gamma: float, colour: str
 ) -> None:
-    """The surface with one standard error of ln C_e to either side, within its domain."""
-    found = surface(frequency, fill, level)
+    """Draw the surface ± one standard error of ln C_e within its domain."""
+    found = surface(frequency, fill, gamma)
     value = np.where(found.inside, found.equivalent_damping, np.nan)
     factor = np.exp(found.equivalent_damping_error / found.equivalent_damping)
     axes.plot(frequency, value, color=colour, lw=0.9)
     axes.fill_between(frequency, value / factor, value * factor, color=colour, alpha=0.22, lw=0)
 
 
-@dataclass(frozen=True)
-class Regimes:
-    """ln η of the form of two regimes at any points, to be drawn through the cases."""
+def collapse_figure(
+    points: Points, log_eta: Array, form: Callable[[Points], Array] | None
+) -> Figure:
+    """Draw loss factors of all cases over Γ and over stroke/gap, each coloured by the other.
 
-    log_eta: Callable[[Points], Array]
-
-
-def collapse_figure(points: Points, log_eta: Array, regimes: Regimes | None) -> Figure:
-    """Loss factors of all cases over Γ and over stroke over gap, each coloured by the other."""
+    Parameters
+    ----------
+    points
+        Where the cases lie.
+    log_eta
+        ln η of the cases, shape ``(n,)``.
+    form
+        ln η as a function of `Points`, drawn through the cases at r = 0.5; None for none.
+    """
     figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     grid = figure.subplots(1, 2, sharey=True)
-    level, stroke = points.acceleration_g, points.stroke_over_gap
+    gamma, stroke = points.acceleration_g, points.stroke_over_gap
     eta = np.exp(log_eta)
+    gamma_label, stroke_label = LABELS[ACCELERATION], "stroke over gap W/L, –"
     sides = (
-        (level, stroke, "Γ, g", "stroke over gap W/L", "viridis"),
-        (stroke, level, "stroke over gap W/L", "Γ, g", "plasma"),
+        (gamma, stroke, gamma_label, stroke_label, "viridis"),
+        (stroke, gamma, stroke_label, gamma_label, "plasma"),
     )
     for axes, (x, colour, label, colour_label, colormap) in zip(grid, sides, strict=True):
         norm = LogNorm(colour.min(), colour.max() * 1.001)
@@ -197,25 +201,25 @@ def collapse_figure(points: Points, log_eta: Array, regimes: Regimes | None) -> 
         axes.axhline(4 / np.pi, color="black", ls=":", lw=0.9)
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set_xlabel(label)
-    grid[0].set_ylabel("loss factor η, 1")
-    if regimes is not None:
+    grid[0].set_ylabel("loss factor η, –")
+    if form is not None:
         fine = np.geomspace(stroke.min(), stroke.max(), 200)
-        norm = LogNorm(level.min(), level.max() * 1.001)
-        for value in _few(np.unique(level), 4):
-            h = np.full(200, float(points.onset[np.argmin(np.abs(level - value))]))
+        norm = LogNorm(gamma.min(), gamma.max() * 1.001)
+        for value in few(np.unique(gamma), 4):
+            h = np.full(200, float(points.onset[np.argmin(np.abs(gamma - value))]))
             at = Points(np.full(200, 0.5), np.ones(200), np.full(200, value), fine, h,
                         points.mass_per_fill)  # fmt: skip
-            of_level = np.isclose(level, value)
-            within = (fine >= stroke[of_level].min()) & (fine <= stroke[of_level].max())
+            of_gamma = np.isclose(gamma, value)
+            within = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
             colour = mpl.colormaps["plasma"](norm(value))
-            line = np.where(within, np.exp(regimes.log_eta(at)), np.nan)
+            line = np.where(within, np.exp(form(at)), np.nan)
             grid[1].plot(fine, line, color=colour, lw=1.4)
     grid[1].text(0.02, 4 / np.pi * 1.06, "4/π", transform=grid[1].get_yaxis_transform(), fontsize=7)
     return figure
 
 
 def left_out_figure(left: pd.DataFrame) -> Figure:
-    """Each case as the others foretell it, against what was measured.
+    """Draw C_e of each case as predicted from the other cases against the simulated value.
 
     Parameters
     ----------
@@ -224,62 +228,62 @@ def left_out_figure(left: pd.DataFrame) -> Figure:
     """
     figure = Figure(figsize=(5.2, 4.4), layout="constrained")
     axes = figure.subplots()
-    measured = left[VALUE].to_numpy(float)
-    foretold = measured * np.exp(left["log_error"].to_numpy())
+    simulated = left[VALUE].to_numpy(float)
+    predicted = simulated * np.exp(left["log_error"].to_numpy())
     factor = np.exp(left["log_standard_error"].to_numpy())
     fills = np.unique(left[FILL])
-    for number, fill in enumerate(_few(fills, 7)):
+    for number, fill in enumerate(few(fills, 7)):
         of = np.isclose(left[FILL], fill)
         axes.errorbar(
-            measured[of], foretold[of],
-            yerr=[(foretold - foretold / factor)[of], (foretold * factor - foretold)[of]],
+            simulated[of], predicted[of],
+            yerr=[(predicted - predicted / factor)[of], (predicted * factor - predicted)[of]],
             color=style.fill_colour(fill), marker=style.MARKERS[number], ls="none", ms=4,
             elinewidth=0.7, label=f"r = {fill:g}",
         )  # fmt: skip
-    ends = np.array([min(measured.min(), foretold.min()), max(measured.max(), foretold.max())])
+    ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
     axes.plot(ends, ends, color="black", lw=0.8)
     axes.fill_between(ends, ends / 2, ends * 2, color="#999999", alpha=0.2, lw=0, label="factor 2")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel("$C_e$ of the case, N s/m³")
-    axes.set_ylabel("$C_e$ foretold by the others, N s/m³")
+    axes.set_xlabel("$C_e$ simulated, N s/m³")
+    axes.set_ylabel("$C_e$ predicted from the other cases, N s/m³")
     axes.legend()
     return figure
 
 
 def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figure:
-    """Shares of the loss over Γ, a panel for each frequency, stacked lines for each fill.
+    """Draw shares of the loss over Γ, axes for each frequency, a colour for each fill.
 
     Parameters
     ----------
     cases
-        Rows of ``coupon/cases.csv`` that stand.
+        Rows of ``coupon/cases.csv`` with status ok.
     shares
-        Columns and what they are called; the first is drawn solid, the next dashed and dotted.
+        Columns and their names; the first is drawn solid, the next dashed and dotted.
     """
-    frequencies = _few(np.unique(cases[FREQUENCY]), 5)
-    fills = _few(np.unique(cases[FILL]), 5)
+    frequencies = few(np.unique(cases[FREQUENCY]), 5)
+    fills = few(np.unique(cases[FILL]), 5)
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     grid = figure.subplots(1, len(frequencies), sharex=True, sharey=True, squeeze=False)[0]
     dashes = ("-", "--", ":")
     for axes, frequency in zip(grid, frequencies, strict=True):
         for number, fill in enumerate(fills):
             of = cases[np.isclose(cases[FREQUENCY], frequency) & np.isclose(cases[FILL], fill)]
-            of = of.sort_values(LEVEL)
+            of = of.sort_values(ACCELERATION)
             for (column, _), dash in zip(shares, dashes, strict=False):
-                axes.plot(of[LEVEL], of[column], dash, color=style.fill_colour(fill),
+                axes.plot(of[ACCELERATION], of[column], dash, color=style.fill_colour(fill),
                           marker=style.MARKERS[number])  # fmt: skip
         axes.set_xscale("log")
         axes.set_ylim(0, 1)
         axes.set_title(TITLES[FREQUENCY].format(frequency), loc="left")
-        axes.set_xlabel(LABELS[LEVEL])
+        axes.set_xlabel(LABELS[ACCELERATION])
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-    grid[0].set_ylabel("share of the loss, 1")
+    grid[0].set_ylabel("share of the loss, –")
     handles = {
         f"r = {fill:g}": Line2D([], [], color=style.fill_colour(fill), marker=style.MARKERS[i])
         for i, fill in enumerate(fills)
     }
     for (_, called), dash in zip(shares, dashes, strict=False):
-        handles[called] = Line2D([], [], color="#555555", ls=dash)
+        handles[called] = Line2D([], [], color=GREY, ls=dash)
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=8)
     return figure

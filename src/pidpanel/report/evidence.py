@@ -13,7 +13,6 @@ from pidpanel.coupon import coding, cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.records import ShakeOutcome
-from pidpanel.report.figures import Record
 
 PICTURED = (0.5, 158.0, 10.0)
 """Fill fraction, frequency (Hz) and Γ of the case that is pictured, or the nearest to them."""
@@ -45,6 +44,32 @@ class Beads:
     diameters: Array
     speed: Array
     cycles: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """The cycles of one run.
+
+    Attributes
+    ----------
+    title
+        Title of the figure: the case.
+    seed
+        Seed of the packing.
+    energy
+        Dissipated energy of each cycle [J/m²], shape ``(n_cycles,)``.
+    start
+        First cycle (from 0) after the transient.
+    mean, error
+        Mean and standard error of the cycles from there on [J/m²].
+    """
+
+    title: str
+    seed: int
+    energy: Array
+    start: int
+    mean: float
+    error: float
 
 
 def nearest_case(cases: pd.DataFrame) -> str:

@@ -1,7 +1,7 @@
 """The page as text: sections of paragraphs, pictures and tables into one self-contained file.
 
-Images stand in the page as base64 and the style inline, so the file needs neither network
-nor fellows and can be sent by mail.
+Images are in the page as base64 and the style is inline, so the file needs neither network nor
+other files and can be sent by mail.
 """
 
 from __future__ import annotations
@@ -27,7 +27,17 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Picture:
-    """An image with its caption; ``name`` is the stem of its file."""
+    """An image with its caption.
+
+    Attributes
+    ----------
+    name
+        Anchor in the page and stem of the picture's file.
+    png
+        The image as PNG.
+    caption
+        Caption, and the text of the image for who cannot see it.
+    """
 
     name: str
     png: bytes
@@ -36,13 +46,30 @@ class Picture:
 
     @property
     def base64(self) -> str:
-        """The image as text for a ``data:`` address."""
+        """Return the image as text for a ``data:`` address."""
         return base64.b64encode(self.png).decode("ascii")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text, as wide as ``columns``; ``folded`` hides them behind the caption."""
+    """Rows of text.
+
+    Attributes
+    ----------
+    caption
+        Caption.
+    columns
+        Heads of the columns, with units.
+    rows
+        Rows, each as long as ``columns``.
+    folded
+        Whether the rows are hidden behind the caption.
+
+    Raises
+    ------
+    ValueError
+        For a row of another length.
+    """
 
     caption: str
     columns: Sequence[str]
@@ -54,7 +81,7 @@ class Table:
         for row in self.rows:
             if len(row) != len(self.columns):
                 raise ValueError(
-                    f"table '{self.caption}': a row of {len(row)} cells, "
+                    f"table '{self.caption}': a row of {len(row)} cells for "
                     f"{len(self.columns)} columns: {list(row)}"
                 )
 
@@ -64,7 +91,17 @@ Block = Paragraph | Picture | Table
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it; ``name`` is its anchor."""
+    """A heading and the blocks below it.
+
+    Attributes
+    ----------
+    name
+        Anchor in the page.
+    title
+        Heading.
+    blocks
+        What is below it, in order.
+    """
 
     name: str
     title: str
@@ -73,7 +110,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """The whole report.
+    """A whole page.
 
     Attributes
     ----------
@@ -82,17 +119,17 @@ class Page:
     facts
         What was computed and with what, as (name, value).
     assumptions
-        What the source leaves out and the study assumes.
+        What the study assumes where the source states nothing.
     summary
-        What came out, in sentences.
+        Main results in sentences.
     warnings
-        Where the numbers must not be trusted.
+        Limitations of the numbers in sentences.
     claims
-        Table of the claims with their verdicts; None where the study tests none.
+        Table of claims with their verdicts; None where none is tested.
     sections
         In the order of the page.
     steps
-        How to come by these numbers again, as (text, command).
+        How to reproduce the results, as (text, command).
     """
 
     title: str
@@ -106,7 +143,7 @@ class Page:
 
     @property
     def pictures(self) -> list[Picture]:
-        """All pictures, in order."""
+        """Return all pictures in order."""
         return [b for s in self.sections for b in s.blocks if isinstance(b, Picture)]
 
 
@@ -116,17 +153,17 @@ def render(page: Page, folder: Path = TEMPLATES / "report") -> str:
     Raises
     ------
     jinja2.UndefinedError
-        For a variable that the template names and `Page` does not hold.
+        For a variable of the template that `Page` does not have.
     ValueError
-        If two pictures or two sections carry one name.
+        If two pictures or two sections have the same name.
     """
     for kind, names in (
         ("pictures", [picture.name for picture in page.pictures]),
         ("sections", [section.name for section in page.sections]),
     ):
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"{kind} of one name: {', '.join(twice)}")
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise ValueError(f"{kind} with the same name: {', '.join(repeated)}")
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         undefined=jinja2.StrictUndefined,

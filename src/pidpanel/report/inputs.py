@@ -1,4 +1,4 @@
-"""What the page is made from, as it was read."""
+"""Records of what the stages left and a page is made from."""
 
 from __future__ import annotations
 
@@ -8,16 +8,26 @@ from dataclasses import dataclass
 import pandas as pd
 import xarray as xr
 
+from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report.damping_section import DampingResults
-from pidpanel.report.evidence import Beads
-from pidpanel.report.figures import Record
+from pidpanel.report.evidence import Beads, Record
+from pidpanel.response.rounds import Round
 from pidpanel.study import Study
 
 
 @dataclass(frozen=True)
 class Coupon:
-    """What the coupon stage left: cases, cycles of a few, the spheres of one."""
+    """What the coupon stage left.
+
+    Attributes
+    ----------
+    cases
+        ``coupon/cases.csv``.
+    records
+        The cycles of a few cases, each with its runs.
+    beads
+        The particles of one run at its end.
+    """
 
     cases: pd.DataFrame
     records: Sequence[Sequence[Record]]
@@ -25,13 +35,39 @@ class Coupon:
 
 
 @dataclass(frozen=True)
+class DampingResults:
+    """What the damping stage left.
+
+    Attributes
+    ----------
+    surface
+        ``damping/surface.nc``.
+    law, comparison
+        ``damping/law.csv``, ``damping/forms.csv``.
+    cases
+        ``coupon/cases.csv``.
+    depth
+        Depth of the cell [m].
+    rounds
+        ``design/round*.json`` in order; empty for a study without a target.
+    """
+
+    surface: DampingSurface
+    law: pd.DataFrame
+    comparison: pd.DataFrame
+    cases: pd.DataFrame
+    depth: float
+    rounds: Sequence[Round] = ()
+
+
+@dataclass(frozen=True)
 class Inputs:
-    """All that the page is made from.
+    """All that the page of a study with a panel is made from.
 
     Attributes
     ----------
     study, stamp
-        The study, and what its results are stamped with.
+        The study and the stamp of its results.
     summary, psd
         ``response/summary.csv`` (points as text), ``response/psd.nc``.
     modes, basis, section
@@ -45,11 +81,11 @@ class Inputs:
     stress
         ``response/stress.csv`` (points as text).
     radiation
-        ``response/radiation.csv`` (points as text); None where nothing was asked beside.
+        ``response/radiation.csv`` (points as text); None without ``response.radiation_beside``.
     maps
         ``response/maps.nc``.
     damping
-        None for a study that does not read its own cases.
+        None for a study without the reading ``dem``.
     """
 
     study: Study

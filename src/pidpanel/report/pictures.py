@@ -1,10 +1,11 @@
 """Scenes drawn off screen: spheres in their cells, mode shapes of the panel.
 
-Functions return images as arrays. On a machine without a display VTK needs
-``VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow`` in the environment.
+Functions return images as arrays. No display is needed.
 """
 
 from __future__ import annotations
+
+import os
 
 import matplotlib as mpl
 import numpy as np
@@ -18,6 +19,15 @@ Image = NDArray[np.uint8]
 
 ROW_PITCH = 1.35
 """Distance of neighbouring cells in the picture over their width."""
+
+
+def _plotter(width: int, height: int) -> pv.Plotter:
+    """Return a white scene of so many pixels that needs no display."""
+    # VTK looks for this when its first window is made
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    plotter = pv.Plotter(off_screen=True, window_size=[width, height])
+    plotter.background_color = pv.Color("white")
+    return plotter
 
 
 def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[Array, Array]:
@@ -94,8 +104,7 @@ def beads_picture(
     # seen a little from above: the height of a cell and a part of its floor
     width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
     height = 0.96 * depth + 0.5 * across_flats
-    plotter = pv.Plotter(off_screen=True, window_size=[pixels, round(pixels * height / width)])
-    plotter.background_color = pv.Color("white")
+    plotter = _plotter(pixels, round(pixels * height / width))
     plotter.add_mesh(
         spheres.glyph(geom=ball, scale="diameter", orient=False),
         scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits), show_scalar_bar=False,
@@ -163,8 +172,7 @@ def mode_pictures(
     flat = np.pad(vertices, ((0, 0), (0, 1)))
     at_points = np.linalg.norm(vertices[:, None] - points, axis=-1).argmin(axis=0)
     images = []
-    plotter = pv.Plotter(off_screen=True, window_size=list(size))
-    plotter.background_color = pv.Color("white")
+    plotter = _plotter(*size)
     plotter.enable_anti_aliasing("msaa", multi_samples=4)
     for shape in shapes.T:
         scaled = shape / shape[np.abs(shape).argmax()]

@@ -1,9 +1,8 @@
-"""Colours and line styles: one look per fill, place and level in all figures of a report.
+"""Colours and line styles: one look per fill, patch and sound level in all figures.
 
-The colours are told apart with the common kinds of colour blindness: fills run through
-viridis (dark is empty), levels through plasma, places take the set of Okabe and Ito (2008).
-The bare panel is black throughout. Nothing is set for the process: figures are made within
-`context`.
+The colours can be told apart with the common kinds of colour blindness: fills run through viridis
+(dark is empty), sound levels through plasma, patches take the set of Okabe and Ito (2008). The
+bare panel is black throughout. Nothing is set for the process: figures are made within `context`.
 """
 
 from __future__ import annotations
@@ -21,9 +20,12 @@ RESOLUTION = 200
 """Dots per inch of the PNG files."""
 
 BARE = "#000000"
+"""Colour of the bare panel."""
 
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Colours of patches, and of anything else without an order."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Markers of lines beside their colours."""
 
 _RC: dict[Any, Any] = {
     "backend": "agg",
@@ -53,28 +55,28 @@ _RC: dict[Any, Any] = {
 
 
 def context() -> AbstractContextManager[None]:
-    """Settings of matplotlib for the figures of the report, as long as it is entered."""
+    """Return a context with the settings of matplotlib for the figures."""
     return mpl.rc_context(_RC)
 
 
 def fill_colour(fill_fraction: float) -> str:
-    """Colour of a fill fraction, 0 to 1; the pale end of viridis is left out."""
+    """Return the colour of a fill fraction, 0 to 1; the pale end of viridis is left out."""
     return colors.to_hex(mpl.colormaps["viridis"](0.05 + 0.83 * fill_fraction))
 
 
 def place_colour(place: str, places: Sequence[str]) -> str:
-    """Colour of a patch among all patches of the panel."""
+    """Return the colour of a patch among all patches of the panel."""
     return PLACES[list(places).index(place) % len(PLACES)]
 
 
 def level_colour(level: float, levels: Sequence[float]) -> str:
-    """Colour of a sound level among all levels of a family, dark for the lowest."""
+    """Return the colour of a sound level among all levels of a family, dark for the lowest."""
     rank = sorted(levels).index(level) / max(1, len(levels) - 1)
     return colors.to_hex(mpl.colormaps["plasma"](0.05 + 0.72 * rank))
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as PNG, the same bytes from the same numbers."""
+    """Return the figure as PNG, the same bytes from the same numbers."""
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=RESOLUTION, metadata={"Software": None})
     return buffer.getvalue()

@@ -1,10 +1,12 @@
-"""Maps of the panel: rms acceleration and rms von Mises stress of some scenarios."""
+"""Figures of fields over the panel: rms acceleration and rms von Mises stress.
+
+Call the functions within `style.context`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.collections import LineCollection, PolyCollection
@@ -13,21 +15,31 @@ from matplotlib.figure import Figure
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.plane_mesh import boundary_edges, cell_areas
-from pidpanel.report import style
-from pidpanel.report.html import Picture, Section
 
 SHOWN = {
     "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
     "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
 }
-"""Maps drawn, with their units as read, the factor to them and their colours."""
+"""Fields drawn: label with unit, factor from SI to that unit, colour map."""
 
 BEYOND = 0.01
-"""Share of the area beyond the end of the colours."""
+"""Share of the area that lies beyond the end of the colour scale."""
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
-    """Vertex numbers (n, 2) of the edges round the patches: those of one cell of a patch only.
+    """Return the edges round the patches: those that belong to one cell of a patch only.
+
+    Parameters
+    ----------
+    cells
+        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
+    cell_in_patch
+        Whether an element belongs to a patch, shape ``(n_patches, n_cells)``.
+
+    Returns
+    -------
+    Index
+        Vertex numbers, shape ``(n_edges, 2)``.
 
     Examples
     --------
@@ -46,16 +58,16 @@ def map_figure(
     cell_in_patch: Flags,
     titles: Mapping[tuple[str, str], str],
 ) -> Figure:
-    """A row for each case, a column for each of `SHOWN`; one scale of colour a column.
+    """Draw one row per case and one column per field of `SHOWN`, with one colour scale each.
 
     Parameters
     ----------
     maps
         ``response/maps.nc``; of several layers the most stressed at each vertex is drawn.
     cell_in_patch
-        (n_patches, n_cells) the cells of each patch.
+        Whether an element belongs to a patch, shape ``(n_patches, n_cells)``.
     titles
-        (reading, scenario) → what the case is called.
+        Title of a case by (reading, scenario).
     """
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)
@@ -64,9 +76,8 @@ def map_figure(
     length, width = np.ptp(position, axis=0)
     count = maps.sizes["case"]
     height = 2.6 * width / length + 0.75
-    figure, axes = plt.subplots(
-        count, len(SHOWN), figsize=(7.4, height * count), squeeze=False, layout="constrained"
-    )
+    figure = Figure(figsize=(7.4, height * count), layout="constrained")
+    axes = figure.subplots(count, len(SHOWN), squeeze=False)
     for column, (name, (label, factor, colours)) in enumerate(SHOWN.items()):
         worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
         values = worst.to_numpy()[:, cells].mean(axis=2) * factor
@@ -93,39 +104,10 @@ def map_figure(
 
 
 def _exceeded_by(values: Array, area: Array) -> float:
-    """The value that `BEYOND` of the area exceeds, of several maps (n, n_cells) the largest."""
+    """Return the value that `BEYOND` of the area exceeds, the largest of several maps."""
     tops = []
     for one in values:
         order = np.argsort(one)
         below = np.cumsum(area[order]) / area.sum()
         tops.append(one[order][np.searchsorted(below, 1 - BEYOND)])
     return float(max(tops))
-
-
-def map_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> Section:
-    """The maps of a study.
-
-    Parameters
-    ----------
-    maps, cell_in_patch
-        As of `map_figure`.
-    names
-        What each reading is called.
-    """
-    cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
-    titles = {
-        (str(reading), str(label)): (
-            "bare panel" if str(label).startswith("bare") else f"{label}\n{names[str(reading)]}"
-        )
-        for reading, label in cases
-    }
-    layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
-    figure = map_figure(maps, cell_in_patch, titles)
-    caption = (
-        "Rms over the frequencies looked at, all over the panel (response.maps; numbers in "
-        "response/maps.nc, for ParaView response/maps/maps.pvd). The von Mises stress is the root "
-        f"of the mean of its square, the largest of the layers ({layers}). White: patches. Colours "
-        f"end where {BEYOND:.0%} of the area is beyond: at a re-entrant corner or a point support "
-        "the stress of plate theory has no bound."
-    )
-    return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])

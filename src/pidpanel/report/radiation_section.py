@@ -1,35 +1,40 @@
-"""What the air takes from the panel, beside what a damper takes."""
+"""Radiation on the page: what the air takes from the panel, beside what a damper takes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.report.html import Paragraph, Section, Table
+from pidpanel.report.text import READINGS, percent, signed
 from pidpanel.response.bands import reduction
 
-SIDES = {"none": "no side", "one_side": "one side", "two_sides": "both sides"}
-"""What the values of ``response.radiation`` are called on the page."""
+SIDES = {
+    "none": "no radiation",
+    "one_side": "radiation from one side",
+    "two_sides": "radiation from both sides",
+}
+"""Names of the values of ``response.radiation``."""
 
 
 def compared(summary: pd.DataFrame, radiation: pd.DataFrame) -> pd.DataFrame:
-    """Each scenario with a response, as it stands and with the other radiation (``_beside``).
+    """Return each scenario with a response under both radiations, the other one ``_beside``.
 
     Parameters
     ----------
     summary
-        ``response/summary.csv`` with the points as text.
+        ``response/summary.csv`` (points as text).
     radiation
-        ``response/radiation.csv`` with the points as text.
+        ``response/radiation.csv`` (points as text).
     """
     good = summary[summary["status"] == "ok"]
     return good.merge(radiation, on=["reading", "scenario", "point"], suffixes=("", "_beside"))
 
 
-def finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
-    """How much the other radiation changes, against the best damper, and what that means.
+def radiation_finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
+    """Return how much the other radiation changes, beside the best damper, and what that means.
 
     Parameters
     ----------
@@ -38,7 +43,7 @@ def finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
     own
         ``response.radiation`` of the study.
     points
-        Names of the response points, in the order wanted.
+        Names of the response points in order.
     """
     beside = str(both["radiation"].iloc[0])
     said = []
@@ -50,21 +55,17 @@ def finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
         air = float(reduction(bare["acceleration_rms_g"], bare["acceleration_rms_g_beside"]))
         said.append(
             f"at point {point} the bare panel goes from {bare['acceleration_rms_g']:.1f} to "
-            f"{bare['acceleration_rms_g_beside']:.1f} g rms ({-air:+.1f} dB), and the best damper "
-            f"({best['scenario']}) takes {best['reduction_db_beside']:.1f} dB in place of "
+            f"{bare['acceleration_rms_g_beside']:.1f} g rms ({signed(-air, 1)} dB), and the best "
+            f"damper ({best['scenario']}) gives {best['reduction_db_beside']:.1f} dB instead of "
             f"{best['reduction_db']:.1f} dB"
         )
     damped = both[both["patch"] != "none"]
     less = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
-    verdict = (
-        f"The gain of the damper is smaller so in {less:.0%} of the scenarios and points: computed "
-        f"with radiation from {SIDES[own]} it is overstated."
-        if less > 0.5
-        else f"The gain of the damper is smaller so in {less:.0%} of the scenarios and points only."
-    )
+    verdict = f"The reduction is then smaller in {percent(less)} of the scenarios and points"
+    verdict += f": computed with {SIDES[own]} it is overstated." if less > 0.5 else " only."
     return (
-        f"Radiation from {SIDES[beside]} of a baffled panel, its added mass included, in place of "
-        f"{SIDES[own]}: {'; '.join(said)}. {verdict}"
+        f"With {SIDES[beside]} of a baffled panel (added mass included) instead of {SIDES[own]}: "
+        f"{'; '.join(said)}. {verdict}"
     )
 
 
@@ -73,24 +74,21 @@ def radiation_section(
     radiation: pd.DataFrame,
     own: str,
     points: Sequence[str],
-    names: Mapping[str, str],
 ) -> Section:
-    """The finding, and every scenario in both.
+    """Return the finding, and every scenario under both radiations.
 
     Parameters
     ----------
     summary, radiation
         As of `compared`.
     own, points
-        As of `finding`.
-    names
-        What each reading is called.
+        As of `radiation_finding`.
     """
     both = compared(summary, radiation)
-    beside = SIDES[str(both["radiation"].iloc[0])]
+    sides = (SIDES[own], SIDES[str(both["radiation"].iloc[0])])
     rows = [
         [
-            names[str(row.reading)],
+            READINGS[str(row.reading)],
             str(row.scenario),
             str(row.point),
             f"{row.acceleration_rms_g:.3g}",
@@ -101,14 +99,16 @@ def radiation_section(
         for row in both.itertuples()
     ]
     columns = ["reading", "scenario", "point"]
-    columns += [f"radiation from {side}: a rms, g" for side in (SIDES[own], beside)]
-    columns += [f"{side}: reduction, dB" for side in (SIDES[own], beside)]
+    columns += [f"{side}: a rms, g" for side in sides]
+    columns += [f"{side}: reduction, dB" for side in sides]
     table = Table(
-        "Rms acceleration, and the reduction against the bare panel that radiates alike",
+        "Rms acceleration, and reduction against the bare panel with the same radiation",
         columns,
         rows,
         folded=True,
     )
     return Section(
-        "radiation", "Radiation into the air", [Paragraph(finding(both, own, points)), table]
+        "radiation",
+        "Radiation into the air",
+        [Paragraph(radiation_finding(both, own, points)), table],
     )

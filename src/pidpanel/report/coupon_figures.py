@@ -1,0 +1,294 @@
+"""Figures of the coupon: sweeps, single runs, losses, what a varied key changes.
+
+Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib import ticker
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from pidpanel.arrays import Array
+from pidpanel.coupon.window import CLOSURE_LIMIT
+from pidpanel.report import style
+from pidpanel.report.evidence import Record
+from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room
+
+
+def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
+    """Draw dissipated energy per cycle against the cycle, one case in each of the axes.
+
+    Parameters
+    ----------
+    records
+        The runs (seeds) of each case.
+    """
+    columns = min(3, len(records))
+    rows = -(-len(records) // columns)
+    figure = Figure(figsize=(WIDTH, 2.4 * rows + 0.4), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat[len(records) :]:
+        axes.set_visible(False)
+    for axes, runs in zip(grid.flat, records, strict=False):
+        for number, run in enumerate(runs):
+            colour = style.PLACES[number % len(style.PLACES)]
+            cycle = np.arange(1, len(run.energy) + 1)
+            axes.plot(cycle, run.energy, color=colour, lw=0.6, marker=".", ms=2)
+            axes.axvline(run.start + 0.5, color=colour, lw=0.9, ls=":")
+            axes.fill_between(
+                [run.start + 0.5, len(run.energy)],
+                run.mean - run.error,
+                run.mean + run.error,
+                color=colour, alpha=0.25, lw=0,
+            )  # fmt: skip
+            axes.plot([run.start + 0.5, len(run.energy)], [run.mean] * 2, color=colour, lw=1.2)
+        axes.set_title(runs[0].title, loc="left")
+        low = min(0.0, *(run.energy.min() for run in runs))
+        high = max(run.energy.max() for run in runs)
+        axes.set_ylim(1.08 * low, 1.08 * high)
+        axes.axhline(0, color="#888888", lw=0.6)
+        axes.set_xlim(0, max(len(run.energy) for run in runs) + 1)
+        axes.xaxis.set_major_locator(ticker.MaxNLocator(6, integer=True))
+        axes.set_xlabel("cycle")
+        axes.set_ylabel("$E_d$ per cycle, J/m²")
+    seeds = sorted({run.seed for runs in records for run in runs})
+    handles = {
+        f"seed {seed}": Line2D([], [], color=style.PLACES[i % len(style.PLACES)], marker=".")
+        for i, seed in enumerate(seeds)
+    }
+    handles["end of the transient"] = Line2D([], [], color=GREY, ls=":")
+    handles["mean after it ± standard error"] = Line2D([], [], color=GREY, lw=4, alpha=0.35)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
+    return figure
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column of ``coupon/cases.csv`` as an axis.
+
+    Attributes
+    ----------
+    column
+        Name of the column.
+    label
+        Name and unit on the axis.
+    log
+        Whether the axis is logarithmic.
+    error
+        Column of its standard error; None where it has none.
+    symbol
+        Symbol in titles.
+    """
+
+    column: str
+    label: str
+    log: bool
+    error: str | None = None
+    symbol: str = ""
+
+
+EQUIVALENT_DAMPING = Quantity(
+    "equivalent_damping_n_s_m3", "$C_e$, N s/m³", True, "equivalent_damping_error_n_s_m3"
+)
+LOSS_FACTOR = Quantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
+MASS_SHARE = Quantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
+                      "apparent_mass_share_error")  # fmt: skip
+FREQUENCY = Quantity("frequency_hz", "frequency, Hz", True, symbol="f")
+ACCELERATION = Quantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
+
+
+def sweep_figure(
+    cases: pd.DataFrame,
+    x: Quantity,
+    y: Quantity,
+    panel: Quantity,
+    *,
+    law: Callable[[Array, float], Array] | None = None,
+    bound: str | None = None,
+) -> Figure:
+    """Draw a quantity of the coupon over frequency or acceleration, one line per fill.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    x, y
+        The axes; ``y`` with error bars of one standard error.
+    panel
+        The quantity that is constant in each of the axes.
+    law
+        C_e [N s/m³] of frequency [Hz] and fill fraction, drawn dashed.
+    bound
+        Column to draw dotted, in the unit of ``y``.
+    """
+    values = sorted(cases[panel.column].unique())
+    fills = sorted(cases["fill_fraction"].unique())
+    columns = min(3, len(values))
+    rows = -(-len(values) // columns)
+    figure = Figure(figsize=(WIDTH, 2.55 * rows + 0.5))
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    make_room(figure, rows, columns, top=0.25, across=0.72, down=0.68)
+    for axes in grid.flat[len(values) :]:
+        axes.set_visible(False)
+    for axes, value in zip(grid.flat, values, strict=False):
+        for number, fill in enumerate(fills):
+            rows_of = cases[(cases[panel.column] == value) & (cases["fill_fraction"] == fill)]
+            one = rows_of.sort_values(x.column)
+            colour = style.fill_colour(fill)
+            at = one[x.column].to_numpy(float)
+            axes.errorbar(
+                at, one[y.column],
+                yerr=one[y.error] if y.error else None,
+                color=colour, marker=style.MARKERS[number % len(style.MARKERS)],
+                capsize=1.8, elinewidth=0.7, capthick=0.7,
+            )  # fmt: skip
+            if bound:
+                axes.plot(at, one[bound], color=colour, ls=":", lw=0.8)
+            if law and len(one):
+                fine = np.geomspace(
+                    cases[FREQUENCY.column].min(), cases[FREQUENCY.column].max(), 60
+                )
+                if x is FREQUENCY:
+                    axes.plot(fine, law(fine, fill), color=colour, ls="--", lw=0.8)
+                else:
+                    reach = np.array([cases[x.column].min(), cases[x.column].max()])
+                    axes.plot(reach, law(np.full(2, value), fill), color=colour, ls="--", lw=0.8)
+        axes.set_title(_constant(panel, value), loc="left")
+        axes.set_xscale("log" if x.log else "linear")
+        if y.log:
+            axes.set_yscale("log")
+        else:
+            axes.axhline(0, color="#888888", lw=0.6)
+        if x is FREQUENCY:
+            low, high = cases[x.column].min(), cases[x.column].max()
+            frequency_axis(axes, low / 1.25, high * 1.25)
+        else:
+            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+        axes.set_xlabel(x.label)
+        axes.set_ylabel(y.label)
+        axes.tick_params(labelbottom=True, labelleft=True)
+    handles = {
+        f"r = {fill:g}": Line2D(
+            [], [], color=style.fill_colour(fill), marker=style.MARKERS[i % len(style.MARKERS)]
+        )
+        for i, fill in enumerate(fills)
+    }
+    if law:
+        handles["dashed: the paper's law, corrected"] = Line2D([], [], color=GREY, ls="--", lw=0.8)
+    if bound:
+        handles["dotted: bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":", lw=0.8)
+    legend_below(figure, handles)
+    return figure
+
+
+def _constant(quantity: Quantity, value: float) -> str:
+    """Return the title of axes in which a quantity is constant."""
+    unit = quantity.label.rsplit(", ", 1)[-1]
+    return f"{quantity.symbol} = {value:g}" + (f" {unit}" if unit != "–" else "")
+
+
+def losses_figure(cases: pd.DataFrame) -> Figure:
+    """Draw where the energy goes and how well its balance closes, one marker per frequency.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    """
+    known = cases[cases["closure"].notna()]
+    figure = Figure(figsize=(WIDTH, 2.8))
+    left, right = figure.subplots(1, 2)
+    frequencies = sorted(known[FREQUENCY.column].unique())
+    for number, frequency in enumerate(frequencies):
+        one = known[known[FREQUENCY.column] == frequency]
+        look = {
+            "ls": "none",
+            "marker": style.MARKERS[number % len(style.MARKERS)],
+            "mfc": "none",
+            "color": style.PLACES[number % len(style.PLACES)],
+            "label": f"{frequency:g} Hz",
+        }
+        left.plot(one[ACCELERATION.column], 100 * one["normal_share"], **look)
+        right.plot(one[ACCELERATION.column], 100 * one["closure"], **look)
+    left.set_ylim(0, 100)
+    left.set_ylabel("normal loss, % of all losses")
+    right.set_ylabel("error of the energy balance,\n% of the work done")
+    right.axhspan(-100 * CLOSURE_LIMIT, 100 * CLOSURE_LIMIT, color="#dddddd", zorder=0, lw=0)
+    right.axhline(0, color="#888888", lw=0.6)
+    reach = max(2.5, 1.15 * 100 * float(known["closure"].abs().max() if len(known) else 0))
+    right.set_ylim(-reach, reach)
+    for axes in (left, right):
+        axes.set_xscale("log")
+        amplitudes = sorted(known[ACCELERATION.column].unique())
+        axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
+        axes.set_xticks([], minor=True)
+        axes.margins(x=0.1)
+        axes.set_xlabel(ACCELERATION.label)
+    figure.tight_layout(rect=(0, 0.1, 1, 1))
+    handles, names = left.get_legend_handles_labels()
+    figure.legend(handles, names, loc="lower center", ncols=6)
+    return figure
+
+
+def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
+    """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    key
+        Column that is varied.
+    label
+        Name and unit of the key on the axis.
+    """
+    frequencies = sorted(cases[FREQUENCY.column].unique())
+    figure = Figure(figsize=(WIDTH, 3.0))
+    grid = figure.subplots(1, len(frequencies), squeeze=False)[0]
+    lines = sorted(
+        {(r, a) for r, a in zip(cases["fill_fraction"], cases[ACCELERATION.column], strict=True)}
+    )
+    values = list(dict.fromkeys(cases[key]))
+    numeric = pd.api.types.is_numeric_dtype(cases[key])
+    place = {value: value if numeric else float(i) for i, value in enumerate(values)}
+    for axes, frequency in zip(grid, frequencies, strict=True):
+        for number, (fill, acceleration) in enumerate(lines):
+            one = cases[
+                (cases[FREQUENCY.column] == frequency)
+                & (cases["fill_fraction"] == fill)
+                & (cases[ACCELERATION.column] == acceleration)
+            ]
+            axes.errorbar(
+                [place[value] for value in one[key]], one[EQUIVALENT_DAMPING.column],
+                yerr=one[EQUIVALENT_DAMPING.error],
+                color=style.PLACES[number % len(style.PLACES)],
+                marker=style.MARKERS[number % len(style.MARKERS)],
+                ls="-" if numeric else "none", capsize=2,
+                label=f"r = {fill:g}, Γ = {acceleration:g}",
+            )  # fmt: skip
+        axes.set_title(f"f = {frequency:g} Hz", loc="left")
+        axes.set_xlabel(label)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(ticker.NullFormatter())
+        if numeric and min(values) > 0 and max(values) > 8 * min(values):
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
+        if numeric:
+            axes.set_xticks(values, [f"{value:g}" for value in values])
+            axes.set_xticks([], minor=True)
+        else:
+            axes.set_xticks(list(place.values()), [str(value) for value in values])
+            axes.margins(x=0.25)
+    grid[0].set_ylabel(EQUIVALENT_DAMPING.label)
+    handles, names = grid[0].get_legend_handles_labels()
+    figure.tight_layout(rect=(0, 0.1, 1, 1))
+    figure.legend(handles, names, loc="lower center", ncols=4)
+    return figure

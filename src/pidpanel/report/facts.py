@@ -1,0 +1,106 @@
+"""What was computed, with what, and how to reproduce it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from pidpanel.paths import PROJECT
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.panel_section import panel_text
+from pidpanel.report.text import READINGS, number
+from pidpanel.study import Study
+
+
+def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
+    """Return the facts of a study with a panel, as (name, value)."""
+    study = inputs.study
+    low, high = study.response.frequency_hz
+    good = inputs.summary[inputs.summary["status"] == "ok"]
+    rows = [
+        ("Panel", panel_text(study, inputs.basis, inputs.section)),
+        ("Sound", sound_text(study)),
+        (
+            "Response",
+            f"{low:g} to {high:g} Hz, {inputs.psd.sizes['frequency']} lines; "
+            f"{study.response.modal_damping} modal damping matrix; apparent mass of the damper "
+            + ("included" if study.response.damper_mass else "neglected"),
+        ),
+        ("Damping", ", ".join(READINGS[reading] for reading in study.damping.readings)),
+        ("C_e(r, f, Γ) read at", read_at_text(study)),
+        (
+            "Power balance",
+            f"power input and loss agree within {number(good['power_balance_error'].max(), 2)} of "
+            "the power input in every scenario",
+        ),
+    ]
+    if inputs.coupon is not None:
+        rows.append(("Coupon", cases_text(inputs.coupon.cases)))
+    rows.append(("Software", software_text(inputs.stamp)))
+    return rows
+
+
+def sound_text(study: Study) -> str:
+    """Return the sound in words: field, spectrum, level, where the pressure is that of."""
+    sound = study.sound
+    parts = [f"{sound.field} field", sound.spectrum.name]
+    if sound.oaspl_db is not None:
+        parts.append(f"{sound.oaspl_db:g} dB overall")
+    parts.append(f"pressure reference: {sound.pressure_reference}")
+    return ", ".join(parts)
+
+
+def read_at_text(study: Study) -> str:
+    """Return at which Γ the damping is read."""
+    level = study.damping.level
+    if level.kind == "patch":
+        return "the acceleration of the patch itself (level.kind: patch)"
+    return f"a stated Γ = {level.acceleration_g:g} (level.kind: stated)"
+
+
+def cases_text(cases: pd.DataFrame) -> str:
+    """Return how many cases of a coupon there are, and how many of them are ok."""
+    return f"{len(cases)} cases, {int((cases['status'] == 'ok').sum())} of them ok"
+
+
+def software_text(stamp: Mapping[str, str]) -> str:
+    """Return the versions and the study behind the results."""
+    return (
+        f"pidpanel {stamp['pidpanel_version']}, LIGGGHTS {stamp['liggghts_version']}; "
+        f"study {stamp['study']}, hash {stamp['study_hash']}"
+    )
+
+
+def run_step(study_file: Path) -> tuple[str, str]:
+    """Return the command that runs a study again.
+
+    Examples
+    --------
+    >>> run_step(PROJECT / "workflow" / "studies" / "paper.yaml")
+    ('From the root of the project:', 'make run STUDY=workflow/studies/paper.yaml')
+    """
+    file = study_file.resolve()
+    if file.is_relative_to(PROJECT):
+        file = file.relative_to(PROJECT)
+    return ("From the root of the project:", f"make run STUDY={file}")
+
+
+def files_step(study: Study) -> tuple[str, str]:
+    """Return which files hold the numbers of the page of a study with a panel."""
+    files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
+    if study.coupon is not None:
+        files.append("coupon/cases.csv")
+    if "dem" in study.damping.readings:
+        files += ["damping/surface.nc", "damping/law.csv", "damping/forms.csv"]
+    files += ["sound/spectrum.csv", "response/psd.nc", "response/summary.csv"]
+    files += ["response/stress.csv", "response/maps.nc"]
+    if study.response.radiation_beside != "none":
+        files.append("response/radiation.csv")
+    text = (
+        f"Tables and fields behind this page are in results/{study.name}: {', '.join(files)}; its "
+        "figures are in report/. The files carry the hash of the study and the versions of the "
+        "software, no time stamps."
+    )
+    return (text, "")

@@ -1,0 +1,94 @@
+"""Layout that the figures share: width, margins, legends, the axis of frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib import ticker
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pidpanel.arrays import Array
+
+WIDTH = 10.0
+"""Width of a figure that fills the page [inch]."""
+
+GREY = "#555555"
+"""Colour of a legend's line where it stands for all colours."""
+
+
+def make_room(
+    figure: Figure, rows: int, columns: int, *, top: float, across: float, down: float = 0.0
+) -> None:
+    """Set the margins round a grid of axes in inches.
+
+    Parameters
+    ----------
+    figure
+        Figure with ``rows`` times ``columns`` axes.
+    rows, columns
+        Size of the grid.
+    top
+        Room above the axes [inch].
+    across, down
+        Room between neighbouring columns and rows [inch].
+
+    Notes
+    -----
+    A layout engine would do the same, but takes as long as drawing the figure.
+    """
+    width, height = figure.get_size_inches()
+    left, right, bottom = 0.72, 0.22, 0.8
+    each_width = (width - left - right - (columns - 1) * across) / columns
+    each_height = (height - top - bottom - (rows - 1) * down) / rows
+    figure.subplots_adjust(
+        left=left / width,
+        right=1 - right / width,
+        bottom=bottom / height,
+        top=1 - top / height,
+        wspace=across / each_width,
+        hspace=down / each_height,
+    )
+
+
+def legend_below(figure: Figure, handles: Mapping[str, Artist]) -> None:
+    """Add a legend below the axes of a figure with margins from `make_room`."""
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.05 / figure.get_size_inches()[1]),
+        ncols=min(7, len(handles)),
+    )
+
+
+def frequency_axis(axes: Axes, low: float, high: float) -> None:
+    """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
+    ticks = [
+        decade * step
+        for decade in (1, 10, 100, 1000, 10000)
+        for step in steps
+        if low * 0.999 <= decade * step <= high * 1.001
+    ]
+    axes.xaxis.set_major_locator(ticker.FixedLocator(ticks))
+    axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(ticker.NullFormatter())
+    axes.set_xlabel("frequency, Hz")
+
+
+def few(values: Array, count: int) -> Array:
+    """Return at most ``count`` of the values, evenly spaced, the first and the last included.
+
+    Examples
+    --------
+    >>> few(np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 3)
+    array([0.1, 0.5, 0.9])
+    """
+    index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
+    chosen: Array = values[index]
+    return chosen

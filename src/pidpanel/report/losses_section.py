@@ -1,0 +1,36 @@
+"""The energy of the coupon on the page: where it goes, and how well its balance closes."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from pidpanel.coupon.window import CLOSURE_LIMIT
+from pidpanel.report import style
+from pidpanel.report.coupon_figures import losses_figure
+from pidpanel.report.html import Paragraph, Picture, Section
+from pidpanel.report.text import percent
+
+
+def losses_section(cases: pd.DataFrame) -> Section:
+    """Return shares of the losses and errors of the energy balance.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    """
+    closure = cases["closure"].dropna().abs()
+    if closure.empty:
+        text = "No run listed its contacts, so the balance of the energy is not known."
+        return Section("losses", "Energy balance of the coupon", [Paragraph(text)])
+    caption = (
+        "Left: share of the losses in the normal direction of the contacts (damping of the Hertz "
+        "contact); the rest is friction, the second integral of the paper's Eq. 3. Right: error of "
+        "the balance work = losses + change of kinetic, elastic and potential energy, the worst "
+        f"seed of each case: median {percent(closure.median(), 2)}, largest "
+        f"{percent(closure.max(), 2)}. Grey: the {percent(CLOSURE_LIMIT)} within which a run is "
+        "accepted. LIGGGHTS lists contact forces with the velocity at the end of a time step, so "
+        "about 1 % is missing at a fifth of the Rayleigh time, and less with shorter steps."
+    )
+    picture = Picture("losses", style.png(losses_figure(cases)), caption)
+    return Section("losses", "Energy balance of the coupon", [picture])

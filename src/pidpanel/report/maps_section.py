@@ -1,0 +1,39 @@
+"""Maps on the page: rms acceleration and rms von Mises stress of some scenarios."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from pidpanel.arrays import Flags
+from pidpanel.report import style
+from pidpanel.report.html import Picture, Section
+from pidpanel.report.maps_figures import BEYOND, map_figure
+from pidpanel.report.text import READINGS, percent
+
+
+def maps_section(maps: xr.Dataset, cell_in_patch: Flags) -> Section:
+    """Return the maps of rms acceleration and stress.
+
+    Parameters
+    ----------
+    maps, cell_in_patch
+        As of `map_figure`.
+    """
+    cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
+    titles = {
+        (str(reading), str(label)): (
+            "bare panel" if str(label).startswith("bare") else f"{label}\n{READINGS[str(reading)]}"
+        )
+        for reading, label in cases
+    }
+    layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
+    figure = map_figure(maps, cell_in_patch, titles)
+    caption = (
+        "Rms values over the response's frequency range, all over the panel (response.maps; "
+        "numbers in response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises "
+        f"stress is its root mean square, the largest of the layers ({layers}). White: edges of "
+        f"the patches. The colour scale ends at the value that {percent(BEYOND)} of the area "
+        "exceeds: at a re-entrant corner or a point support the stress of plate theory is "
+        "unbounded."
+    )
+    return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])

@@ -1,0 +1,121 @@
+"""Figures of the panel: its mesh, rendered pictures of its modes in rows.
+
+Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.plane_mesh import boundary_edges
+from pidpanel.report import style
+from pidpanel.report.layout import WIDTH
+
+
+def mesh_figure(
+    vertices: Array,
+    cells: Index,
+    patches: Mapping[str, Flags],
+    points: Mapping[str, tuple[float, float]],
+) -> Figure:
+    """Draw the mesh with its patches and response points.
+
+    Parameters
+    ----------
+    vertices
+        Positions [m], shape ``(n_vertices, 2)``.
+    cells
+        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
+    patches
+        Whether each element belongs to the patch, shape ``(n_cells,)``, by name.
+    points
+        (x, y) [m] by name.
+    """
+    size = np.ptp(vertices, axis=0)
+    figure = Figure(figsize=(6.5, 5.9 * size[1] / size[0] + 0.5), layout="constrained")
+    axes = figure.subplots()
+    axes.add_collection(
+        PolyCollection(list(vertices[cells]), facecolor="none", edgecolor="#9aa4ae", lw=0.4)
+    )
+    axes.add_collection(
+        LineCollection(list(vertices[boundary_edges(cells)]), colors="black", linewidths=0.9)
+    )
+    for name, inside in patches.items():
+        colour = style.place_colour(name, list(patches))
+        corners = vertices[cells[inside]]
+        axes.add_collection(
+            PolyCollection(list(corners), facecolor=colour, alpha=0.35, edgecolor="none")
+        )
+        edges = vertices[boundary_edges(cells[inside])]
+        axes.add_collection(LineCollection(list(edges), colors=colour, linewidths=1.3))
+        lowest = corners[..., 1].min()
+        middle = (corners[..., 0].min() + corners[..., 0].max()) / 2
+        axes.annotate(
+            name, (middle, lowest), xytext=(0, -3), textcoords="offset points",
+            ha="center", va="top", fontweight="bold", color=colour, bbox=_PLATE,
+        )  # fmt: skip
+    for name, (x, y) in points.items():
+        axes.plot(x, y, "o", color="black", ms=4)
+        axes.annotate(
+            name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
+        )
+    axes.set_aspect("equal")
+    room = 0.02 * size.max()
+    axes.set_xlim(vertices[:, 0].min() - room, vertices[:, 0].max() + room)
+    axes.set_ylim(vertices[:, 1].min() - room, vertices[:, 1].max() + room)
+    axes.grid(False)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    return figure
+
+
+_PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+
+
+def pictures_figure(
+    images: Sequence[NDArray[np.uint8]],
+    titles: Sequence[str],
+    *,
+    columns: int,
+    colormap: str,
+    limits: tuple[float, float],
+    label: str,
+    width: float = WIDTH,
+) -> Figure:
+    """Arrange rendered pictures in rows with one colour bar.
+
+    Parameters
+    ----------
+    images
+        Pictures of one size, each of shape ``(height, width, 3)``.
+    titles
+        One for each picture.
+    columns
+        Pictures in a row.
+    colormap, limits, label
+        Name, ends and label with unit of the colour bar.
+    width
+        Width of the figure [inch].
+    """
+    rows = -(-len(images) // columns)
+    ratio = images[0].shape[0] / images[0].shape[1]
+    each = (width - 0.9) / columns
+    figure = Figure(figsize=(width, rows * (each * ratio + 0.3)), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for axes, image, title in zip(grid.flat, images, titles, strict=False):
+        axes.imshow(image, interpolation="bilinear")
+        axes.set_title(title, fontsize=8)
+    scale = ScalarMappable(Normalize(*limits), mpl.colormaps[colormap])
+    figure.colorbar(scale, ax=grid, label=label, shrink=0.75, pad=0.02, aspect=30)
+    return figure

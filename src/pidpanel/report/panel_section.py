@@ -1,0 +1,277 @@
+"""The panel on the page: what it is, its mesh, its section, its modes, the paper's Table 1."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.panel.modes import PanelBasis
+from pidpanel.plane_mesh import boundary_edges
+from pidpanel.report import panel_figures, pictures, style
+from pidpanel.report.html import Block, Picture, Section, Table
+from pidpanel.report.text import number, records, signed, unit
+from pidpanel.study import Study
+
+MODES_SHOWN = 9
+"""Modes of which the shape is drawn."""
+
+PRINTED_ROUNDING = 2e-4
+"""Relative difference up to which a frequency counts as the printed one: Table 1 has two
+decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not."""
+
+SUPPORTED = {
+    "simply_supported": "simply supported",
+    "simply_supported_soft": "simply supported (soft)",
+    "clamped": "clamped",
+    "free": "free",
+}
+
+MATRIX_NAMES = {
+    "A": "A, forces per strain",
+    "B": "B, forces per curvature",
+    "D": "D, moments per curvature about the middle of the core",
+    "bending": "bending stiffness, in-plane forces free (D − B A⁻¹ B)",
+    "shear": "transverse shear stiffness S",
+    "rotary_inertia": "rotary inertia",
+    "mass_per_area": "mass per area",
+    "area": "area",
+    "mass": "mass",
+}
+
+
+def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
+    """Return the panel in a sentence: size, mass, stiffness, damping, supports, modes.
+
+    Parameters
+    ----------
+    study
+        The study.
+    basis
+        ``panel/modes.nc``.
+    section
+        ``panel/section.csv``.
+    """
+    panel = study.panel
+    length, width = np.ptp(basis.vertex_position, axis=0)
+    value = section.set_index(["quantity", "row", "column"])["value"]
+    size = f"{length:g} m × {width:g} m"
+    if panel.size is None:
+        size = f"{value['area', 0, 0]:.4g} m² within {size}"
+    parts = [size, f"{value['mass_per_area', 0, 0]:.5g} kg/m²"]
+    if panel.section.kind == "thin":
+        parts.append(f"D = {value['bending', 1, 1]:.6g} N m")
+    else:
+        parts += [
+            f"{panel.section.kind} section",
+            f"D_x = {value['bending', 1, 1]:.5g} and D_y = {value['bending', 2, 2]:.5g} N m",
+            f"S_x = {value['shear', 1, 1]:.4g} and S_y = {value['shear', 2, 2]:.4g} N/m",
+        ]
+    parts += [f"ζ = {panel.damping_ratio:g}", supports_text(study)]
+    if panel.masses:
+        total = sum(mass.mass_kg for mass in panel.masses.values())
+        parts.append(f"{total:g} kg attached ({', '.join(panel.masses)})")
+    modes = ~basis.is_residual
+    rigid = int(np.sum(basis.natural_frequency[modes] == 0))
+    counted = f"{modes.sum()} modes"
+    if rigid:
+        counted += f" ({rigid} of them undamped rigid-body modes at 0 Hz)"
+    return f"{', '.join(parts)}; {counted} and {int(basis.is_residual.sum())} residual vectors"
+
+
+def supports_text(study: Study) -> str:
+    """Return how the panel is supported."""
+    held = study.panel.held
+    text = SUPPORTED[held.outline]
+    if held.outline == "free":
+        text = "free along its edges"
+    for edge in held.edges:
+        text += f", {SUPPORTED[edge.kind]} from {edge.from_m} to {edge.to_m} m"
+    if held.holes != "free":
+        text += f", holes {SUPPORTED[held.holes]}"
+    for kind, what in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
+        names = [name for name, point in held.points.items() if point.kind == kind]
+        if names:
+            text += f", {what} at {', '.join(names)}"
+    return text
+
+
+def panel_section(
+    study: Study,
+    basis: PanelBasis,
+    modes: pd.DataFrame,
+    section: pd.DataFrame,
+    printed: pd.DataFrame,
+) -> Section:
+    """Return mesh, section, modes, and Table 1 where the panel is the paper's.
+
+    Parameters
+    ----------
+    study
+        The study.
+    basis, modes, section
+        ``panel/modes.nc``, ``panel/modes.csv``, ``panel/section.csv``.
+    printed
+        Table 1 of the paper.
+    """
+    at = zip(basis.point_names, basis.point_position.tolist(), strict=True)
+    figure = panel_figures.mesh_figure(
+        basis.vertex_position,
+        basis.cells,
+        dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
+        {name: (x, y) for name, (x, y) in at},
+    )
+    caption = (
+        f"Mesh of {len(basis.cells)} elements with the patches that can be filled and the response "
+        "points."
+    )
+    if study.panel.size is None:
+        caption += " Curved edges are drawn as straight segments."
+    blocks: list[Block] = [Picture("mesh", style.png(figure), caption)]
+    if study.panel.section.kind != "thin":
+        blocks.append(section_table(section))
+    if is_papers_panel(modes, printed):
+        blocks += paper_mode_tables(modes, printed)
+        blocks.append(mode_table(modes, folded=True))
+    else:
+        blocks.append(mode_table(modes))
+    blocks.append(_shapes(basis, modes))
+    return Section("panel", "Panel", blocks)
+
+
+def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
+    """Return whether closed form and printed table are of one panel.
+
+    Parameters
+    ----------
+    modes
+        ``panel/modes.csv``.
+    printed
+        ``workflow/data/paper/table_1.csv``.
+    """
+    if "navier_hz" not in modes:
+        return False
+    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
+    if len(both) < len(printed):
+        return False
+    away = np.abs(both["navier_hz"] / both["frequency_hz_printed"] - 1)
+    return bool((away < PRINTED_ROUNDING).all())
+
+
+def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]:
+    """Return Table 1 beside the computed frequencies, and the modes that it leaves out.
+
+    Parameters
+    ----------
+    modes, printed
+        As of `is_papers_panel`, which holds for them.
+    """
+    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
+    rows = [
+        [
+            f"({row['m']}, {row['n']})",
+            f"{row['frequency_hz_printed']:.2f}",
+            f"{row['frequency_hz']:.2f}",
+            f"{row['navier_hz']:.2f}",
+            signed(100 * (row["frequency_hz"] / row["frequency_hz_printed"] - 1), 4),
+        ]
+        for row in records(both)
+    ]
+    columns = ["mode (m, n)", "printed, Hz", "computed, Hz", "closed form (Navier), Hz"]
+    worst = (both["frequency_hz"] / both["frequency_hz_printed"] - 1).abs().max()
+    first = Table(
+        f"Table 1 of the paper, all {len(printed)} rows in the printed order; the computed "
+        f"frequencies differ from the printed ones by {100 * worst:.3f} % at most",
+        [*columns, "computed − printed, %"],
+        rows,
+    )
+    # to the next hundred above the last printed frequency
+    limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
+    listed = pd.MultiIndex.from_frame(printed[["m", "n"]])
+    left_out = ~pd.MultiIndex.from_frame(modes[["m", "n"]]).isin(listed)
+    missing = modes[(modes["frequency_hz"] < limit) & left_out]
+    second = Table(
+        f"The {len(missing)} modes below {limit} Hz that Table 1 leaves out",
+        [columns[0], *columns[2:]],
+        [
+            [f"({row['m']}, {row['n']})", f"{row['frequency_hz']:.2f}", f"{row['navier_hz']:.2f}"]
+            for row in records(missing)
+        ],
+    )
+    return [first, second]
+
+
+def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
+    """Return all modes, with their orders and closed forms where they have them.
+
+    Parameters
+    ----------
+    modes
+        ``panel/modes.csv``.
+    folded
+        Whether the rows are hidden behind the caption.
+    """
+    columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
+        ("mode", lambda row: str(row["mode"]))
+    ]
+    if "m" in modes:
+        columns.append(("(m, n)", lambda row: f"({row['m']}, {row['n']})"))
+    columns.append(("computed, Hz", lambda row: f"{row['frequency_hz']:.2f}"))
+    if "navier_hz" in modes:
+        columns.append(("closed form (Navier), Hz", lambda row: f"{row['navier_hz']:.2f}"))
+    columns.append(("modal mass, kg", lambda row: f"{row['modal_mass_kg']:.4f}"))
+    return Table(
+        f"All {len(modes)} modes of the panel",
+        [name for name, _ in columns],
+        [[shown(row) for _, shown in columns] for row in records(modes)],
+        folded=folded,
+    )
+
+
+def section_table(section: pd.DataFrame) -> Table:
+    """Return the matrices of the section row by row.
+
+    Parameters
+    ----------
+    section
+        ``panel/section.csv``.
+    """
+    rows = []
+    for (quantity, row), entries in section.groupby(["quantity", "row"], sort=False):
+        values = "  ".join(number(value, 5) for value in entries["value"])
+        name = MATRIX_NAMES[str(quantity)] + (f", row {row}" if row else "")
+        rows.append([name, values, unit(str(entries["unit"].iloc[0]))])
+    return Table("Section computed from its layup", ["quantity", "value", "unit"], rows)
+
+
+def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
+    """Return pictures of the first modes."""
+    count = min(MODES_SHOWN, len(modes))
+    lines = [boundary_edges(basis.cells)]
+    lines += [boundary_edges(basis.cells[inside]) for inside in basis.cell_in_patch]
+    images = pictures.mode_pictures(
+        basis.vertex_position,
+        basis.cells,
+        basis.shape_at_vertices[:, :count],
+        np.concatenate(lines),
+        basis.point_position,
+    )
+    figure = panel_figures.pictures_figure(
+        images,
+        [_title(row) for row in records(modes.head(count))],
+        columns=3,
+        colormap="RdBu_r",
+        limits=(-1, 1),
+        label="deflection over its largest value, –",
+    )
+    orders = " with their half waves (m, n) along x and y" if "m" in modes else ""
+    caption = f"First {count} modes{orders}. Lines: patches; dots: response points."
+    return Picture("mode_shapes", style.png(figure), caption)
+
+
+def _title(row: dict[str, Any]) -> str:
+    order = f" ({row['m']}, {row['n']})," if "m" in row else ""
+    return f"{row['mode']}:{order} {row['frequency_hz']:.2f} Hz"

@@ -1,0 +1,243 @@
+"""Figures of responses: PSDs, reductions in third octaves, the damping behind them.
+
+Functions return a `matplotlib.figure.Figure` that belongs to no window; call them within
+`style.context`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import ticker
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report.layout import WIDTH, frequency_axis, legend_below, make_room
+
+DECADES = 9
+"""Decades of PSD shown below the highest peak at most: a node has no lower end."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a response figure.
+
+    Attributes
+    ----------
+    label
+        Name in the legend.
+    values
+        Values in the unit of the axis, shape ``(n_lines,)``.
+    colour
+        Colour of the line.
+    inside
+        False where the damping behind the value lies outside the simulated range, shape
+        ``(n_lines,)``: drawn dashed there. None for damping without such a range.
+    width
+        Width of the line [pt].
+    log_error
+        Standard error of ln of the values, shape ``(n_lines,)``, drawn as a band; None where
+        there is none.
+    """
+
+    label: str
+    values: Array
+    colour: str
+    inside: Flags | None = None
+    width: float = 0.9
+    log_error: Array | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One of the axes side by side: a title, a note under it, and its curves."""
+
+    title: str
+    note: str
+    curves: Sequence[Curve]
+
+
+def _draw(axes: Axes, x: Array, curve: Curve) -> None:
+    """Draw the curve, solid within the simulated range and dashed outside it, with its band."""
+    if curve.log_error is not None:
+        factor = np.exp(curve.log_error)
+        axes.fill_between(
+            x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.18, lw=0
+        )
+    if curve.inside is None or curve.inside.all():
+        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, label=curve.label)
+        return
+    outside = ~curve.inside
+    # the dashed part reaches to the neighbouring lines, or a gap would be left
+    touching = outside.copy()
+    touching[1:] |= outside[:-1]
+    touching[:-1] |= outside[1:]
+    axes.plot(
+        x,
+        np.where(curve.inside, curve.values, np.nan),
+        color=curve.colour,
+        lw=curve.width,
+        label=curve.label,
+    )
+    axes.plot(
+        x,
+        np.where(touching, curve.values, np.nan),
+        color=curve.colour,
+        lw=curve.width,
+        ls=(0, (3.5, 1.2)),
+    )
+
+
+def _heading(axes: Axes, panel: Panel) -> None:
+    axes.set_title(f"{panel.title}\n", loc="left", fontweight="bold")
+    axes.text(
+        0.0, 1.012, panel.note, transform=axes.transAxes, fontsize=7, color="#444444", va="bottom"
+    )
+
+
+def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
+    """Add one legend below all axes, with the meaning of dashes where there are any."""
+    handles: dict[str, Line2D] = {}
+    dashed = False
+    for panel in panels:
+        for curve in panel.curves:
+            handles.setdefault(curve.label, Line2D([], [], color=curve.colour, lw=1.6))
+            dashed |= curve.inside is not None and not bool(curve.inside.all())
+    if dashed:
+        handles["dashed: $C_e$ outside the simulated range"] = Line2D(
+            [], [], color="#777777", lw=1.2, ls=(0, (3.5, 1.2))
+        )
+    legend_below(figure, handles)
+
+
+def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
+    """Draw acceleration PSDs, the readings of the damping side by side on one scale.
+
+    Parameters
+    ----------
+    frequency
+        Rising frequencies [Hz], shape ``(n_lines,)``.
+    panels
+        One per reading; the values are one-sided PSDs [(m/s²)²/Hz] and are drawn in g²/Hz.
+    """
+    figure = Figure(figsize=(WIDTH, 4.4))
+    grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    make_room(figure, 1, len(panels), top=0.42, across=0.25)
+    top = max(np.nanmax(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
+    bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
+    for axes, panel in zip(grid, panels, strict=True):
+        for curve in panel.curves:
+            _draw(axes, frequency, replace(curve, values=curve.values / STANDARD_GRAVITY**2))
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
+        frequency_axis(axes, frequency[0], frequency[-1])
+        _heading(axes, panel)
+    grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
+    grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
+    grid[0].set_ylabel("acceleration PSD, g²/Hz")
+    _panel_legend(figure, panels)
+    return figure
+
+
+def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Panel]) -> Figure:
+    """Draw C_e and m_a with which the responses were computed, one column per reading.
+
+    Parameters
+    ----------
+    frequency
+        Rising frequencies [Hz], shape ``(n_lines,)``.
+    damping, mass
+        One per reading; C_e [N s/m³] and m_a [kg/m²].
+    """
+    figure = Figure(figsize=(WIDTH, 4.9))
+    grid = figure.subplots(
+        2, len(damping), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2)
+    )
+    make_room(figure, 2, len(damping), top=0.42, across=0.25, down=0.15)
+    for column, (above, below) in enumerate(zip(damping, mass, strict=True)):
+        for curve in above.curves:
+            _draw(grid[0, column], frequency, curve)
+        for curve in below.curves:
+            _draw(grid[1, column], frequency, curve)
+        grid[0, column].set_yscale("log")
+        _heading(grid[0, column], above)
+        for axes in grid[:, column]:
+            frequency_axis(axes, frequency[0], frequency[-1])
+        grid[0, column].set_xlabel("")
+    grid[0, 0].set_ylabel("$C_e$, N s/m³")
+    grid[1, 0].set_ylabel("apparent mass $m_a$, kg/m²")
+    _panel_legend(figure, damping)
+    return figure
+
+
+def reduction_figure(
+    centre: Array,
+    rows: Sequence[str],
+    gained: Mapping[tuple[str, str], Array],
+    points: Sequence[str],
+    readings: Sequence[str],
+    row_name: str,
+) -> Figure:
+    """Draw third-octave reductions against the bare panel as maps, one column per reading.
+
+    Parameters
+    ----------
+    centre
+        Centres of the bands [Hz], shape ``(n_bands,)``.
+    rows
+        Names of the rows, such as fill fractions.
+    gained
+        Reduction [dB], shape ``(n_rows, n_bands)``, by (point, reading).
+    points, readings
+        Order of the maps, downwards and to the right.
+    row_name
+        Name and unit of what the rows vary.
+    """
+    figure = Figure(
+        figsize=(WIDTH, 1.0 + len(points) * (0.55 + 0.2 * len(rows))), layout="constrained"
+    )
+    grid = figure.subplots(len(points), len(readings), sharex=True, sharey=True, squeeze=False)
+    limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
+    scale = ScalarMappable(Normalize(-limit, limit), mpl.colormaps["RdBu"])
+    for (i, point), (j, reading) in (
+        (a, b) for a in enumerate(points) for b in enumerate(readings)
+    ):
+        axes, values = grid[i, j], gained[point, reading]
+        axes.imshow(values, cmap=scale.cmap, norm=scale.norm, aspect="auto")
+        for (row, band), value in np.ndenumerate(values):
+            axes.text(
+                band, row, _short(value), ha="center", va="center", fontsize=5.5,
+                color="white" if abs(value) > 0.6 * limit else "black",
+            )  # fmt: skip
+        axes.grid(False)
+        axes.set_title(f"point {point} · {reading}", loc="left")
+        axes.set_yticks(range(len(rows)), rows)
+        axes.set_xticks(range(len(centre)), [_nominal(c) for c in centre], rotation=90)
+        axes.tick_params(length=2)
+        if j == 0:
+            axes.set_ylabel(row_name)
+        if i == len(points) - 1:
+            axes.set_xlabel("third octave, Hz")
+    figure.colorbar(scale, ax=grid, label="reduction of rms acceleration, dB", pad=0.01)
+    return figure
+
+
+def _short(value: float) -> str:
+    """Return a number of two digits for a cell of a map, zero without a sign."""
+    text = f"{value:.1f}" if abs(value) < 9.95 else f"{value:.0f}"
+    return "0" if float(text) == 0 else text
+
+
+def _nominal(centre: float) -> str:
+    """Return the nominal centre of a third octave (ISO 266), such as 31.5 or 1250."""
+    preferred = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
+    number = round(10 * np.log10(centre))
+    return f"{preferred[number % 10] * 10.0 ** (number // 10):g}"

@@ -1,0 +1,33 @@
+"""The sound on the page: band levels and pressure PSD."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.report import style
+from pidpanel.report.html import Picture, Section
+from pidpanel.report.sound_figures import spectrum_figure
+
+
+def sound_section(bands: pd.DataFrame, spectrum: str, frequency: tuple[float, float]) -> Section:
+    """Return the spectrum of the sound.
+
+    Parameters
+    ----------
+    bands
+        ``sound/spectrum.csv``.
+    spectrum
+        Name of the file that the levels come from.
+    frequency
+        Lowest and highest frequency of the response [Hz].
+    """
+    overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
+    caption = (
+        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. Where the source gives no "
+        "spectrum its shape is an assumption (the paper's Fig. 2 is not recoverable). The PSD is "
+        "constant in each band and integrates to the band's level. Grey: outside the response's "
+        "frequency range."
+    )
+    picture = Picture("spectrum", style.png(spectrum_figure(bands, *frequency)), caption)
+    return Section("sound", "Sound", [picture])

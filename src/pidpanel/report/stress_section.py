@@ -1,0 +1,63 @@
+"""Strain and stress on the page: the layer of the panel where they are largest."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from pidpanel.report.html import Section, Table
+from pidpanel.report.text import READINGS, number, records, unit
+
+SYMBOLS = {
+    "von_mises": "σ_v",
+    "stress_xx": "σ_xx",
+    "stress_yy": "σ_yy",
+    "stress_xy": "τ_xy",
+    "strain_xx": "ε_xx",
+    "strain_yy": "ε_yy",
+    "strain_xy": "γ_xy",
+}
+"""Symbols of the quantities of a layer in ``response/stress.csv``."""
+
+
+def stress_section(stress: pd.DataFrame) -> Section:
+    """Return strain and stress at every point in every scenario.
+
+    Parameters
+    ----------
+    stress
+        As of `stress_table`.
+    """
+    return Section("stress", "Strain and stress", [stress_table(stress)])
+
+
+def stress_table(stress: pd.DataFrame) -> Table:
+    """Return the layer of largest von Mises stress at each point, all its strains and stresses.
+
+    Parameters
+    ----------
+    stress
+        ``response/stress.csv`` (points as text); the core, which has no von Mises stress, is left
+        out.
+    """
+    units = stress.drop_duplicates("quantity").set_index("quantity")["unit"]
+    where = ["reading", "scenario", "point"]
+    von_mises = stress[stress["quantity"] == "von_mises"]
+    worst = von_mises.loc[von_mises.groupby(where, sort=False)["three_sigma"].idxmax()]
+    shown = {
+        tuple(row[key] for key in (*where, "layer", "quantity")): (
+            f"{number(row['rms'])} / {number(row['three_sigma'])}"
+        )
+        for row in records(stress)
+    }
+    rows = []
+    for row in records(worst[[*where, "layer"]]):
+        cells = [shown[(*row.values(), quantity)] for quantity in SYMBOLS]
+        rows.append([READINGS[row["reading"]], row["scenario"], row["point"], row["layer"], *cells])
+    return Table(
+        "Strain and stress, rms / 3σ, in the layer where the von Mises stress σ_v is largest. The "
+        "rms of σ_v includes the correlations between the components; its 3σ is three times its "
+        "rms, as is customary. γ_xy is the engineering shear strain.",
+        [*where, "layer", *(f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items())],
+        rows,
+        folded=True,
+    )

@@ -1,0 +1,73 @@
+"""The page of a study with a panel: which parts it has, in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pidpanel.damping.laws import paper_corrected
+from pidpanel.report.claims import patch_distance, verdict_table, verdicts
+from pidpanel.report.coupon_section import coupon_section
+from pidpanel.report.damping_section import damping_section
+from pidpanel.report.facts import study_facts
+from pidpanel.report.html import Page, Section
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.losses_section import losses_section
+from pidpanel.report.maps_section import maps_section
+from pidpanel.report.outcome import outcome
+from pidpanel.report.panel_section import panel_section
+from pidpanel.report.radiation_section import radiation_section
+from pidpanel.report.response_section import response_section
+from pidpanel.report.sound_section import sound_section
+from pidpanel.report.stress_section import stress_section
+from pidpanel.report.summary_section import summary_section
+from pidpanel.report.warnings import study_warnings
+
+
+def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
+    """Return the whole page; call it within `style.context`.
+
+    Parameters
+    ----------
+    inputs
+        What the page is made from.
+    steps
+        How to reproduce the results, as of `pidpanel.report.html.Page`.
+    """
+    study = inputs.study
+    distance = patch_distance(inputs.basis)
+    return Page(
+        title=study.title or study.name,
+        facts=study_facts(inputs),
+        assumptions=study.assumptions,
+        summary=outcome(study, inputs.summary),
+        warnings=study_warnings(inputs),
+        claims=verdict_table(verdicts(study, inputs.summary, inputs.psd, distance)),
+        sections=_sections(inputs),
+        steps=steps,
+    )
+
+
+def _sections(inputs: Inputs) -> list[Section]:
+    """Return the parts of the page in order, those left out of which there is nothing to show."""
+    study, points = inputs.study, list(inputs.study.panel.points)
+    sections = [
+        panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
+        sound_section(inputs.bands, study.sound.spectrum.name, study.response.frequency_hz),
+    ]
+    if inputs.coupon is not None:
+        cases = inputs.coupon.cases
+        law = paper_corrected if "paper_corrected" in study.damping.readings else None
+        sections.append(coupon_section(inputs.coupon, law=law))
+        sections.append(losses_section(cases[cases["status"] == "ok"]))
+    if inputs.damping is not None:
+        sections.append(damping_section(inputs.damping))
+    sections += [response_section(inputs, name) for name in study.scenarios]
+    if inputs.radiation is not None:
+        own = study.response.radiation
+        sections.append(radiation_section(inputs.summary, inputs.radiation, own, points))
+    if inputs.maps is not None:
+        sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch))
+    labels = [scenario.label for scenario in study.all_scenarios()]
+    sections.append(summary_section(inputs.summary, labels, points))
+    sections.append(stress_section(inputs.stress))
+    return sections

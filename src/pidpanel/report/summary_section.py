@@ -1,0 +1,75 @@
+"""All scenarios on the page, each with every point and reading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from pidpanel.report.html import Section, Table
+from pidpanel.report.text import READINGS, number, records, with_error
+
+
+def summary_section(
+    summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]
+) -> Section:
+    """Return the table of all scenarios.
+
+    Parameters
+    ----------
+    summary, scenarios, points
+        As of `response_table`.
+    """
+    return Section("summary", "All scenarios", [response_table(summary, scenarios, points)])
+
+
+def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]) -> Table:
+    """Return rms values and reduction of each scenario and point, the readings side by side.
+
+    Parameters
+    ----------
+    summary
+        ``response/summary.csv``: one row per reading, scenario and point (points as text).
+    scenarios, points
+        Labels of the scenarios and names of the points in order.
+    """
+    readings = list(dict.fromkeys(summary["reading"]))
+    columns = ["scenario", "point"]
+    for reading in readings:
+        name = READINGS.get(reading, reading)
+        columns += [f"{name}: a rms, g", "w rms, mm", "reduction, dB", "Γ of C_e"]
+    by_key = {(row["scenario"], row["point"], row["reading"]): row for row in records(summary)}
+    rows = []
+    for scenario in scenarios:
+        for point in points:
+            row = [scenario, point]
+            for reading in readings:
+                one = by_key[scenario, point, reading]
+                if one["status"] != "ok":
+                    row += [str(one["status"]), "–", "–", "–"]
+                    continue
+                row += [
+                    _maybe_with_error(one, "acceleration_rms_g", "acceleration_rms_error_g"),
+                    number(one["displacement_rms_mm"]) + " †" * bool(one["beyond_linear_plate"]),
+                    _maybe_with_error(one, "reduction_db", "reduction_error_db"),
+                    number(one["damping_read_at_g"])
+                    + " ‡" * bool(one["outside_run_points_share"] > 0),
+                ]
+            rows.append(row)
+    return Table(
+        "Rms acceleration a and displacement w over the response's frequency range, and reduction "
+        "of the rms acceleration against the bare panel under the same sound. Γ of C_e: amplitude "
+        "at which the damping is read. ±: one standard error due to that of C_e and m_a. † linear "
+        "plate theory does not hold (w rms above a tenth of the thickness). ‡ partly outside the "
+        "simulated range of the coupon.",
+        columns,
+        rows,
+    )
+
+
+def _maybe_with_error(row: dict[str, Any], value: str, error: str) -> str:
+    """Return the value of a row, with its error where it has one."""
+    own = row.get(error, math.nan)
+    return with_error(row[value], own) if own > 0 else number(row[value])

@@ -1,0 +1,102 @@
+"""Numbers, units and names as the pages write them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pandas as pd
+
+READINGS = {
+    "dem": "DEM",
+    "paper_corrected": "The paper's law, corrected",
+    "paper_printed": "The paper's law, as printed",
+    "table": "The study's table",
+}
+"""Names of the readings of the damping."""
+
+UNITS = {
+    "m2": "m²",
+    "kg/m2": "kg/m²",
+    "microstrain": "µm/m",
+    "1": "–",
+}
+"""Units of the tables of results that a page writes in another form."""
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, a power of ten outside 1e-4 to 1e5.
+
+    Examples
+    --------
+    >>> number(0.123456), number(-1234.5), number(9.4e-9), number(float("nan"))
+    ('0.123', '−1234', '9.40·10⁻⁹', '–')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value != 0 and not 1e-4 <= abs(value) < 1e5:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return _minus(mantissa) + f"·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+    decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else 0))
+    return _minus(f"{value:.{decimals}f}")
+
+
+def with_error(value: float, error: float) -> str:
+    """Return value ± standard error, both to two digits of the error.
+
+    Examples
+    --------
+    >>> with_error(495.3, 12.3), with_error(-0.4567, 0.0231)
+    ('495 ± 12', '−0.457 ± 0.023')
+    """
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return "–"
+    if error <= 0:
+        return number(value)
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return _minus(f"{value:.{decimals}f}") + f" ± {error:.{decimals}f}"
+
+
+def percent(share: float, decimals: int = 0) -> str:
+    """Return a share in percent.
+
+    Examples
+    --------
+    >>> percent(0.4567), percent(-0.0123, 1)
+    ('46 %', '−1.2 %')
+    """
+    return _minus(f"{100 * share:.{decimals}f} %")
+
+
+def signed(value: float, decimals: int) -> str:
+    """Return a number with its sign.
+
+    Examples
+    --------
+    >>> signed(6.04, 1), signed(-0.00127, 4)
+    ('+6.0', '−0.0013')
+    """
+    return _minus(f"{value:+.{decimals}f}")
+
+
+def unit(name: str) -> str:
+    """Return a unit of a table of results as the pages write it.
+
+    Examples
+    --------
+    >>> unit("kg/m2"), unit("N/m")
+    ('kg/m²', 'N/m')
+    """
+    return UNITS.get(name, name)
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a frame by the names of its columns."""
+    return [dict(zip(frame.columns, row, strict=True)) for row in frame.itertuples(index=False)]
+
+
+def _minus(text: str) -> str:
+    """Write a minus sign for a hyphen."""
+    return text.replace("-", "−")

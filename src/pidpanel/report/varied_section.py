@@ -1,0 +1,143 @@
+"""What a study of a coupon varies on the page: how much C_e depends on each key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.report import style
+from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
+from pidpanel.report.html import Picture, Section
+from pidpanel.study import CouponStudy
+
+LABELS = {
+    "particles.friction": "friction coefficient μ, –",
+    "particles.restitution": "coefficient of restitution e, –",
+    "particles.youngs_modulus_mpa": "Young's modulus, MPa",
+    "particles.density_kg_m3": "density of the particles, kg/m³",
+    "diameter_mm": "diameter of the particles, mm",
+    "time_step_rayleigh": "time step over Rayleigh time, –",
+    "gravity_direction": "direction of gravity (z: motion)",
+    "gravity_g": "gravity, g",
+    "cell.count": "number of cells",
+    "cell.across_flats_mm": "width of a cell, mm",
+    "cell.shape": "shape of the cells",
+    "deck": "deck",
+}
+"""Names of varied keys with units; any other key is shown as it is written."""
+
+VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
+
+
+def varied_keys(study: CouponStudy) -> list[str]:
+    """Return the columns of ``coupon/cases.csv`` varied besides fill, frequency and Γ."""
+    if study.coupon is None:
+        return []
+    sizes = ["diameter_mm"] if len(study.coupon.sweep.diameter_mm) > 1 else []
+    return [*study.coupon.vary, *sizes]
+
+
+def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Section:
+    """Return C_e over each of the keys.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    keys
+        From `varied_keys`.
+    """
+    pictures = []
+    for key in keys:
+        other = ", ".join(_name(one) for one in keys if one != key)
+        caption = (
+            "Equivalent damping per area. Bars: one standard error, from the scatter between "
+            "cycles and between seeds and the bias of softened contacts."
+        )
+        if other:
+            caption += f" Points one above the other differ in {other}."
+        figure = varied_figure(cases, key, LABELS.get(key, key))
+        pictures.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
+    return Section("varied", "Varied parameters", pictures)
+
+
+def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
+    """Return the main results, one sentence for each key.
+
+    Parameters
+    ----------
+    cases, keys
+        As of `varied_section`.
+    """
+    said = []
+    for key in keys:
+        found = comparison(cases, key)
+        if found.empty:
+            continue
+        largest = found.iloc[int(np.log(found["ratio"]).abs().argmax())]
+        far = int((found["deviation"].abs() > 2).sum())
+        said.append(
+            f"{_name(key)}: from {_text(largest['from'])} to {_text(largest['to'])} C_e changes by "
+            f"a factor of {largest['ratio']:.3g} ± {largest['ratio_error']:.2g} at most "
+            f"(r = {largest['fill_fraction']:g}, {largest['frequency_hz']:g} Hz, "
+            f"Γ = {largest['acceleration_g']:g}). Of {len(found)} differences {far or 'none'} "
+            f"{'is' if far < 2 else 'are'} larger than two standard errors (one in twenty would be "
+            f"by chance); the largest is {found['deviation'].abs().max():.1f} standard errors."
+        )
+    return said
+
+
+def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
+    """Compare every case with the one at the first value of a key, all else equal.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    key
+        Column that is varied.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each case but the first of its group: ``ratio`` of C_e to that of the first,
+        its ``ratio_error``, and their difference over its standard error, ``deviation``.
+
+    Notes
+    -----
+    The bias of softened contacts is common to both and drops out of the difference, unless the
+    moduli differ.
+    """
+    same = ["fill_fraction", "frequency_hz", "acceleration_g"]
+    statistical = "statistical_error_n_s_m3"
+    rows = []
+    for point, group in cases.groupby(same, sort=True):
+        first = group.iloc[0]
+        for _, row in group.iloc[1:].iterrows():
+            equal = row["youngs_modulus_mpa"] == first["youngs_modulus_mpa"]
+            error = statistical if equal else ERROR
+            ratio = row[VALUE] / first[VALUE]
+            spread = math.hypot(row[error] / row[VALUE], first[error] / first[VALUE])
+            rows.append(
+                {
+                    **dict(zip(same, point, strict=True)),
+                    "from": first[key],
+                    "to": row[key],
+                    "ratio": ratio,
+                    "ratio_error": ratio * spread,
+                    "deviation": (row[VALUE] - first[VALUE]) / math.hypot(row[error], first[error]),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _name(key: str) -> str:
+    """Return the name of a key without its unit."""
+    return LABELS.get(key, key).rpartition(", ")[0] or LABELS.get(key, key)
+
+
+def _text(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,209 @@
+"""Limitations of the numbers: where the response, the damping and the coupon cannot be trusted.
+
+Every function returns sentences, none where there is nothing to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.radiation_section import compared, radiation_finding
+from pidpanel.report.text import READINGS, number, percent
+from pidpanel.response.rounds import Round
+from pidpanel.study import Study
+
+POWER_BALANCE = 1e-3
+"""Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
+
+SINGLE_TONES = (
+    "C_e and m_a come from coupons shaken at one frequency at a time. The panel moves at all "
+    "frequencies at once, and a bed kept loose by low frequencies dissipates less at high ones. "
+    "In one measurement with random drive (600 particles, 10 g rms, flat from 20 to 2000 Hz; not "
+    "at the accelerations met here) C_e at 2 kHz was about 6 times lower than from single tones of "
+    "about the same acceleration. The reading DEM therefore overstates the damping, most of all at "
+    "high frequencies. C_e is read at the sine with the patch's rms acceleration over the whole "
+    "spectrum, Γ = √2 a_rms/g, which is a further assumption."
+)
+
+FEW_CASES = (
+    "The cases of this study were chosen until the standard errors met damping.target. With few "
+    "cases these errors are too small: in the paper's study, rms accelerations with a stated error "
+    "of 5 % differed by 1 to 18 % from those of the whole sweep (docs/theory.md, Target). Where a "
+    "number decides, run the whole sweep."
+)
+
+
+def study_warnings(inputs: Inputs) -> list[str]:
+    """Return the limitations of a study with a panel, the most important first."""
+    study = inputs.study
+    said = response_warnings(study, inputs.summary, inputs.psd)
+    if inputs.summary["damping_read_at_g"].notna().any():
+        said.append(SINGLE_TONES)
+    if inputs.radiation is not None:
+        both = compared(inputs.summary, inputs.radiation)
+        said.append(radiation_finding(both, study.response.radiation, list(study.panel.points)))
+    if inputs.damping is not None:
+        said += target_warnings(inputs.damping.rounds)
+    if inputs.coupon is not None:
+        said += coupon_warnings(inputs.coupon.cases)
+    return said
+
+
+def response_warnings(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> list[str]:
+    """Return the limitations of the response.
+
+    Parameters
+    ----------
+    study
+        The study.
+    summary, psd
+        ``response/summary.csv`` (points as text) and ``response/psd.nc``.
+    """
+    good = summary[summary["status"] == "ok"]
+    warnings = []
+    beyond = good[good["beyond_linear_plate"].astype(bool)]
+    if len(beyond):
+        worst = beyond.iloc[int(beyond["displacement_rms_mm"].argmax())]
+        place = ["scenario", "point"]
+        left, all_ = len(beyond.drop_duplicates(place)), len(good.drop_duplicates(place))
+        warnings.append(
+            f"Linear plate theory does not hold in {left} of {all_} combinations of scenario and "
+            "point: the rms displacement exceeds a tenth of the panel's thickness of "
+            f"{study.panel.section.thickness_mm:g} mm. The largest is "
+            f"{worst['displacement_rms_mm']:.3g} mm ({worst['scenario']}, point {worst['point']}). "
+            "A real panel becomes stiffer there through membrane stress, which is not modelled."
+        )
+    for reading in dict.fromkeys(good["reading"]):
+        one = good[good["reading"] == reading].drop_duplicates("scenario")
+        outside = one[one["outside_run_points_share"] > 0]
+        if len(outside):
+            parts = [
+                f"{row['scenario']}, Γ = {row['damping_read_at_g']:.3g}, "
+                f"{percent(row['outside_run_points_share'])} of the lines "
+                f"({_ranges_outside(psd, reading, row['scenario'])})"
+                for _, row in outside.iterrows()
+            ]
+            shares = np.concatenate(
+                [_extrapolated_share(study, psd, reading, label) for label in outside["scenario"]]
+            )
+            warnings.append(
+                f"{READINGS[reading]}: C_e is extrapolated where a response lies outside the "
+                f"simulated range: {'; '.join(parts)}. These lines account for "
+                f"{percent(shares.min())} to {percent(shares.max())} of the change in mean square "
+                "acceleration against the bare panel."
+            )
+        several = one[one["levels"] > 1]
+        if len(several):
+            warnings.append(
+                f"{READINGS[reading]}: damping and motion agree at more than one acceleration in "
+                + ", ".join(several["scenario"])
+                + "; the solution with the largest motion is shown."
+            )
+    balance = good["power_balance_error"].max()
+    if balance > POWER_BALANCE:
+        warnings.append(
+            f"Power input and power loss differ by up to {number(balance, 2)} of the power input."
+        )
+    unstable = summary[summary["status"] != "ok"].drop_duplicates(["reading", "scenario"])
+    for reading, rows in unstable.groupby("reading", sort=False):
+        warnings.append(
+            f"{READINGS[str(reading)]}: no steady response in {len(rows)} scenarios "
+            f"({', '.join(rows['scenario'])}): {', '.join(dict.fromkeys(rows['status']))}."
+        )
+    return warnings
+
+
+def _ranges_outside(psd: xr.Dataset, reading: str, scenario: str) -> str:
+    """Return the frequency ranges in which a scenario's damping is extrapolated."""
+    inside = psd["inside"].sel(reading=reading, scenario=scenario).to_numpy() > 0.5
+    frequency = psd["frequency"].to_numpy()
+    edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
+    runs = np.split(np.arange(len(frequency)), edges)
+    parts = [
+        f"{frequency[run[0]]:.0f}–{frequency[run[-1]]:.0f} Hz" for run in runs if not inside[run[0]]
+    ]
+    return ", ".join(parts)
+
+
+def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str) -> Array:
+    """Return the share of the change of mean square that is extrapolated, by point.
+
+    ∫|S_bare − S| df over the lines outside the simulated range, divided by that over all lines.
+    """
+    (bare,) = (s.bare.label for s in study.all_scenarios() if s.label == label)
+    of = psd.sel(reading=reading).transpose(..., "frequency", "point")
+    before, after = (of["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
+    change = np.abs(before - after)
+    outside = of["inside"].sel(scenario=label).to_numpy() < 0.5
+    frequency = psd["frequency"].to_numpy()
+    part = np.trapezoid(np.where(outside[:, None], change, 0.0), frequency, axis=0)
+    whole = np.trapezoid(change, frequency, axis=0)
+    share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+    return share
+
+
+def target_warnings(rounds: Sequence[Round]) -> list[str]:
+    """Return what a target reached with few cases is worth, or that it was not reached.
+
+    Parameters
+    ----------
+    rounds
+        The rounds of the design in order; none for a study without a target.
+    """
+    if not rounds:
+        return []
+    last = rounds[-1]
+    if last.reached or last.target is None:
+        return [FEW_CASES]
+    largest = {label: max(of.values()) for label, of in last.relative_error.items()}
+    above = ", ".join(
+        f"{label} {percent(error, 2)}" for label, error in largest.items() if error > last.target
+    )
+    return [
+        f"damping.target is not reached: {len(last.cases)} cases were run, and none is left or "
+        f"allowed. The rms accelerations above the required standard error of "
+        f"{percent(last.target, 2)} are: {above}."
+    ]
+
+
+def coupon_warnings(cases: pd.DataFrame) -> list[str]:
+    """Return the cases of a coupon that are excluded or less accurate than requested.
+
+    Parameters
+    ----------
+    cases
+        ``coupon/cases.csv``.
+    """
+    warnings = []
+
+    def warn(rows: pd.DataFrame, text: str, *, named: bool = True) -> None:
+        if len(rows):
+            names = f": {', '.join(rows['case'])}" if named else ""
+            warnings.append(f"{len(rows)} of {len(cases)} coupon cases {text}{names}.")
+
+    for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
+        warn(rows, f"excluded ({status})")
+    good = cases[cases["status"] == "ok"]
+    value, error = good["equivalent_damping_n_s_m3"], good["equivalent_damping_error_n_s_m3"]
+    missed = ~good["target_met"].astype(bool)
+    largest = (error / value).abs()[missed].max()
+    warn(
+        good[missed],
+        "stopped at max_cycles before reaching the requested accuracy; their relative standard "
+        f"errors reach {percent(largest)}",
+        named=False,
+    )
+    above = good[good["share_of_bound"] > 1]
+    warn(
+        above,
+        "above the bound of a perfectly inelastic bed (up to "
+        f"{above['share_of_bound'].max():.2f} times the bound)",
+    )
+    warn(good[value <= error], "with C_e no larger than its own standard error")
+    return warnings

@@ -1,0 +1,113 @@
+"""From the files of the stages to a page with its pictures: one function for each page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from pidpanel.report import style
+from pidpanel.report.coupon_page import coupon_page
+from pidpanel.report.facts import files_step, run_step
+from pidpanel.report.html import Page, render
+from pidpanel.report.read import read_coupon, read_inputs
+from pidpanel.report.study_page import study_page
+from pidpanel.report.verification_page import verification_page
+from pidpanel.stamp import stamp
+from pidpanel.study import load_any_study, load_study
+from pidpanel.verification import read_rows
+
+
+def write_study_page(study_file: Path, folder: Path, coupon: Path, printed: Path) -> None:
+    """Write ``report.html`` and ``report/*.png`` of a study with a panel.
+
+    Parameters
+    ----------
+    study_file
+        The study.
+    folder
+        Results of the study, ``results/<study>``; the page is written there.
+    coupon
+        Runs of the coupon, ``results/coupon``.
+    printed
+        Table 1 of the paper.
+
+    Raises
+    ------
+    StudyError
+        If the results are not those of the study.
+    """
+    study = load_study(study_file)
+    inputs = read_inputs(study, folder, coupon, printed)
+    with style.context():
+        page = study_page(inputs, [run_step(study_file), files_step(study)])
+    write_page(page, folder / "report.html", folder / "report")
+
+
+def write_coupon_page(
+    study_file: Path, table: Path, coupon: Path, file: Path, figures: Path
+) -> None:
+    """Write the page and the figures of a study of a coupon alone.
+
+    Parameters
+    ----------
+    study_file
+        The study.
+    table
+        ``coupon/cases.csv`` of the study.
+    coupon
+        Runs of the coupon, ``results/coupon``.
+    file, figures
+        The page, and the folder of its figures.
+
+    Raises
+    ------
+    StudyError
+        If the table is not that of the study.
+    """
+    study = load_any_study(study_file)
+    inputs = read_coupon(study, table, coupon)
+    files = f"The numbers behind this page are in results/{study.name}/coupon/cases.csv."
+    with style.context():
+        page = coupon_page(study, stamp(study), inputs, [run_step(study_file), (files, "")])
+    write_page(page, file, figures)
+
+
+def write_verification_page(rows: Iterable[Path], file: Path, figures: Path) -> None:
+    """Write the page and the figures of the verification.
+
+    Parameters
+    ----------
+    rows
+        Files of `pidpanel.verification.write_rows`, in the order of the page.
+    file, figures
+        The page, and the folder of its figures.
+    """
+    steps = [
+        ("From the root of the project:", "make verification"),
+        (
+            "The numbers behind this page are in results/verification/<stage>/<case>.csv, one row "
+            "for each; its figures are in results/verification/figures/.",
+            "",
+        ),
+    ]
+    with style.context():
+        page = verification_page([row for path in rows for row in read_rows(path)], steps)
+    write_page(page, file, figures)
+
+
+def write_page(page: Page, file: Path, figures: Path) -> None:
+    """Write a page, and each of its pictures as ``<name>.png``.
+
+    Parameters
+    ----------
+    page
+        The page.
+    file
+        HTML file to write.
+    figures
+        Folder of the pictures; made if missing.
+    """
+    figures.mkdir(exist_ok=True)
+    for picture in page.pictures:
+        (figures / f"{picture.name}.png").write_bytes(picture.png)
+    file.write_text(render(page), encoding="utf-8")
