@@ -10,8 +10,10 @@ from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
 from pidpanel.report import style
-from pidpanel.report.damping_section import DampingResults, damping_section
+from pidpanel.report.damping_section import damping_section, target_table
 from pidpanel.report.html import Paragraph, Picture, Table
+from pidpanel.report.inputs import DampingResults
+from pidpanel.response.rounds import Round
 
 TRUE = np.array([np.log(20.0), 0.8, -0.3, 1.9, -0.2, 1e-5, -5e-6])
 
@@ -54,7 +56,9 @@ def test_the_law_is_quoted_with_the_constants_that_made_the_cases(section):
 
 
 def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
-    (table,) = (b for b in section.blocks if isinstance(b, Table) and "structure" in b.caption)
+    (table,) = (
+        b for b in section.blocks if isinstance(b, Table) and "in the form of Eq. 6" in b.caption
+    )
     assert [row[0] for row in table.rows] == ["5", "50"]
     low, high = re.search(r"\[([\d.]+), ([\d.]+)\]", table.rows[0][4]).groups()
     assert float(low) < 1.9 < float(high)
@@ -68,6 +72,19 @@ def test_the_forms_are_ranked_with_the_surface_among_them(section):
 
 def test_the_pictures_are_there_with_the_split_of_the_loss(section):
     names = {b.name for b in section.blocks if isinstance(b, Picture)}
-    wanted = {"map_frequency_level", "map_fill_frequency", "damping_left_out", "damping_law",
+    wanted = {"map_frequency_acceleration", "map_fill_frequency", "damping_left_out", "damping_law",
               "damping_collapse"}  # fmt: skip
     assert names == wanted | {"loss_split"}
+
+
+def test_the_rounds_of_a_target_name_the_scenario_with_the_largest_error():
+    # red: min for max; the cases of the round itself for those before it
+    rounds = [
+        Round(0, ("a", "b"), 2),
+        Round(1, ("a", "b", "c"), 1, False, 0.03, 0.08, {"x": {"1": 0.08, "2": 0.01}}),
+        Round(2, ("a", "b", "c"), 0, True, 0.03, 0.02, {"x": {"1": 0.01, "2": 0.0207}}),
+    ]
+    table = target_table(rounds)
+    assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
+    assert table.caption.endswith("With 3 cases the target is reached.")
+    assert "not reached" in target_table(rounds[:2]).caption

@@ -72,7 +72,7 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     assert speed.tolist() == [0, 1, 2, 3, 4]
     assert positions[:, :2] == pytest.approx(cell_centres(packing.across_flats, 5) + 1e-3)
     assert "in 70 hexagonal cells" in caption
-    assert "(5 of them set side by side for the picture)" in caption
+    assert "(5 of them drawn side by side)" in caption
 
 
 def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):

@@ -5,18 +5,33 @@ import re
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
-from pidpanel.report import figures, style
-from pidpanel.report.figures import Curve, Panel, Record
+from pidpanel.report import (
+    coupon_figures,
+    layout,
+    panel_figures,
+    response_figures,
+    sound_figures,
+    style,
+)
+from pidpanel.report.coupon_figures import (
+    ACCELERATION,
+    EQUIVALENT_DAMPING,
+    FREQUENCY,
+    LOSS_FACTOR,
+)
+from pidpanel.report.evidence import Record
+from pidpanel.report.response_figures import Curve, Panel
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
-FREQUENCY = np.geomspace(30, 2000, 300)
+LINES = np.geomspace(30, 2000, 300)
 
 
 def panel(inside=None, title="DEM"):
-    curves = [Curve("bare panel", 50 * FREQUENCY, style.BARE)]
+    curves = [Curve("bare panel", 50 * LINES, style.BARE)]
     curves += [
-        Curve(f"r = {fill}", FREQUENCY / fill, style.fill_colour(fill), inside)
+        Curve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside)
         for fill in (0.1, 0.5, 0.9)
     ]
     return Panel(title, "read at Γ = 312", curves)
@@ -36,7 +51,7 @@ def assert_units(figure):
 
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     # red: `panel.curves[1:]`; a label without its unit
-    figure = figures.psd_figure(FREQUENCY, [panel(), panel(title="law")])
+    figure = response_figures.psd_figure(LINES, [panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
@@ -45,43 +60,43 @@ def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
 
 def test_a_psd_is_drawn_in_g_squared():
     # red: the division by g² left out
-    figure = figures.psd_figure(FREQUENCY, [panel()])
-    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * FREQUENCY / 9.80665**2)
+    figure = response_figures.psd_figure(LINES, [panel()])
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES / 9.80665**2)
 
 
-def test_what_lies_past_the_run_points_is_dashed_and_the_legend_says_so():
+def test_what_lies_outside_the_simulated_range_is_dashed_and_the_legend_says_so():
     # red: `curve.inside` for `outside` in _draw
-    inside = FREQUENCY > 200
-    figure = figures.psd_figure(FREQUENCY, [panel(inside)])
+    inside = LINES > 200
+    figure = response_figures.psd_figure(LINES, [panel(inside)])
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     assert len(dashed) == 3
     shown = np.isfinite(dashed[0].get_ydata())
-    assert shown[FREQUENCY <= 200].all()
-    assert not shown[FREQUENCY > 210].any()
+    assert shown[LINES <= 200].all()
+    assert not shown[LINES > 210].any()
     said = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert any("outside the run points" in text for text in said)
-    whole = figures.psd_figure(FREQUENCY, [panel()])
+    assert any("outside the simulated range" in text for text in said)
+    whole = response_figures.psd_figure(LINES, [panel()])
     assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
 
 
-def test_every_line_stands_in_the_legend_once():
+def test_every_line_is_in_the_legend_once():
     # red: a legend of the first panel only, where the second shows more
-    more = Panel("DEM", "", [*panel().curves, Curve("PID-2", FREQUENCY, style.PLACES[1])])
-    figure = figures.psd_figure(FREQUENCY, [panel(), more])
+    more = Panel("DEM", "", [*panel().curves, Curve("PID-2", LINES, style.PLACES[1])])
+    figure = response_figures.psd_figure(LINES, [panel(), more])
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
 
 
 def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
     # red: a constant colour in fill_colour
-    figure = figures.psd_figure(FREQUENCY, [panel()])
+    figure = response_figures.psd_figure(LINES, [panel()])
     colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
     assert colours[0] == "#000000"
     assert len(set(colours)) == 4
 
 
 def test_damping_and_mass_have_their_units():
-    figure = figures.damping_figure(FREQUENCY, [panel(), panel()], [panel(), panel()])
+    figure = response_figures.damping_figure(LINES, [panel(), panel()], [panel(), panel()])
     # red: a label without its unit
     assert figure.axes[0].get_ylabel() == "$C_e$, N s/m³"
     assert any("kg/m²" in axes.get_ylabel() for axes in figure.axes)
@@ -91,7 +106,7 @@ def test_damping_and_mass_have_their_units():
 def test_a_map_of_reductions_writes_each_number_into_its_cell():
     # red: rows and bands exchanged
     values = np.array([[0.0, 1.26, 12.4], [-2.0, 0.04, 3.0]])
-    figure = figures.reduction_figure(
+    figure = response_figures.reduction_figure(
         np.array([100.0, 125.9, 158.5]), ["0.1", "0.9"], {("326", "DEM"): values}, ["326"], ["DEM"],
         "fill fraction r",
     )  # fmt: skip
@@ -107,24 +122,24 @@ def test_a_map_of_reductions_writes_each_number_into_its_cell():
 @pytest.mark.parametrize(
     ("x", "y", "panel_of", "axes", "lines"),
     [
-        (figures.FREQUENCY, figures.EQUIVALENT_DAMPING, figures.LEVEL, 3, 2),
-        (figures.LEVEL, figures.EQUIVALENT_DAMPING, figures.FREQUENCY, 2, 2),
-        (figures.LEVEL, figures.LOSS_FACTOR, figures.FREQUENCY, 2, 2),
+        (FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, 3, 2),
+        (ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, 2, 2),
+        (ACCELERATION, LOSS_FACTOR, FREQUENCY, 2, 2),
     ],
 )
 def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, axes, lines):
     # red: `fills[1:]`; a label without its unit
-    figure = figures.sweep_figure(cases, x, y, panel_of)
+    figure = coupon_figures.sweep_figure(cases, x, y, panel_of)
     shown = drawn_axes(figure)
     assert len(shown) == axes
     assert all(len(one.containers) == lines for one in shown)
     assert_units(figure)
 
 
-def test_law_and_bound_stand_beside_the_cases(cases):
+def test_law_and_bound_are_drawn_beside_the_cases(cases):
     # red: the law drawn at the fill of another line
-    figure = figures.sweep_figure(
-        cases, figures.FREQUENCY, figures.EQUIVALENT_DAMPING, figures.LEVEL,
+    figure = coupon_figures.sweep_figure(
+        cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION,
         law=lambda frequency, fill: 1000 * fill + 0 * frequency, bound="bound_n_s_m3",
     )  # fmt: skip
     lines = figure.axes[0].lines
@@ -137,7 +152,7 @@ def test_law_and_bound_stand_beside_the_cases(cases):
 def test_steadiness_marks_where_the_transient_ends():
     # red: the mark at cycle 0
     energy = np.concatenate([[5.0, 4.0, 2.0], np.full(20, 1.0)])
-    figure = figures.steadiness_figure([[Record("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
+    figure = coupon_figures.steadiness_figure([[Record("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
     dotted = [line for line in figure.axes[0].lines if line.get_linestyle() == ":"]
     assert [line.get_xdata()[0] for line in dotted] == [3.5]
     assert figure.axes[0].get_ylabel() == "$E_d$ per cycle, J/m²"
@@ -145,8 +160,8 @@ def test_steadiness_marks_where_the_transient_ends():
 
 def test_the_spectrum_and_the_mesh_have_units(bands, basis):
     # red: a label without its unit
-    spectrum = figures.spectrum_figure(bands, 100, 400)
-    mesh = figures.mesh_figure(
+    spectrum = sound_figures.spectrum_figure(bands, 100, 400)
+    mesh = panel_figures.mesh_figure(
         basis.vertex_position, basis.cells, {"A": basis.cell_in_patch[0]}, {"326": (0.75, 0.5)}
     )
     for figure in (spectrum, mesh):
@@ -157,7 +172,7 @@ def test_the_spectrum_and_the_mesh_have_units(bands, basis):
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():
     # red: metadata left to matplotlib
-    first, second = (style.png(figures.psd_figure(FREQUENCY, [panel()])) for _ in range(2))
+    first, second = (style.png(response_figures.psd_figure(LINES, [panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first
 
@@ -172,3 +187,39 @@ def test_figures_leave_the_settings_of_matplotlib_alone():
         with style.context():
             assert mpl.rcParams["font.size"] != before["font.size"]
         assert dict(mpl.rcParams) == before
+
+
+def test_axes_of_a_sweep_name_what_is_constant_in_them(cases):
+    # red: the unit of Γ, which has none, written as its dash
+    over_frequency = coupon_figures.sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION)
+    over_acceleration = coupon_figures.sweep_figure(
+        cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY
+    )
+    assert [a.get_title("left") for a in drawn_axes(over_frequency)] == [
+        "Γ = 3",
+        "Γ = 12",
+        "Γ = 50",
+    ]
+    assert [a.get_title("left") for a in drawn_axes(over_acceleration)] == [
+        "f = 100 Hz",
+        "f = 400 Hz",
+    ]
+
+
+def test_a_few_values_keep_both_ends():
+    # red: values[:count]
+    assert layout.few(np.arange(11), 3).tolist() == [0, 5, 10]
+    assert layout.few(np.arange(2), 5).tolist() == [0, 1]
+
+
+def test_room_for_labels_is_the_same_on_any_figure():
+    # red: margins as shares of the figure
+    left = []
+    for width in (6.0, 10.0):
+        figure = Figure(figsize=(width, 4.0))
+        axes = figure.subplots(1, 2)
+        layout.make_room(figure, 1, 2, top=0.4, across=0.3)
+        left.append(axes[0].get_position().x0 * width)
+        gap = axes[1].get_position().x0 - axes[0].get_position().x1
+        assert gap * width == pytest.approx(0.3)
+    assert left[0] == pytest.approx(left[1])

@@ -70,7 +70,7 @@ def test_text_is_shown_as_it_is_written():
     assert "w &lt; h/10 &amp; &lt;b&gt;more&lt;/b&gt;" in text
 
 
-def test_all_that_the_page_is_given_stands_on_it():
+def test_all_that_the_page_is_given_is_on_it():
     # red: each loop of the template left out
     table = html.Table("Cases", ["case", "status"], [["r0.1", "ParticlesLost"]], folded=True)
     text = html.render(page(table))
@@ -93,14 +93,14 @@ def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
         html.render(page(), tmp_path)
 
 
-def test_two_pictures_of_one_name_are_refused():
+def test_two_pictures_with_the_same_name_are_refused():
     # red: the check left out, and one file over the other
     one = html.Picture("one", PNG, "")
-    with pytest.raises(ValueError, match="pictures of one name: one"):
+    with pytest.raises(ValueError, match="pictures with the same name: one"):
         html.render(page(one, one))
 
 
 def test_a_row_that_does_not_fit_its_columns_is_refused():
     # red: __post_init__ left out
-    with pytest.raises(ValueError, match="a row of 1 cells, 2 columns"):
+    with pytest.raises(ValueError, match="a row of 1 cells for 2 columns"):
         html.Table("Cases", ["case", "status"], [["r0.1"]])

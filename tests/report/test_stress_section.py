@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report.stress import stress_table
+from pidpanel.report.stress_section import stress_table
 from pidpanel.response.stress import CORE_QUANTITIES, QUANTITIES
 from pidpanel.response.tables import stress_rows
 
@@ -35,7 +35,7 @@ def stress():
 
 def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
     # red: idxmax → idxmin; "point" left out of the grouping
-    table = stress_table(stress, {"dem": "DEM"})
+    table = stress_table(stress)
     assert [row[:4] for row in table.rows] == [
         ["DEM", "bare", "7", "bottom"],
         ["DEM", "bare", "12", "top"],
@@ -46,9 +46,9 @@ def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
     assert table.folded
 
 
-def test_rms_and_three_sigma_stand_in_mpa_and_micrometres_per_metre(stress):
+def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
     # red: values of another layer; three_sigma first; two symbols exchanged
-    table = stress_table(stress, {"dem": "DEM"})
+    table = stress_table(stress)
     last = dict(zip(table.columns, table.rows[-1], strict=True))
     assert {head: last[head] for head in table.columns[4:]} == {
         "σ_v, MPa": "4.00 / 12.0",

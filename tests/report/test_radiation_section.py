@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from pidpanel.report.radiation import compared, finding, radiation_section
+from pidpanel.report.radiation_section import compared, radiation_finding, radiation_section
 
 
 def frames(damped_beside):
@@ -52,21 +52,21 @@ def frames(damped_beside):
 
 def test_the_finding_says_what_the_air_takes_and_that_the_gain_is_overstated():
     # red: reduction(bare, beside) the other way round; `less > 0.5` → `less < 0.5`
-    text = finding(compared(*frames(2.0)), "none", ["centre"])
-    assert "from 28.0 to 14.0 g rms (-6.0 dB)" in text
-    assert "takes 2.0 dB in place of 4.0 dB" in text
+    text = radiation_finding(compared(*frames(2.0)), "none", ["centre"])
+    assert "from 28.0 to 14.0 g rms (−6.0 dB)" in text
+    assert "gives 2.0 dB instead of 4.0 dB" in text
     assert "overstated" in text
 
 
 def test_a_gain_that_does_not_shrink_is_not_called_overstated():
     # red: the verdict without its condition
-    text = finding(compared(*frames(4.5)), "none", ["centre"])
+    text = radiation_finding(compared(*frames(4.5)), "none", ["centre"])
     assert "overstated" not in text
-    assert "smaller so in 0% of the scenarios" in text
+    assert "smaller in 0 % of the scenarios and points only" in text
 
 
-def test_scenarios_with_a_response_stand_in_the_table():
-    section = radiation_section(*frames(2.0), "none", ["centre"], {"dem": "DEM"})
+def test_scenarios_with_a_response_are_in_the_table():
+    section = radiation_section(*frames(2.0), "none", ["centre"])
     table = section.blocks[1]
     assert [row[1] for row in table.rows] == ["bare", "A_r0.5"]
     assert table.rows[1][3:] == ["17.7", "11", "4.00", "2.00"]

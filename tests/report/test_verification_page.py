@@ -6,7 +6,7 @@ import pytest
 
 from pidpanel.coupon import inelastic
 from pidpanel.coupon.verification import contacts, shaken
-from pidpanel.report import html, style, verification
+from pidpanel.report import html, style, verification_figures, verification_page
 from pidpanel.verification import Row
 
 
@@ -53,7 +53,7 @@ def rows():
 
 def told(rows):
     with style.context():
-        return verification.page(rows, [("Run", "make verification")])
+        return verification_page.verification_page(rows, [("Run", "make verification")])
 
 
 def test_a_case_of_another_stage_needs_nothing_but_its_rows(rows):
@@ -85,7 +85,7 @@ def test_a_number_that_is_none_is_the_worst_of_all(rows):
 def test_the_difference_at_each_resolution_is_taken_over_the_held_points(rows):
     # red: all points taken, the one beyond the range included
     beyond = row(shaken.FLOOR, 0.0, 2.0, at=3.0, resolution=48)
-    found = verification.differences([*(r for r in rows if r.case == shaken.FLOOR), beyond])
+    found = verification_figures.differences([*(r for r in rows if r.case == shaken.FLOOR), beyond])
     assert list(found) == [1, 48]
     assert found[1] == pytest.approx([1e-5, 0.2 * inelastic.floor_energy(2.0)])
     assert found[48] == pytest.approx([1e-5, 0.002 * inelastic.floor_energy(2.0)])
@@ -101,7 +101,7 @@ def test_cases_with_a_curve_have_a_figure_with_units(rows):
     assert pictures == {"collision", "slug", "floor"}
     figures = [
         shown.figure([r for r in rows if r.case == case])
-        for case, shown in verification.SHOWN.items()
+        for case, shown in verification_page.SHOWN.items()
     ]
     for axes in (axes for figure in figures for axes in figure.axes):
         assert axes.get_xlabel().endswith("–")

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.maps import _exceeded_by, map_figure, map_section, patch_edges
+from pidpanel.report.maps_figures import _exceeded_by, map_figure, patch_edges
+from pidpanel.report.maps_section import maps_section
 from pidpanel.response.map_files import UNITS, map_dataset
 
 
@@ -42,6 +43,6 @@ def test_one_singular_corner_does_not_take_the_colours():
 
 
 def test_the_section_names_its_cases(maps):
-    section = map_section(maps, np.array([[True, False]]), {"dem": "DEM"})
+    section = maps_section(maps, np.array([[True, False]]))
     assert section.blocks[0].png.startswith(b"\x89PNG")
     assert "t, b" in section.blocks[0].caption

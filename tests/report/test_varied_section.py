@@ -1,11 +1,17 @@
-"""What a study of the coupon alone says of its cases."""
+"""What is said of the keys that a study of the coupon varies."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report import coupon_page, losses
-from pidpanel.report.coupon_page import comparison, findings, varied_figure
+from pidpanel.report.coupon_figures import varied_figure
+from pidpanel.report.varied_section import (
+    comparison,
+    varied_findings,
+    varied_keys,
+    varied_section,
+)
+from pidpanel.study import CouponStudy
 
 
 @pytest.fixture
@@ -41,20 +47,20 @@ def test_the_bias_of_soft_contacts_counts_where_the_moduli_differ(varied):
 
 
 def test_the_finding_names_the_largest_change_with_its_point(varied):
-    (said,) = findings(varied, ["particles.friction"])
+    (said,) = varied_findings(varied, ["particles.friction"])
     assert said.startswith("friction coefficient μ: from 0.1 to 0.9 C_e changes by a factor of 3 ±")
     assert "Of 24 differences 24 are larger" in said
 
 
 def test_what_does_not_matter_is_said_not_to(cases):
     twice = pd.concat([cases.assign(deck="a"), cases.assign(deck="b")], ignore_index=True)
-    (said,) = findings(twice, ["deck"])
+    (said,) = varied_findings(twice, ["deck"])
     assert "a factor of 1 ±" in said
-    assert "Of 12 differences none is larger than two of their standard errors" in said
+    assert "Of 12 differences none is larger than two standard errors" in said
 
 
 def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, cases):
-    figure = varied_figure(varied, "particles.friction")
+    figure = varied_figure(varied, "particles.friction", "friction μ, –")
     drawn = [
         bar[0].get_xydata()
         for axes in figure.axes
@@ -64,26 +70,27 @@ def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, case
     assert sum(len(points) for points in drawn) == len(varied)
     assert {x for points in drawn for x in points[:, 0]} == {0.1, 0.4, 0.9}
     words = pd.concat([cases.assign(deck="lab"), cases.assign(deck="cell")], ignore_index=True)
-    axes = varied_figure(words, "deck").axes[0]
+    axes = varied_figure(words, "deck", "deck").axes[0]
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["lab", "cell"]
 
 
-def test_losses_are_shown_in_per_cent_of_what_they_are_a_share_of(cases):
-    figure = losses.losses_figure(cases)
-    left, right = figure.axes
-    assert {y for line in left.lines for y in line.get_ydata()} == {45.0}
-    assert {y for line in right.lines for y in line.get_ydata()} == {-1.0, 0.0}
-    assert losses.losses_picture(cases.assign(closure=np.nan)) is None
-
-
 def test_sizes_are_varied_only_where_there_are_several():
-    from pidpanel.study import CouponStudy
-
     sweep = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [5]}
     study = CouponStudy.model_validate({"name": "x", "coupon": {"sweep": sweep}})
-    assert coupon_page.varied_keys(study) == []
+    assert varied_keys(study) == []
     sweep["diameter_mm"] = [1, 2]
     study = CouponStudy.model_validate(
         {"name": "x", "coupon": {"sweep": sweep, "vary": {"particles.friction": [0.1]}}}
     )
-    assert coupon_page.varied_keys(study) == ["particles.friction", "diameter_mm"]
+    assert varied_keys(study) == ["particles.friction", "diameter_mm"]
+
+
+def test_points_one_above_the_other_are_explained_by_the_other_keys(varied):
+    # red: the key itself among the others
+    both = varied.assign(deck="lab")
+    first, second = varied_section(both, ["particles.friction", "deck"]).blocks
+    assert first.name == "over_particles_friction"
+    assert first.caption.endswith("Points one above the other differ in deck.")
+    assert second.caption.endswith("differ in friction coefficient μ.")
+    (alone,) = varied_section(varied, ["particles.friction"]).blocks
+    assert "differ" not in alone.caption

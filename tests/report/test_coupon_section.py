@@ -1,0 +1,72 @@
+"""The coupon on the page: its figures, its table, its picture."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon.cases import cases_of
+from pidpanel.damping.laws import paper_corrected
+from pidpanel.report import coupon_section
+from pidpanel.report.evidence import Beads, Record
+from pidpanel.report.html import Picture
+from pidpanel.report.inputs import Coupon
+from pidpanel.study.coupon import Cell, Sweep
+from pidpanel.study.coupon import Coupon as Asked
+
+
+@pytest.fixture
+def coupon(cases):
+    sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
+    case = cases_of(Asked(cell=Cell(count=1), sweep=sweep))[0]
+    place, size, speed = np.array([[0.0, 0.0, 0.003]]), np.array([0.002]), np.array([0.2])
+    beads = Beads(case.point, case.label, place, size, speed, 12)
+    cases.loc[2, "status"] = "NotSteady"
+    record = Record("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
+    return Coupon(cases, [[record]], beads)
+
+
+def pictures(section):
+    return [block for block in section.blocks if isinstance(block, Picture)]
+
+
+def test_a_coupon_brings_its_figures_and_its_table(coupon):
+    # red: the table of cases left out
+    section = coupon_section.coupon_section(coupon)
+    assert [picture.name for picture in pictures(section)] == [
+        "particles", "steadiness", "damping_over_frequency", "damping_over_acceleration",
+        "loss_factor", "apparent_mass",
+    ]  # fmt: skip
+    assert section.blocks[-1].rows[2][-1] == "NotSteady"
+    assert section.blocks[-1].folded
+    # 20 N s/m³ of 150 twice, of 350, 600 and 1400 thrice
+    assert section.blocks[0].text.endswith("is 3.3 %, the largest 13 %.")
+
+
+def test_a_law_is_named_where_it_is_drawn(coupon):
+    # red: `law` not handed on to sweep_blocks
+    captions = [
+        [picture.caption for picture in pictures(coupon_section.coupon_section(coupon, law=law))]
+        for law in (None, paper_corrected)
+    ]
+    assert [sum("the paper's law" in one for one in of) for of in captions] == [0, 2]
+
+
+def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
+    # red: `if varied` for `[] if varied`; case_table(cases) without varied
+    varied = dataclasses.replace(coupon, cases=coupon.cases.assign(deck="lab"))
+    section = coupon_section.coupon_section(varied, varied=["deck"])
+    assert [picture.name for picture in pictures(section)] == ["particles", "steadiness"]
+    assert section.blocks[-1].columns[:2] == ["deck", "r"]
+    assert section.blocks[-1].rows[0][:2] == ["lab", "0.3"]
+
+
+def test_a_case_that_failed_is_listed_with_its_status(cases):
+    # red: rows of status "ok" only
+    cases.loc[3, "status"] = "ParticlesLost"
+    cases.loc[3, "equivalent_damping_n_s_m3"] = np.nan
+    table = coupon_section.case_table(cases)
+    assert len(table.rows) == len(cases)
+    assert table.rows[3][-1] == "ParticlesLost"
+    assert table.rows[3][table.columns.index("C_e, N s/m³")] == "–"
+    assert "11 of them ok" in table.caption

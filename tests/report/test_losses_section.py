@@ -1,0 +1,29 @@
+"""Where the energy of the coupon goes."""
+
+import numpy as np
+
+from pidpanel.report.coupon_figures import losses_figure
+from pidpanel.report.losses_section import losses_section
+
+
+def test_losses_are_shown_in_percent_of_what_they_are_a_share_of(cases):
+    # red: the factor 100 left out
+    left, right = losses_figure(cases).axes
+    assert {y for line in left.lines for y in line.get_ydata()} == {45.0}
+    assert {y for line in right.lines for y in line.get_ydata()} == {-1.0, 0.0}
+
+
+def test_the_caption_names_the_largest_error_of_either_sign(cases):
+    # red: `.abs()` left out
+    cases.loc[3, "closure"] = -0.0196
+    cases.loc[4, "closure"] = 0.015
+    (picture,) = losses_section(cases).blocks
+    assert "median 1.00 %, largest 1.96 %" in picture.caption
+    assert "the 2 % within which a run is accepted" in picture.caption
+
+
+def test_runs_that_list_no_contacts_have_no_figure(cases):
+    # red: `closure.empty` never asked
+    (block,) = losses_section(cases.assign(closure=np.nan)).blocks
+    assert block.kind == "paragraph"
+    assert "not known" in block.text

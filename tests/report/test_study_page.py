@@ -1,0 +1,100 @@
+"""The whole page of a small study: what stands on it, and what its captions say."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from pidpanel.report import facts, html, response_section, style
+from pidpanel.report.study_page import study_page
+
+
+@pytest.fixture(scope="module")
+def whole(inputs):
+    with style.context():
+        return study_page(inputs, [("Run", "make run")])
+
+
+def test_every_family_and_point_has_its_figure(whole):
+    # red: the first point only
+    names = {picture.name for picture in whole.pictures}
+    for family in ("fill", "place", "level"):
+        assert {f"psd_{family}_middle", f"psd_{family}_corner", f"reduction_{family}"} <= names
+    assert {"mesh", "mode_shapes", "spectrum"} <= names
+    assert all(picture.png.startswith(b"\x89PNG") for picture in whole.pictures)
+
+
+def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
+    # red: sections left out of the page
+    text = html.render(whole)
+    assert text.count("data:image/png;base64,") == len(whole.pictures)
+    for words in ("A panel under test", "The spectrum is assumed.", "Place of the damper (Figure 6)",
+                  "Table 1 of the paper", "cannot be tested", "σ_v, MPa", "make run"):  # fmt: skip
+        assert words in text, words
+    assert re.search(r"study trial, hash [0-9a-f]{16}", text)
+
+
+def test_a_reading_without_response_is_named_where_it_is_not_drawn(whole):
+    # red: the remark left out of acceleration_text
+    captions = [picture.caption for picture in whole.pictures if picture.name.startswith("psd_")]
+    assert all(
+        "as printed: not drawn, since its C_e is negative" in caption for caption in captions
+    )
+
+
+def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, respond):
+    # red: EQUIVALENT_SINE left out
+    summary, psd = respond({}, read_at=312.0, inside=0.75)
+    read = dataclasses.replace(inputs, summary=summary, psd=psd)
+    caption = response_section.acceleration_text(read, "fill", ["paper_corrected"])
+    assert (
+        "C_e read at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
+    )
+    assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
+    assert "overstates the damping" in caption
+    assert "Dashed: Γ or frequency outside the simulated range." in caption
+    note = response_section.acceleration_note(read, "fill", "paper_corrected")
+    assert note == "$C_e$ read at the patch's own acceleration, Γ = 312"
+
+
+def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, respond):
+    # red: READ_AT["patch"] for both kinds
+    summary, psd = respond({}, read_at=30.0)
+    damping = inputs.study.damping.model_copy(
+        update={"level": type(inputs.study.damping.level)(kind="stated", acceleration_g=30.0)}
+    )
+    stated = dataclasses.replace(
+        inputs,
+        study=inputs.study.model_copy(update={"damping": damping}),
+        summary=summary,
+        psd=psd,
+    )
+    assert (
+        "a stated acceleration (level.kind: stated), Γ = 30"
+        in response_section.acceleration_text(stated, "fill", ["paper_corrected"])
+    )
+    assert facts.read_at_text(stated.study) == "a stated Γ = 30 (level.kind: stated)"
+
+
+def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
+    # red: the scenarios sorted by name
+    curves = response_section.psd_curves(inputs, "fill", "paper_corrected", "middle")
+    assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
+    assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
+    levels = response_section.psd_curves(inputs, "level", "paper_corrected", "middle")
+    assert [c.label for c in levels] == [
+        *["bare panel at these sound levels"] * 2,
+        "140 dB",
+        "150 dB",
+    ]
+    assert levels[1].values == pytest.approx(10 * levels[0].values)
+
+
+def test_a_family_without_any_response_says_so_in_words(inputs):
+    # red: an empty figure
+    psd = inputs.psd.copy(deep=True)
+    psd["acceleration_psd"][:, 1:] = np.nan
+    section = response_section.response_section(dataclasses.replace(inputs, psd=psd), "fill")
+    (block,) = section.blocks
+    assert "No reading of the damping gives a steady response" in block.text

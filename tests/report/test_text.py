@@ -1,0 +1,42 @@
+"""Numbers are written with their digits, their signs and their units."""
+
+import doctest
+
+import pytest
+
+from pidpanel.report import text
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (0.0, "0.00"),
+        (99999.0, "99999"),
+        (2.5e6, "2.50·10⁶"),
+        (-0.05, "−0.0500"),
+        (-2e-7, "−2.00·10⁻⁷"),
+    ],
+)
+def test_numbers_keep_three_digits(value, written):
+    # red: a fixed number of decimals; a hyphen for a minus sign
+    assert text.number(value) == written
+
+
+def test_a_value_without_an_error_is_written_alone():
+    # red: `error < 0` for `error <= 0`, and the logarithm of zero
+    assert text.with_error(1.234, 0.0) == "1.23"
+    assert text.with_error(float("nan"), 1.0) == "–"
+
+
+def test_units_of_the_tables_are_written_in_one_form():
+    # red: the entry of kg/m2 left out of UNITS
+    assert [text.unit(name) for name in ("kg/m2", "m2", "microstrain", "1", "N m")] == [
+        "kg/m²", "m²", "µm/m", "–", "N m",
+    ]  # fmt: skip
+
+
+def test_examples_in_docstrings_hold():
+    # red: a changed figure in any example
+    result = doctest.testmod(text)
+    assert result.attempted > 0
+    assert result.failed == 0

@@ -1,0 +1,123 @@
+"""Limitations are stated where the numbers have them, and nowhere else."""
+
+import dataclasses
+
+import pytest
+
+from pidpanel.report import warnings
+from pidpanel.report.inputs import Coupon
+from pidpanel.report.text import READINGS
+from pidpanel.response.rounds import Round
+
+POINTS = ["middle", "corner"]
+
+
+def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_frequencies(
+    study, respond
+):
+    # red: `inside` taken for `outside` in _ranges_outside
+    lowered = {(s.label, p): 1.0 for s in study.all_scenarios() if s.patch for p in POINTS}
+    summary, psd = respond(lowered, read_at=312.0, inside=0.75)
+    said = warnings.response_warnings(study, summary, psd)
+    (outside,) = (text for text in said if "outside the simulated range" in text)
+    assert "A_r0.1_150dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
+    # flat spectra from 100 to 400 Hz: (141 − 100)/300
+    assert "These lines account for 14 % to 14 % of the change" in outside
+
+
+def test_motion_beyond_a_tenth_of_the_thickness_is_told(study, respond):
+    # red: the scenario with the smallest displacement named
+    summary, psd = respond({})
+    assert not any("Linear plate" in t for t in warnings.response_warnings(study, summary, psd))
+    first = summary.index[0]
+    summary.loc[first, "beyond_linear_plate"] = True
+    summary.loc[first, "displacement_rms_mm"] = 25.5
+    (said,) = (t for t in warnings.response_warnings(study, summary, psd) if "Linear" in t)
+    assert "25.5 mm (bare_150dB, point middle)" in said
+
+
+def test_scenarios_without_a_steady_response_are_told(study, respond):
+    # red: the loop over unstable readings left out
+    summary, psd = respond({})
+    said = warnings.response_warnings(study, summary, psd)
+    (unstable,) = (text for text in said if "no steady response" in text)
+    assert unstable.startswith(READINGS["paper_printed"])
+    assert "B_r0.5_150dB" in unstable
+
+
+def test_power_that_is_lost_from_the_balance_is_told(study, respond):
+    # red: POWER_BALANCE of 1
+    summary, psd = respond({})
+    summary.loc[0, "power_balance_error"] = 0.02
+    assert any(
+        "0.020 of the power input" in t for t in warnings.response_warnings(study, summary, psd)
+    )
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("status", "NotSteady", "excluded (NotSteady): r0.3_f400Hz_a12g."),
+        ("status", "ParticlesLost", "excluded (ParticlesLost): r0.3_f400Hz_a12g."),
+        ("target_met", False, "before reaching the requested accuracy"),
+        ("share_of_bound", 1.2, "inelastic bed (up to 1.20 times the bound): r0.3_f400Hz_a12g."),
+        ("equivalent_damping_n_s_m3", 5.0, "no larger than its own standard error: r0.3"),
+    ],
+)
+def test_coupon_cases_that_count_less_are_told(cases, column, value, words):
+    # red: each of the calls of warn left out
+    assert warnings.coupon_warnings(cases) == []
+    cases.loc[4, column] = value
+    (said,) = warnings.coupon_warnings(cases)
+    assert words in said
+    assert said.startswith("1 of 12 coupon cases ")
+
+
+def test_the_accuracy_of_cases_stopped_at_max_cycles_is_the_largest_of_them(cases):
+    # red: the largest relative error of all cases
+    cases.loc[[4, 5], "target_met"] = False
+    cases.loc[5, "equivalent_damping_error_n_s_m3"] = 300.0  # of 600
+    cases.loc[0, "equivalent_damping_error_n_s_m3"] = 120.0  # of 150, and its target met
+    (said,) = warnings.coupon_warnings(cases)
+    assert said.startswith("2 of 12 coupon cases stopped at max_cycles")
+    assert said.endswith("their relative standard errors reach 50 %.")
+
+
+def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
+    # red: nothing said of a target that is reached
+    first = Round(0, ("a",), 1)
+    reached = Round(1, ("a",), 0, True, 0.03, 0.02, {"x": {"1": 0.02}})
+    assert warnings.target_warnings([first, reached]) == [warnings.FEW_CASES]
+    assert warnings.target_warnings([]) == []
+    errors = {"x": {"1": 0.042, "2": 0.001}, "y": {"1": 0.01}}
+    missed = Round(1, ("a",), 0, False, 0.03, 0.042, errors)
+    (said,) = warnings.target_warnings([first, missed])
+    assert said.startswith("damping.target is not reached: 1 cases were run")
+    assert said.endswith("the required standard error of 3.00 % are: x 4.20 %.")
+
+
+def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(inputs, respond):
+    # red: the warning left out, or given for a law too
+    summary, psd = respond({}, read_at=312.0)
+    read = warnings.study_warnings(dataclasses.replace(inputs, summary=summary, psd=psd))
+    assert warnings.SINGLE_TONES in read
+    assert warnings.SINGLE_TONES not in warnings.study_warnings(inputs)
+
+
+def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
+    # red: coupon_warnings or radiation_finding left out of study_warnings
+    beside = inputs.summary[inputs.summary["status"] == "ok"]
+    beside = beside[["reading", "scenario", "point", "acceleration_rms_g", "reduction_db"]]
+    cases.loc[2, "status"] = "NotSteady"
+    patch = inputs.summary["scenario"].str.startswith("bare").map({True: "none", False: "A"})
+    read = dataclasses.replace(
+        inputs,
+        summary=inputs.summary.assign(patch=patch),
+        radiation=beside.assign(radiation="one_side"),
+        coupon=Coupon(cases, [], None),
+    )
+    said = warnings.study_warnings(read)
+    assert [sum(words in text for text in said) for words in ("With radiation", "NotSteady")] == [
+        1,
+        1,
+    ]
