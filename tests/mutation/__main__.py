@@ -1,0 +1,374 @@
+"""Mutation run: how many small errors in the formulas the tests notice.
+
+    python tests/mutation [module …] [--sample 50] [--seed 0] [--jobs 2]
+
+Without modules, all in `FORMULAS`. Every mutant (`mutants`) is run against the tests that execute
+its statement, the fastest first, in a fork of a process that has imported numpy, scipy and the
+like already. Tests that run LIGGGHTS are left out. A mutant that survives is listed with its
+reason in ``accepted.toml``; one that is ``equivalent`` there cannot be told from the program by
+any test and does not count. The command fails below `REQUIRED` of the others, or where a survivor
+has no reason. The result does not depend on how fast the machine is: what runs away is ended by
+the CPU time that it takes, as a multiple of what its tests take without it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import json
+import os
+import random
+import resource
+import sys
+import tempfile
+import tomllib
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any
+
+import pytest
+from mutants import Mutant, mutants_of
+
+FORMULAS = {
+    "coupon": "balance contact cycles geometry inelastic",
+    "damping": "design fit forms gaussian_process laws surface tables",
+    "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
+    "triangles",
+    "sound": "added_mass field spectrum table wavenumber_table",
+    "response": "bands dampers lines linearisation maps modal model power radiation scenarios "
+    "stress tabdmp1 tables uncertainty",
+}
+"""Modules with formulas, by stage."""
+
+REQUIRED = 0.95
+RUNS_AWAY = 10.0
+"""Times the CPU time of its tests without it, plus `START` seconds, after which a mutant ends."""
+START = 30.0
+MEMORY = 12 * 2**30
+"""Bytes of address space of a mutant: one that asks for more fails."""
+
+Executed = dict[str, dict[str, Any]]
+"""By test: ``cpu`` [s] and ``lines``, executed lines by file."""
+
+
+def in_forks(
+    work: Mapping[Any, Callable[[], Any]], folder: Path, jobs: int
+) -> Iterator[tuple[Any, Any, float]]:
+    """Run each piece of work in a fork of its own: its name, what it returns, its CPU time [s].
+
+    None is returned by a fork that was killed.
+    """
+    waiting, running = list(work.items()), {}
+    while waiting or running:
+        while waiting and len(running) < jobs:
+            name, piece = waiting.pop(0)
+            answer = folder / f"{len(waiting)}.json"
+            pid = os.fork()
+            if pid == 0:
+                quiet = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(quiet, 1)
+                if "PIDPANEL_MUTATION_LOUD" not in os.environ:
+                    os.dup2(quiet, 2)
+                answer.write_text(json.dumps(piece()))
+                os._exit(0)
+            running[pid] = name, answer
+        pid, status, usage = os.wait4(-1, 0)
+        if pid in running:
+            name, answer = running.pop(pid)
+            found = json.loads(answer.read_text()) if status == 0 else None
+            answer.unlink(missing_ok=True)
+            yield name, found, usage.ru_utime + usage.ru_stime
+
+
+def run_pytest(paths: Iterable[str], folder: Path, *plugins: object) -> int:
+    options = ["-q", "-x", "--tb=no", "-p", "no:cacheprovider", "-m", "not liggghts"]
+    options += ["--hypothesis-seed=0", f"--basetemp={folder / str(os.getpid())}"]
+    return int(pytest.main([*options, *paths], plugins=list(plugins)))
+
+
+class Profile:
+    """Runs each test in a fork of its own and notes which lines it executes."""
+
+    def __init__(self, source: Path, folder: Path) -> None:
+        self.source, self.folder = str(source), folder
+        self.executed: Executed = {}
+
+    def pytest_runtest_protocol(self, item: pytest.Item, nextitem: pytest.Item | None) -> bool:
+        found = list(in_forks({item.nodeid: partial(self._one, item)}, self.folder, 1))
+        for name, one, cpu in found:
+            if one is None or one["failed"]:
+                raise pytest.UsageError(f"{name} fails without any mutant")
+            self.executed[name] = {"cpu": cpu, "lines": one["lines"]}
+        return True
+
+    def _one(self, item: pytest.Item) -> dict[str, Any]:
+        lines: dict[str, set[int]] = defaultdict(set)
+
+        def on_line(frame: FrameType, event: str, _: object) -> Any:
+            if event == "line":
+                lines[frame.f_code.co_filename].add(frame.f_lineno)
+            return on_line
+
+        def on_call(frame: FrameType, _: str, __: object) -> Any:
+            return on_line if frame.f_code.co_filename.startswith(self.source) else None
+
+        from _pytest.runner import runtestprotocol
+
+        sys.settrace(on_call)
+        reports = runtestprotocol(item, log=False, nextitem=None)
+        sys.settrace(None)
+        return {
+            "failed": any(report.failed for report in reports),
+            "lines": {file: sorted(of) for file, of in lines.items()},
+        }
+
+
+def profile(source: Path, folder: Path, path: str) -> dict[str, Any]:
+    """What each test of a path executes, and the modules that are imported for them."""
+    plugin = Profile(source, folder)
+    code = run_pytest([path], folder, plugin)
+    tests = tuple(str(Path(path).resolve()) for path in [path])
+    others = [
+        name
+        for name, module in list(sys.modules.items())
+        if not str(getattr(module, "__file__", None) or "").startswith((str(source), *tests))
+        and name.isidentifier() | ("." in name)
+    ]
+    return {"code": code, "executed": plugin.executed, "others": others}
+
+
+class Chosen:
+    """Keeps to some tests, in an order, and remembers which one failed."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.rank = {name: number for number, name in enumerate(names)}
+        self.failed = ""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = sorted(
+            (item for item in items if item.nodeid in self.rank),
+            key=lambda item: self.rank[item.nodeid],
+        )
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed and not self.failed:
+            self.failed = report.nodeid
+
+
+class Mutated(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
+    """Hands out the code of one module, mutated."""
+
+    def __init__(self, name: str, path: str, code: CodeType) -> None:
+        super().__init__(name, path)
+        self.code = code
+
+    def find_spec(self, fullname: str, path: object, target: object = None) -> Any:
+        if fullname != self.name:
+            return None
+        return importlib.util.spec_from_file_location(fullname, self.path, loader=self)
+
+    def get_code(self, fullname: str) -> CodeType:
+        return self.code
+
+
+def try_mutant(mutant: Mutant, path: Path, tests: Sequence[str], cpu: float, folder: Path) -> str:
+    """The test that fails with a mutant; empty where none does."""
+    seconds = int(START + RUNS_AWAY * cpu)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    mutant.apply()
+    code = compile(mutant.tree, str(path), "exec")
+    sys.meta_path.insert(0, Mutated(mutant.module, str(path), code))
+    chosen = Chosen(tests)
+    files = dict.fromkeys(test.partition("::")[0] for test in tests)
+    ended = run_pytest(files, folder, chosen)
+    return chosen.failed or ("" if ended == 0 else f"pytest ends with {ended}")
+
+
+class Readers:
+    """Lines of functions that read a name, by way of other constants too."""
+
+    def __init__(self, files: Iterable[Path]) -> None:
+        self.lines: dict[str, set[tuple[str, int]]] = defaultdict(set)
+        self.passed_on: dict[str, set[str]] = defaultdict(set)
+        for file in files:
+            tree = ast.parse(file.read_bytes())
+            for statement in tree.body:
+                self._statement(str(file), statement)
+
+    def _statement(self, file: str, statement: ast.stmt) -> None:
+        inside = isinstance(statement, ast.FunctionDef | ast.ClassDef)
+        names = [n for n in ast.walk(statement) if isinstance(n, ast.Name | ast.Attribute)]
+        own = {n.id for n in names if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        for node in names:
+            if isinstance(node.ctx, ast.Load):
+                name = node.id if isinstance(node, ast.Name) else node.attr
+                if inside:
+                    self.lines[name].add((file, node.lineno))
+                else:
+                    self.passed_on[name] |= own
+
+    def of(self, names: Iterable[str]) -> set[tuple[str, int]]:
+        seen, waiting = set(), list(names)
+        while waiting:
+            name = waiting.pop()
+            if name not in seen:
+                seen.add(name)
+                waiting += self.passed_on[name]
+        return {line for name in seen for line in self.lines[name]}
+
+
+def tests_of(mutant: Mutant, path: Path, executed: Executed, readers: Readers) -> list[str]:
+    """Tests that execute the statement of a mutant, the fastest first."""
+    first, last = mutant.lines
+    lines = {(str(path), line) for line in range(first, last + 1)}
+    if mutant.constants:
+        lines = readers.of(mutant.constants)
+    by_file: dict[str, set[int]] = defaultdict(set)
+    for file, line in lines:
+        by_file[file].add(line)
+    found = [
+        name
+        for name, one in executed.items()
+        if any(by_file[file].intersection(of) for file, of in one["lines"].items())
+    ]
+    return sorted(found, key=lambda name: (executed[name]["cpu"], name))
+
+
+def file_of(module: str) -> Path:
+    """File of a module, found without importing the packages that it lies in."""
+    top, *parts = module.split(".")
+    spec = importlib.util.find_spec(top)
+    if spec is None or spec.origin is None:
+        raise SystemExit(f"no module {module}")
+    return (
+        Path(spec.origin).parent.joinpath(*parts).with_suffix(".py") if parts else Path(spec.origin)
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python tests/mutation", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    parser.add_argument("modules", nargs="*", help="such as pidpanel.damping.laws, or a stage")
+    parser.add_argument("--tests", nargs="+", help="folders of tests; those of the stages")
+    parser.add_argument("--sample", type=int, help="mutants drawn from each module")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--accepted", type=Path, default=Path(__file__).parent / "accepted.toml")
+    parser.add_argument("--out", type=Path, default=Path("results/mutants.csv"))
+    options = parser.parse_args()
+    modules = [
+        f"pidpanel.{stage}.{name}"
+        for stage, names in FORMULAS.items()
+        for name in names.split()
+        if not options.modules or stage in options.modules
+    ] if set(options.modules) <= set(FORMULAS) else options.modules  # fmt: skip
+    stages = dict.fromkeys(module.split(".")[1] for module in modules if "." in module)
+    tests = options.tests or [f"tests/{stage}" for stage in stages] + ["tests/test_doctests.py"]
+    paths = {module: file_of(module) for module in modules}
+    source = Path(os.path.commonpath([path.parent for path in paths.values()]))
+    if (source.parent / "__init__.py").is_file():
+        source = source.parent
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = name
+        executed: Executed = {}
+        cpu = 0.0
+        others: dict[str, None] = {}
+        for path in tests:
+            (folder / path.replace("/", "_")).mkdir()
+        work = {
+            path: partial(profile, source, folder / path.replace("/", "_"), path) for path in tests
+        }
+        for path, found, seconds in in_forks(work, folder, options.jobs):
+            if found is None or found["code"]:
+                raise SystemExit(f"tests in {path} fail without any mutant")
+            executed |= found["executed"]
+            others |= dict.fromkeys(found["others"])
+            cpu += seconds
+        print(f"{len(executed)} tests, {cpu:.0f} s of CPU", flush=True)
+        for other in others:
+            try:
+                importlib.import_module(other)
+            except Exception:  # what cannot be imported here is imported by who needs it
+                continue
+
+        readers = Readers(sorted(source.rglob("*.py")))
+        work, results = {}, []
+        for module, path in paths.items():
+            every = mutants_of(module, path)
+            if options.sample and options.sample < len(every):
+                drawn = random.Random(f"{options.seed} {module}").sample(
+                    range(len(every)), options.sample
+                )
+                every = [every[number] for number in sorted(drawn)]
+            for number, mutant in enumerate(every):
+                names = tests_of(mutant, path, executed, readers)
+                if not names:
+                    results.append((mutant, "", "no test executes it"))
+                    continue
+                clean = sum(executed[test]["cpu"] for test in names)
+                work[mutant, number] = partial(try_mutant, mutant, path, names, clean, folder)
+        for count, ((mutant, _), by, seconds) in enumerate(
+            in_forks(work, folder, options.jobs), start=1
+        ):
+            cpu += seconds
+            by = "runs away" if by is None else by
+            results.append((mutant, by, ""))
+            if not by:
+                print(f"{count}/{len(work)} survives: {mutant.module} {mutant.function}: "
+                      f"{mutant.change}", flush=True)  # fmt: skip
+    print(f"{cpu:.0f} s of CPU")
+    return report(results, options.accepted, options.out)
+
+
+def report(results: list[tuple[Mutant, str, str]], accepted: Path, out: Path) -> int:
+    """Write the table, print the scores, and return 0 where they suffice."""
+    known = {
+        (one["module"], one["function"], one["change"]): one
+        for one in (tomllib.loads(accepted.read_text()) if accepted.is_file() else {}).get(
+            "mutant", []
+        )
+    }
+    order = {
+        module: number for number, module in enumerate(dict.fromkeys(m.module for m, *_ in results))
+    }
+    results.sort(key=lambda one: (order[one[0].module], one[0].lines, one[0].change))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    total, caught, unexplained = Counter[str](), Counter[str](), []
+    with out.open("w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["module", "line", "function", "mutation", "caught_by", "reason"])
+        for mutant, by, why in results:
+            entry = known.get(mutant.key, {})
+            table.writerow([mutant.module, mutant.lines[0], mutant.function, mutant.change, by,
+                            "" if by else entry.get("reason", why)])  # fmt: skip
+            if not by and not entry:
+                unexplained.append((mutant, why))
+            if by or not entry.get("equivalent", False):
+                total[mutant.module] += 1
+                caught[mutant.module] += bool(by)
+    for mutant, why in unexplained:
+        print(f"{mutant.module}:{mutant.lines[0]} {mutant.function}: {mutant.change}"
+              + f" ({why})" * bool(why))  # fmt: skip
+    for module in total:
+        share = caught[module] / total[module]
+        print(f"{module:40} {caught[module]:5} of {total[module]:5} caught  {share:7.1%}")
+    share = sum(caught.values()) / max(1, sum(total.values()))
+    print(f"{'all':40} {sum(caught.values()):5} of {sum(total.values()):5} caught  {share:7.1%}")
+    print(f"{len(unexplained)} survive without a reason in {accepted.name}; all are in {out}")
+    return int(share < REQUIRED or bool(unexplained))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
