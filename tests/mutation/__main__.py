@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import gc
 import importlib.abc
 import importlib.machinery
 import importlib.util
@@ -88,7 +89,17 @@ def in_forks(
 
 
 def run_pytest(paths: Iterable[str], folder: Path, *plugins: object) -> int:
-    options = ["-q", "-x", "--tb=no", "-p", "no:cacheprovider", "-m", "not liggghts"]
+    options = [
+        "-q",
+        "-x",
+        "--tb=no",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:unraisableexception",
+        "-m",
+        "not liggghts",
+    ]
     options += ["--hypothesis-seed=0", f"--basetemp={folder / str(os.getpid())}"]
     return int(pytest.main([*options, *paths], plugins=list(plugins)))
 
@@ -254,6 +265,16 @@ def file_of(module: str) -> Path:
     )
 
 
+def survivors(table: Path) -> set[tuple[str, ...]]:
+    """Keys of the mutants that an earlier run did not catch."""
+    with table.open(newline="") as file:
+        return {
+            (row["module"], row["function"], row["mutation"])
+            for row in csv.DictReader(file)
+            if not row["caught_by"]
+        }
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python tests/mutation", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
@@ -261,6 +282,7 @@ def main() -> int:
     parser.add_argument("--tests", nargs="+", help="folders of tests; those of the stages")
     parser.add_argument("--sample", type=int, help="mutants drawn from each module")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--again", type=Path, help="only what survived in this earlier table")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--accepted", type=Path, default=Path(__file__).parent / "accepted.toml")
     parser.add_argument("--out", type=Path, default=Path("results/mutants.csv"))
@@ -277,7 +299,6 @@ def main() -> int:
     source = Path(os.path.commonpath([path.parent for path in paths.values()]))
     if (source.parent / "__init__.py").is_file():
         source = source.parent
-    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -303,10 +324,12 @@ def main() -> int:
             except Exception:  # what cannot be imported here is imported by who needs it
                 continue
 
+        gc.freeze()  # what was imported is no litter
+        left = survivors(options.again) if options.again else None
         readers = Readers(sorted(source.rglob("*.py")))
         work, results = {}, []
         for module, path in paths.items():
-            every = mutants_of(module, path)
+            every = [m for m in mutants_of(module, path) if left is None or m.key in left]
             if options.sample and options.sample < len(every):
                 drawn = random.Random(f"{options.seed} {module}").sample(
                     range(len(every)), options.sample

@@ -199,10 +199,9 @@ class _Walk:
                 getattr(parent, field)[place] = value
             return old
 
-        before = ast.unparse(shown)
+        before = _shown(shown)
         old = put(new)
-        holder = new if shown is old else shown
-        after = ast.unparse(holder)
+        after = _shown(new if shown is old else shown)
         put(old)
 
         def apply() -> None:
@@ -211,6 +210,15 @@ class _Walk:
 
         return Mutant(self.module, ".".join(self.function), f"{before} → {after}", self.lines,
                       () if self.inside else self.constants, apply, self.tree)  # fmt: skip
+
+
+def _shown(node: ast.AST) -> str:
+    """Text of a node; of parameters only those with a default."""
+    if isinstance(node, ast.arguments):
+        given = [*zip(node.args[::-1], node.defaults[::-1], strict=False)][::-1]
+        given += [(a, d) for a, d in zip(node.kwonlyargs, node.kw_defaults, strict=True) if d]
+        return ", ".join(f"{parameter.arg}={ast.unparse(default)}" for parameter, default in given)
+    return ast.unparse(node)
 
 
 def _name(func: ast.expr) -> str:
