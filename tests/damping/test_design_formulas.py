@@ -86,7 +86,7 @@ def reading(surface, at, size):
 
 def test_it_is_shares_of_variances_that_count_not_their_sizes(surface):
     # red: gain[:, over] / variance[over] → * in `next_cases`
-    pool = GRID + [0.15, 0, 0]
+    pool = np.add(GRID, [0.15, 0, 0])
     chosen = [
         design.next_cases(
             surface, [reading(surface, 60, size), reading(surface, 900, 1)], pool, 0.05, 1e-9, 3
@@ -99,7 +99,7 @@ def test_it_is_shares_of_variances_that_count_not_their_sizes(surface):
 
 def test_one_quantity_above_its_target_is_reason_enough_and_the_only_one_that_counts(surface):
     # red: over.any() → over.all() in `next_cases`
-    pool = GRID + [0.15, 0, 0]
+    pool = np.add(GRID, [0.15, 0, 0])
     low, high = reading(surface, 60, 1e-9), reading(surface, 900, 1.0)
     both = replace(high, derivative=np.hstack([low.derivative, high.derivative]))
     alone = design.next_cases(surface, [high], pool, 0.05, 1e-4, 2)
