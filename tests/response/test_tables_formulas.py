@@ -1,0 +1,131 @@
+"""What a row says is the response in the unit of its column; errors of dampers of any size."""
+
+import numpy as np
+import pytest
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response import scenarios, tables, uncertainty
+from pidpanel.response.dampers import PatchMotion
+from pidpanel.response.lines import frequency_grid
+from pidpanel.response.modal import bare_panels
+from pidpanel.response.model import ModalBasis, Patches, Response
+
+FLAT = np.linspace(100.0, 104.0, 5)
+
+
+def flat(displacement_psd, inside):
+    """A response with one displacement PSD at 100 to 104 Hz, at two points."""
+    psd = np.full((5, 2, 1, 1), displacement_psd + 0j)
+    zero = np.zeros(5)
+    return scenarios.ScenarioResponse(Response(FLAT, psd), 3.0, 4.0, zero, zero, inside, 1)
+
+
+BARE = flat(4e-12, np.ones(5, bool))
+FOUND = flat(1e-12, np.array([True, True, True, True, False]))
+
+
+def test_a_row_holds_the_response_in_the_units_of_its_columns():
+    # w_rms = √(1e-12 · 4) = 2 µm; a by ω⁴ and v by ω² in trapezoids of 1 Hz
+    # red: displacement * 1e3 → / 1e3; 1 - float(np.mean(found.inside)) → 1 +
+    omega = 2 * np.pi * FLAT
+    expected = {
+        "displacement_rms_mm": 2e-3,
+        "velocity_rms_m_s": np.sqrt(np.trapezoid(omega**2 * 1e-12, FLAT)),
+        "acceleration_rms_g": np.sqrt(np.trapezoid(omega**4 * 1e-12, FLAT)) / STANDARD_GRAVITY,
+        "reduction_db": 20 * np.log10(2),
+        "diagonal_form_error_db": -20 * np.log10(2),
+        "outside_run_points_share": 0.2,
+        "damping_read_at_g": 3.0,
+        "patch_motion_g": 4.0,
+    }
+    rows = tables.summary_rows(
+        FOUND, BARE, ["a", "b"], thickness=0.02, power_balance_error=0.0, full=BARE.response
+    )
+    beside = tables.beside_rows(FOUND, BARE, ["a", "b"])
+    for row, short in zip(rows, beside, strict=True):
+        for name, value in expected.items():
+            assert row[name] == pytest.approx(value, rel=1e-12), name
+            assert name not in short or short[name] == pytest.approx(value, rel=1e-12)
+        assert set(short) == {"point", "acceleration_rms_g", "reduction_db", "damping_read_at_g"}
+
+
+@pytest.mark.parametrize(("thickness", "beyond"), [(1.95e-5, True), (2.05e-5, False)])
+def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(thickness, beyond):
+    # w_rms = 2 µm; red: thickness / 10 → thickness / 11
+    row, _ = tables.summary_rows(
+        FOUND, BARE, ["a", "b"], thickness=thickness, power_balance_error=0.0, full=BARE.response
+    )
+    assert row["beyond_linear_plate"] is beyond
+
+
+def test_stress_is_told_in_mpa_and_strain_in_microstrain_with_three_sigma():
+    # flat PSDs over 4 Hz; red: 3 * value → 3 / value; ("MPa", 1e-6) → 1e6
+    psd = np.broadcast_to([4e-12, 1e12], (5, 1, 2))
+    strain, stress = tables.stress_rows(FLAT, psd, {"strain_xx": "1", "von_mises": "Pa"}, ["a"])
+    assert (strain["unit"], stress["unit"]) == ("microstrain", "MPa")
+    assert (strain["rms"], strain["three_sigma"]) == pytest.approx((4.0, 12.0))
+    assert (stress["rms"], stress["three_sigma"]) == pytest.approx((2.0, 6.0))
+
+
+# ------------------------------------------------------------------------ uncertainty
+
+NODES = np.array([20.0, 80.0, 300.0])
+
+
+def panel(size):
+    """A panel of two modes, with ``size`` times the mass, and a force that moves it alike."""
+    modes = np.array([65.0, 180.0])
+    lines = frequency_grid(20.0, 300.0, 0.02, modes)
+    patch = Patches(0.04 * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([0.04]))
+    (bare,) = bare_panels(
+        lines, ModalBasis(modes, [1.5 * size, 1.5 * size], 0.02), [patch],
+        [[1.0, -0.4], [0.3, 1.0]], np.full(lines.size, size**2), [[0.3, 0.1], [0.1, 0.2]],
+    )  # fmt: skip
+    return scenarios.Solver(bare, PatchMotion.of(bare))
+
+
+def law(size=1.0, heavier=0.0, follows=0.7):
+    """C_e = 900 size (f/100)^½ Γ^−follows and m_a = size (5 − 1.5 ln Γ)."""
+
+    def damping(frequency, level):
+        value = 900 * size * np.sqrt(frequency / 100) * level**-follows
+        change = np.interp(np.log(frequency), np.log(NODES), np.broadcast_to(heavier, 3))
+        return value, size * (5 - 1.5 * np.log(level)) + change, np.ones(frequency.shape, bool)
+
+    return damping
+
+
+def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
+    # everything in proportion: C_e far below 1 N s/m³ is no other than C_e far above
+    # red: where=low > 0 → where=low > 1 in `sensitivity`
+    found = []
+    for size in (1.0, 1e-4):
+        solver, damping = panel(size), law(size)
+        one = scenarios.solve_scenario(solver, damping, 2.5)
+        got = uncertainty.sensitivity(solver, damping, one, NODES, 2.5, own_level=True)
+        found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_level[:3]]))
+        found[-1] = np.append(found[-1], size * got.log_rms[3:])  # per kg/m² of apparent mass
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+def test_a_mass_that_follows_the_level_is_followed():
+    # C_e independent of Γ, m_a falling with ln Γ: scenarios solved anew with m_a moved by 1e-3
+    # kg/m² at one node; the search closes to 1e-6 over 2e-3, STEP is good to 4e-4 of the scale
+    # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
+    solver, step = panel(1.0), 1e-3
+    found = scenarios.solve_scenario(solver, law(follows=0), 2.5)
+    got = uncertainty.sensitivity(solver, law(follows=0), found, NODES, 2.5, own_level=True)
+    for node in range(3):
+        change = step * np.eye(3)[node]
+        up, down = (
+            scenarios.solve_scenario(solver, law(heavier=sign * change, follows=0), 2.5)
+            for sign in (1, -1)
+        )
+        anew = np.log(up.response.acceleration_rms / down.response.acceleration_rms) / (2 * step)
+        level = np.log(up.acceleration_g / down.acceleration_g) / (2 * step)
+        np.testing.assert_allclose(
+            got.log_rms[3 + node], anew, atol=2e-3 * np.abs(got.log_rms).max()
+        )
+        assert got.log_level[3 + node] == pytest.approx(
+            level, abs=2e-3 * np.abs(got.log_level).max()
+        )
