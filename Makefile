@@ -7,7 +7,7 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test check lock ready
+.PHONY: run verification test mutants check lock ready
 
 run: ready
 	snakemake -j$(CORES) --configfile $(STUDY)
@@ -17,6 +17,10 @@ verification: ready
 
 test: ready
 	pytest
+
+# small errors put into the formulas, one at a time: how many of them the tests notice
+mutants: ready
+	python tests/mutation --jobs $(CORES)
 
 check: ready
 	ruff check

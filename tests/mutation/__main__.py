@@ -21,6 +21,7 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import json
+import math
 import os
 import random
 import resource
@@ -50,8 +51,7 @@ FORMULAS = {
 
 REQUIRED = 0.95
 RUNS_AWAY = 10.0
-"""Times the CPU time of its tests without it, plus `START` seconds, after which a mutant ends."""
-START = 30.0
+"""Times the CPU time of its tests without it, plus ``--spare``, after which a mutant ends."""
 MEMORY = 12 * 2**30
 """Bytes of address space of a mutant: one that asks for more fails."""
 
@@ -190,9 +190,8 @@ class Mutated(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader
         return self.code
 
 
-def try_mutant(mutant: Mutant, path: Path, tests: Sequence[str], cpu: float, folder: Path) -> str:
+def try_mutant(mutant: Mutant, path: Path, tests: Sequence[str], seconds: int, folder: Path) -> str:
     """The test that fails with a mutant; empty where none does."""
-    seconds = int(START + RUNS_AWAY * cpu)
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     mutant.apply()
@@ -283,6 +282,7 @@ def main() -> int:
     parser.add_argument("--sample", type=int, help="mutants drawn from each module")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--again", type=Path, help="only what survived in this earlier table")
+    parser.add_argument("--spare", type=float, default=20.0, help="seconds of CPU, see RUNS_AWAY")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--accepted", type=Path, default=Path(__file__).parent / "accepted.toml")
     parser.add_argument("--out", type=Path, default=Path("results/mutants.csv"))
@@ -341,7 +341,8 @@ def main() -> int:
                     results.append((mutant, "", "no test executes it"))
                     continue
                 clean = sum(executed[test]["cpu"] for test in names)
-                work[mutant, number] = partial(try_mutant, mutant, path, names, clean, folder)
+                seconds = math.ceil(options.spare + RUNS_AWAY * clean)
+                work[mutant, number] = partial(try_mutant, mutant, path, names, seconds, folder)
         for count, ((mutant, _), by, seconds) in enumerate(
             in_forks(work, folder, options.jobs), start=1
         ):
