@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_section
 from pidpanel.report.evidence import Beads, Record

@@ -10,6 +10,7 @@ from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.fingerprint import code_digest, file_digest
 from pidpanel.paths import DATA, PROJECT, TEMPLATES
+from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
 
 STUDY_FILE = str(
@@ -45,7 +46,7 @@ HAS_PANEL = isinstance(STUDY, Study)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
 
 PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
-WHOLE_STUDY = json.dumps(STUDY.model_dump(mode="json"), sort_keys=True)
+WHOLE_STUDY = json.dumps(by_content(STUDY.model_dump()), sort_keys=True)
 
 
 def results(name):
@@ -54,9 +55,12 @@ def results(name):
 
 
 def section(*names, without=()):
-    """Sections of the study as text: what rests on them runs again when they change."""
-    values = STUDY.model_dump(mode="json", include=set(names), exclude=without)
-    return json.dumps(values, sort_keys=True)
+    """Sections of the study as text, with the files that they name by their content.
+
+    What rests on them runs again when they change.
+    """
+    values = STUDY.model_dump(include=set(names), exclude=without)
+    return json.dumps(by_content(values), sort_keys=True)
 
 
 def code(script):
@@ -68,7 +72,10 @@ def code(script):
 
 
 def content(*paths):
-    """Hash of files from outside of ``results``: what rests on them runs again when it changes."""
+    """Hash of files that come with pidpanel: what rests on them runs again when it changes.
+
+    No inputs of the rules: where the project lies changes no result.
+    """
     return file_digest(*(Path(path) for path in paths))
 
 

@@ -4,7 +4,6 @@
 rule coupon_report:
     input:
         cases=results("coupon/cases.csv"),
-        template=PAGE_TEMPLATE,
     output:
         page=results("report.html"),
         figures=directory(results("report")),

@@ -2,8 +2,6 @@
 
 
 rule panel:
-    input:
-        STUDY.panel.files,
     output:
         results("panel/modes.nc"),
         results("panel/modes.csv"),

@@ -22,7 +22,6 @@ rule report:
         cases=CASES_CSV,
         damping=DAMPING_FILES,
         printed=str(DATA / "paper" / "table_1.csv"),
-        template=PAGE_TEMPLATE,
     output:
         page=results("report.html"),
         figures=directory(results("report")),

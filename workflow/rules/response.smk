@@ -1,7 +1,6 @@
 # PSDs of every scenario in every reading of the damping; maps; files for other programs.
 
 SURFACE = [results("damping/surface.nc")] if "dem" in STUDY.damping.readings else []
-TABLE = [STUDY.damping.table] if STUDY.damping.table is not None else []
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles and the choice of maps change no response
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target"}}
@@ -15,7 +14,6 @@ rule response:
         modal_force=results("sound/modal_force.nc"),
         surface=SURFACE,
         air=AIR,
-        table=TABLE,
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
@@ -29,7 +27,6 @@ rule response:
         air=AIR or "none",
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
         scenarios=SCENARIOS,
-        tables=content(STUDY.sound.spectrum, *TABLE),
         code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'

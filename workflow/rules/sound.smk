@@ -7,7 +7,6 @@ AIR = [results("sound/air.nc")] if RADIATION else []
 rule sound:
     input:
         modes=results("panel/modes.nc"),
-        spectrum=STUDY.sound.spectrum,
     output:
         results("sound/spectrum.csv"),
         results("sound/modal_force.nc"),
@@ -17,7 +16,6 @@ rule sound:
     params:
         study=section("sound"),
         highest=STUDY.response.frequency_hz[1],
-        spectrum=content(STUDY.sound.spectrum),
         code=code("sound"),
     shell:
         'python -m scripts.sound "$PIDPANEL_STUDY" {input.modes} {output} 2> {log}'

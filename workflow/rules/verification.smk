@@ -22,8 +22,6 @@ DECKS = sorted(str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name
 
 
 rule verify:
-    input:
-        DECKS,
     output:
         "results/verification/{stage}/{case}.csv",
     log:
@@ -47,7 +45,6 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
-        template=PAGE_TEMPLATE,
     output:
         page="results/verification/verification.html",
         figures=directory("results/verification/figures"),
