@@ -36,7 +36,7 @@ def results():
     )  # fmt: skip
     surface = DampingSurface.from_frame(cases)
     comparison, _ = forms.compare(surface, 0.025)
-    law = fit.fit_levels(surface.cases).assign(form="paper")
+    law = fit.fit_accelerations(surface.cases).assign(form="paper")
     return DampingResults(surface, law, comparison, cases, 0.025)
 
 

@@ -218,7 +218,7 @@ class Packing:
 
     @property
     def pour_time_step(self) -> float:
-        """[s]"""
+        """Time step of the pour [s]."""
         return POURING.time_step_rayleigh * contact.rayleigh_time(
             self.sizes.smallest / 2, self.density, POURING.youngs_modulus, self.poissons_ratio
         )

@@ -1,1 +1,17 @@
-"""C_e and m_a of a filled patch at given frequencies and motion: one question, several answers."""
+"""C_e and m_a of a filled patch at given frequencies and motion: one question, several answers.
+
+`readings`
+    The question, and what an answer holds.
+`surface`, `gaussian_process`
+    The answer of simulated cases: C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors.
+`tables`
+    Measured or foreign damping as CSV.
+`laws`
+    The paper's law, as printed and corrected.
+`fit`, `forms`
+    Constants of the paper's form; closed forms compared on cases left out.
+`design`
+    Which further cases reduce the variance of what is wanted most.
+`from_study`
+    The readings that a study names, and the files of the stage: the one door for the study.
+"""

@@ -1,4 +1,4 @@
-"""Which cases to run next: those that narrow what is wanted of a panel most.
+"""Which cases to run next: those that reduce the variance of what is wanted of a panel most.
 
 What is wanted, such as the rms acceleration of a point in a scenario, reads the surface along one
 fill and Γ, and moves by d_b for a unit of ln C_e or m_a at each node of frequency. Its variance is
@@ -41,7 +41,7 @@ class Wanted:
 
 
 def spread(points: Array, count: int) -> list[int]:
-    """Numbers of so many of the points (n, 3) of r, f, Γ, as far from each other as they go.
+    """Return the numbers of so many of the points (n, 3) of r, f [Hz], Γ, spread as far as they go.
 
     The first is the one nearest to the middle; each further one is farthest from those before it,
     in r, ln f and ln Γ, each over its range.
@@ -57,7 +57,7 @@ def spread(points: Array, count: int) -> list[int]:
 
 
 def variances(surface: DampingSurface, wanted: Sequence[Wanted]) -> list[Array]:
-    """(k,) variance of the quantities of each scenario."""
+    """Return the variance (k,) of the quantities of each scenario."""
     return [
         np.einsum(
             "ik,ij,jk->k", w.derivative,
@@ -70,7 +70,7 @@ def variances(surface: DampingSurface, wanted: Sequence[Wanted]) -> list[Array]:
 def gains(
     surface: DampingSurface, wanted: Sequence[Wanted], cases: Array, relative_error: float
 ) -> list[Array]:
-    """(m, k) variance of each quantity that a further case at ``cases`` (m, 3) would take away.
+    """Return the variance (m, k) of each quantity that a further case would take away.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def next_cases(
     target: float,
     count: int,
 ) -> list[int]:
-    """Numbers of the cases to run next, at most ``count``, best first.
+    """Return the numbers of the cases to run next, at most ``count``, best first.
 
     Each is the one that takes most, as a share, from the variances above ``target`` squared, once
     those before it are counted as run; none where all are below it.
@@ -132,7 +132,7 @@ def next_cases(
 
 
 def _as_if_run(surface: DampingSurface, case: Array, relative_error: float) -> DampingSurface:
-    """The surface with a case more, at the value it foretells there."""
+    """Return the surface with one case more, at the value that it predicts there."""
     at = groups(*case.T)
 
     def more(process: GaussianProcess, error: float) -> GaussianProcess:

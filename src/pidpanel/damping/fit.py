@@ -11,8 +11,8 @@ squares. Over fill, in the structure of Eq. 6 with its leading factor taken out,
 
     a₁ = α r (1 + β₁ r + β₂ r²),   a₂ = γ₀ + γ₁ r,   a₃ = r (δ₀ + δ₁ r),
 
-least squares in (ln α, β, γ, δ) by Gauss and Newton; the intervals are those of the linearised
-problem. ω is in rad/s, a₁ in N s/m³ (rad/s)^(1−a₂), a₃ in s.
+least squares in (ln α, β, γ, δ) by the Gauss-Newton method; the intervals are those of the
+linearised problem. ω is in rad/s, a₁ in N s/m³ (rad/s)^(1−a₂), a₃ in s.
 
 Errors of the values weigh them against each other; how far the points scatter about the form,
 which is more than their errors where the form does not fit, is taken from the fit itself.
@@ -74,9 +74,9 @@ def fit_at_fill(frequency: Array, damping: Array, error: Array) -> Estimate:
     Parameters
     ----------
     frequency
-        (n,) Hz; at least four, for three constants and an interval.
+        (n,) [Hz]; at least four, for three constants and an interval.
     damping
-        (…, n) C_e > 0, N s/m³.
+        (…, n) C_e > 0 [N s/m³].
     error
         (n,) standard errors of ln C_e; only their ratios matter.
 
@@ -100,14 +100,14 @@ def fit_at_fill(frequency: Array, damping: Array, error: Array) -> Estimate:
 
 
 def fit_over_fill(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> Estimate:
-    """The constants of the structure of Eq. 6 over all fills at once.
+    """Return the constants of the structure of Eq. 6 over all fills at once.
 
     Parameters
     ----------
     frequency, fill_fraction
         (n,) Hz and –; at least eight points, three fills, four frequencies.
     damping
-        (…, n) C_e > 0, N s/m³.
+        (…, n) C_e > 0 [N s/m³].
     error
         (n,) standard errors of ln C_e; only their ratios matter.
 
@@ -134,8 +134,8 @@ def fit_over_fill(frequency: Array, fill_fraction: Array, damping: Array, error:
         """Residuals (…, n) with weight, inf where a₁ ≤ 0, and the factor 1 + β₁ r + β₂ r²."""
         factor = 1 + constants[..., 1:2] * r + constants[..., 2:3] * r**2
         with np.errstate(invalid="ignore", divide="ignore"):
-            foretold = constants[..., :1] + np.log(factor) + constants[..., 3:] @ rest.T
-        residual = np.where(factor > 0, (value - foretold) * weight, np.inf)
+            predicted = constants[..., :1] + np.log(factor) + constants[..., 3:] @ rest.T
+        residual = np.where(factor > 0, (value - predicted) * weight, np.inf)
         return residual, factor
 
     def jacobian(factor: Array) -> Array:
@@ -198,8 +198,8 @@ def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -
     return fit_over_fill(frequency, fill_fraction, damping, error)
 
 
-def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
-    """The form's constants at every amplitude of a sweep, and at every fill of it.
+def fit_accelerations(cases: pd.DataFrame) -> pd.DataFrame:
+    """Return the constants of the form at every amplitude of a sweep, and at every fill of it.
 
     Parameters
     ----------
@@ -214,8 +214,8 @@ def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
         ``points``. Amplitudes and fills with too few cases have none.
     """
     rows = []
-    for level, of_level in cases.groupby("acceleration_g"):
-        for fill, of in [(np.nan, of_level), *of_level.groupby("fill_fraction")]:
+    for gamma, at_gamma in cases.groupby("acceleration_g"):
+        for fill, of in [(np.nan, at_gamma), *at_gamma.groupby("fill_fraction")]:
             frequency, value = of["frequency_hz"].to_numpy(), of[VALUE].to_numpy()
             error, r = (of[ERROR] / of[VALUE]).to_numpy(), of["fill_fraction"].to_numpy()
             try:
@@ -228,7 +228,7 @@ def fit_levels(cases: pd.DataFrame) -> pd.DataFrame:
                 continue  # too few cases
             names = OVER_FILL if found.value.shape[-1] == len(OVER_FILL) else AT_FILL
             rows += [
-                (level, fill, name, *numbers, float(found.scatter), len(of))
+                (gamma, fill, name, *numbers, float(found.scatter), len(of))
                 for name, *numbers in zip(names, found.value, found.low, found.high, strict=True)
             ]
     return pd.DataFrame(

@@ -1,12 +1,12 @@
-"""Closed forms for C_e(r, f, Γ) put side by side: how well each foretells cases it has not seen.
+"""Closed forms for C_e(r, f, Γ) compared: how well each predicts cases left out of its fit.
 
 With η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and x = W/L, the stroke over the clear gap L = depth (1 − r):
 
-- ``paper``: Eq. 5 and 6 with constants fitted anew, which knows no Γ;
+- ``paper``: Eq. 5 and 6 with constants fitted anew, independent of Γ;
 - ``paper_level``: the same times Γ^c;
 - ``groups``: η = h A r^p Γ^−q x^s, a power law of the dimensionless groups;
 - ``two_regimes``: η = h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)]. The first term is the agitated bed,
-  whose spheres collide out of step with the cell and take a share of its energy that falls with
+  whose particles collide out of step with the cell and take a share of its energy that falls with
   Γ; the second is the bed that crosses the gap as one and collides with both ends in step, at its
   best where the stroke is of the order of the gap (without gravity at x = 1/π).
 
@@ -37,7 +37,7 @@ SPARE = 4
 
 @dataclass(frozen=True)
 class Points:
-    """Where cases stand: r, ω [rad/s], Γ, x = W/L and h, all (n,), and m₁ [kg/m²]."""
+    """Where the cases are: r, ω [rad/s], Γ, x = W/L and h, all (n,), and m₁ [kg/m²]."""
 
     fill_fraction: Array
     omega: Array
@@ -164,7 +164,7 @@ def fit(form: Form, points: Points, log_eta: Array) -> Fit:
 
 
 def folds(count: int) -> list[Index]:
-    """The numbers of the cases left out together: every tenth, so that each fold is spread."""
+    """Return the numbers of cases left out together: every tenth, so that folds are spread."""
     return [np.arange(k, count, FOLDS) for k in range(min(FOLDS, count))]
 
 
@@ -179,7 +179,7 @@ def _rms(error: Array) -> float:
 
 
 def compare(surface: DampingSurface, depth: float) -> tuple[pd.DataFrame, list[Fit]]:
-    """Every form, the paper's law corrected and the surface itself, each with its errors.
+    """Compare every form, the paper's law corrected and the surface itself, each with its errors.
 
     Returns
     -------
@@ -225,6 +225,6 @@ def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
     held_out = np.empty(len(cases))
     for fold in folds(len(cases)):
         rest = DampingSurface.from_frame(cases.drop(cases.index[fold]), surface.onset_g)
-        foretold = rest.at(*(axis[fold] for axis in point)).equivalent_damping
-        held_out[fold] = np.log(foretold) - log_value[fold]
+        predicted = rest.at(*(axis[fold] for axis in point)).equivalent_damping
+        held_out[fold] = np.log(predicted) - log_value[fold]
     return _rms(own), _rms(held_out), float(np.abs(held_out).max())

@@ -23,7 +23,7 @@ from pidpanel.study.damping import Reading
 
 
 def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
-    """Surface of the rows of ``cases.csv``.
+    """Return the surface of the rows of ``cases.csv``.
 
     Only gravity along the motion holds the particles down: Γ₀ is its component.
 
@@ -37,12 +37,12 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
 
 
 def read_cases(path: Path) -> pd.DataFrame:
-    """Rows of ``cases.csv``; an empty field is a number that is not known."""
+    """Read the rows of ``cases.csv``; an empty field is a number that is not known."""
     return pd.read_csv(path, keep_default_na=True)
 
 
 def read_stored_surface(path: Path) -> DampingSurface:
-    """The surface of ``damping/surface.nc``."""
+    """Read the surface of ``damping/surface.nc``."""
     with xr.open_dataset(path, engine="scipy") as dataset:
         return DampingSurface.from_dataset(dataset.load())
 
@@ -91,7 +91,7 @@ def write_damping(
     surface = surface_of(study.coupon, read_cases(cases))
     surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
     to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
-    law = fit.fit_levels(surface.cases).assign(form="paper")
+    law = fit.fit_accelerations(surface.cases).assign(form="paper")
     comparison, fits = forms.compare(surface, study.coupon.cell.depth)
     constants = pd.concat([law, pd.DataFrame(_constants(fits, len(surface.cases)))])
     constants.to_csv(law_csv, index=False, float_format="%.6g")

@@ -31,7 +31,7 @@ PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
 
 @dataclass(frozen=True)
 class GaussianProcess:
-    """A posterior, ready to be asked.
+    """A posterior of a function of d variables.
 
     Attributes
     ----------
@@ -69,18 +69,18 @@ class GaussianProcess:
         return mean**2 + self.size**2 * _matern(np.maximum(square, 0.0))
 
     def mean(self, points: Array) -> Array:
-        """(k,) expected value at ``points`` (k, d)."""
+        """Return the expected value (k,) at ``points`` (k, d)."""
         result: Array = self._centre + self._kernel(points, self.points) @ self._weights  # type: ignore[attr-defined]
         return result
 
     def standard_error(self, points: Array) -> Array:
-        """(k,) standard deviation of the function, without scatter, at ``points`` (k, d)."""
+        """Return the standard deviation (k,) of the function without scatter at points (k, d)."""
         explained = self._whitened(points)
         prior = self.size**2 + (MEAN_SD * _spread(self.values)) ** 2
         return np.sqrt(np.maximum(prior - (explained**2).sum(0), 0.0))
 
     def covariance(self, points: Array, others: Array | None = None) -> Array:
-        """(k, m) posterior covariance of the function between ``points`` and ``others``."""
+        """Return the posterior covariance (k, m) of the function between points and others."""
         others = points if others is None else others
         result: Array = self._kernel(points, others)
         return result - self._whitened(points).T @ self._whitened(others)
@@ -91,7 +91,7 @@ class GaussianProcess:
         return result
 
     def leave_one_out(self) -> tuple[Array, Array]:
-        """(n,) error of each value as the others foretell it, and the standard error foretold.
+        """Return errors (n,) of values predicted by the others, and the standard errors predicted.
 
         In closed form at the same l, s and t (Rasmussen and Williams 2006, Eq. 5.12).
         """
@@ -107,13 +107,13 @@ def _matern(square: Array) -> Array:
 
 
 def _spread(values: Array) -> float:
-    """Standard deviation, or 1 where there is none."""
+    """Return the standard deviation, or 1 where there is none."""
     spread = float(np.std(values))
     return spread if spread > 1e-12 * (1 + float(np.abs(values).max())) else 1.0
 
 
 def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
-    """The process of largest posterior probability.
+    """Fit the process of largest posterior probability.
 
     Parameters
     ----------

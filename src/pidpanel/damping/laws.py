@@ -18,11 +18,11 @@ from pidpanel.arrays import Array
 from pidpanel.damping.readings import DampingError, DampingValues
 
 FREQUENCY_RANGE = (5.0, 2000.0)
-"""Hz; the range in which the paper shook its coupon."""
+"""The range in which the paper shook its coupon [Hz]."""
 
 
 def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
-    """a₁, a₂, a₃ of Eq. 6 as printed."""
+    """Return a₁, a₂, a₃ of Eq. 6 as printed."""
     r = fill_fraction
     a1 = r * (-20 + 36.09 * r - 25.2 * r**2) * 1e-4
     a2 = 4.10 - 0.6 * r
@@ -38,12 +38,12 @@ def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) ->
 
 
 def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
-    """C_e of Eq. 5 and 6 to the letter, N s/m³; negative for every fill.
+    """Return C_e of Eq. 5 and 6 as printed [N s/m³]; negative for every fill.
 
     Parameters
     ----------
     frequency
-        (n,) Hz, within `FREQUENCY_RANGE`.
+        (n,) [Hz], within `FREQUENCY_RANGE`.
     fill_fraction
         0 < r ≤ 1.
 
@@ -63,7 +63,7 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
 
 
 def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
-    """C_e of Eq. 5 and 6 with \\|a₁\\| and f in Hz for ω, N s/m³.
+    r"""Return C_e of Eq. 5 and 6 with |a₁| and f in Hz for ω [N s/m³].
 
     Parameters and errors as `paper_printed`.
 
@@ -107,12 +107,12 @@ class PaperLaw:
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """C_e at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
+        """Return C_e at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         damping = self._law(frequency, fill_fraction)
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
 
     def without_mass(self) -> PaperLaw:
-        """The law itself, which has no mass."""
+        """Return the law itself, which has no mass."""
         return self

@@ -46,7 +46,7 @@ class DampingReading(Protocol):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """C_e and m_a of a patch.
+        """Return C_e and m_a of a patch.
 
         Parameters
         ----------
@@ -65,5 +65,5 @@ class DampingReading(Protocol):
         ...
 
     def without_mass(self) -> DampingReading:
-        """The same damping with m_a = 0: a dashpot."""
+        """Return the same damping with m_a = 0: a dashpot."""
         ...

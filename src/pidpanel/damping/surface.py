@@ -6,7 +6,7 @@ dimensionless groups of hard spheres in a box under gravity, r, Γ and W/L ∝ �
     C_e = r f h exp g_C(r, ln Γ, ln W/L),      m_a = r [h g_m(r, ln Γ, ln W/L) + (1 − h) m₁],
     h = 1 − (Γ₀/Γ)² above the onset Γ₀, 0 below,
 
-where m₁ is the mass of the spheres per area and fill fraction, and h is the share of its largest
+where m₁ is the mass of the particles per area and fill fraction, and h is the share of its largest
 kinetic energy ½ m (ωW)² with which a bed leaves the floor, at the phase sin ωt = Γ₀/Γ: below the
 onset the bed rides along, with all its mass and without dissipation. g_C and g_m are Gaussian
 processes (`gaussian_process`). C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the
@@ -24,7 +24,7 @@ scikit-learn, this form (37 MB, fit 1.9 s, import 5 s)  0.373   1.57
 this module (fit 0.07 s)                                0.309   1.22
 ======================================================  =====  =======
 
-Foretold standard errors are right: errors over them have an rms of 0.94, 95 % lie within 1.96.
+Predicted standard errors are right: errors over them have an rms of 0.94, 95 % lie within 1.96.
 With 86 cases this module has 0.319 and 1.41, with 0.95 and 95 % for its standard errors.
 What remains is the jump of C_e by ten where the stroke comes near the gap (80 Hz, 120 g).
 """
@@ -135,10 +135,10 @@ class DampingSurface:
     def at(
         self, fill_fraction: ArrayLike, frequency: ArrayLike, acceleration_g: ArrayLike
     ) -> DampingValues:
-        """C_e and m_a at points (n,) of r, f [Hz] and Γ.
+        """Return C_e and m_a at points (n,) of r, f [Hz] and Γ.
 
         Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are held; below the
-        lowest Γ, h goes on towards the onset. Inside is the convex hull of the cases in r, ln f
+        lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
         and ln Γ.
         """
         asked = np.stack(
@@ -166,7 +166,7 @@ class DampingSurface:
         return DampingValues(damping, damping * relative, mass, inside)
 
     def without_mass(self) -> DampingSurface:
-        """The same damping with m_a = 0, known exactly."""
+        """Return the same damping with m_a = 0, known exactly."""
         return DampingSurface(
             self.cases,
             self.onset_g,
@@ -177,7 +177,7 @@ class DampingSurface:
         )
 
     def inside(self, points: Array) -> Flags:
-        """(n,) whether points (n, 3) of r, f and Γ lie within the convex hull of the cases."""
+        """Return (n,) whether points (n, 3) of r, f, Γ are in the convex hull of the cases."""
         within = np.all(
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
@@ -189,7 +189,7 @@ class DampingSurface:
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float, outside: str = "mark"
     ) -> DampingValues:
-        """C_e and m_a at ``frequency`` (n,) Hz for one fill and one amplitude Γ.
+        """Return C_e and m_a at ``frequency`` (n,) [Hz] for one fill and one amplitude Γ.
 
         Read from values computed once for each fill (`FREQUENCY_STEP`), since the search for the
         motion asks thousands of times. A surface of cases of one Γ answers with that Γ.
@@ -229,12 +229,12 @@ class DampingSurface:
             worst = frequency[~inside]
             raise DampingError(
                 f"acceleration_g = {gamma:.3g} at fill_fraction {fill_fraction:g}, "
-                f"{worst.min():g} to {worst.max():g} Hz: outside the run points ("
+                f"{worst.min():g} to {worst.max():g} Hz: outside the simulated range ("
                 + ", ".join(
                     f"{axis} {low:g} to {high:g}"
                     for axis, low, high in zip(AXES, self.low, self.high, strict=True)
                 )
-                + ", and between cases that stand)"
+                + ", within the convex hull of the cases)"
             )
         return self._values(
             fill, held, np.full(len(frequency), gamma), log_damping, relative, share, inside
@@ -255,11 +255,11 @@ class DampingSurface:
 
     @property
     def nodes(self) -> Array:
-        """(n,) Hz, even in ln f over the cases: what lies between them is nearly linear."""
+        """(n,) nodes of the covariance [Hz], even in ln f; between them it is nearly linear."""
         return np.exp(_even(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """(2n, 2n) covariance of ln C_e, then of m_a [kg/m²], at ``frequency`` (n,) Hz.
+        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at frequencies (n,) [Hz].
 
         The two are independent of each other.
         """
@@ -274,12 +274,12 @@ class DampingSurface:
     def covariance_with(
         self, cases: Array, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> tuple[Array, Array]:
-        """What a further case at ``cases`` (k, 3) of r, f, Γ would know of the surface.
+        """Return what a further case at ``cases`` (k, 3) of r, f, Γ would tell of the surface.
 
         Returns
         -------
         cross
-            (2n, k) covariance of ln C_e, then of m_a, at ``frequency`` (n,) Hz with the g_C or
+            (2n, k) covariance of ln C_e, then of m_a, at ``frequency`` (n,) [Hz] with the g_C or
             g_m of the case.
         variance
             (2, k) of g_C and g_m at the case.
@@ -297,7 +297,7 @@ class DampingSurface:
         return cross, variance
 
     def _held(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
-        """Groups of points held within the cases, and m_a per g_m there."""
+        """Return the groups of points held within the cases, and m_a per g_m there."""
         if not self.depends_on_acceleration:
             gamma = float(self.low[2])
         asked = np.stack([np.full(len(frequency), fill), frequency,
@@ -306,14 +306,14 @@ class DampingSurface:
         return groups(*held.T), float(held[0, 0] * onset(gamma, self.onset_g))
 
     def leave_one_out(self) -> pd.DataFrame:
-        """The cases, each with ln of C_e foretold by the others over its own, and its error."""
+        """Return the cases with the error of ln C_e predicted by the others, and its size."""
         error, expected = self.damping.leave_one_out()
         return self.cases.assign(log_error=error, log_standard_error=expected)
 
     # ------------------------------------------------------------------- files
 
     def to_dataset(self) -> xr.Dataset:
-        """The surface on a grid to look at, and the cases and constants that it is made of."""
+        """Return the surface on a grid to look at, with its cases and constants."""
         fills = np.unique(np.linspace(self.low[0], self.high[0], 17))
         frequency = np.exp(self._log_frequency[:: max(1, len(self._log_frequency) // 32)])
         gamma = np.exp(self._log_acceleration[:: max(1, len(self._log_acceleration) // 26)])
@@ -383,7 +383,7 @@ class DampingSurface:
 
     @staticmethod
     def from_frame(frame: pd.DataFrame, onset_g: float = 1.0) -> DampingSurface:
-        """Surface of rows such as those of ``coupon/cases.csv``.
+        """Make the surface of rows such as those of ``coupon/cases.csv``.
 
         Rows count whose status is "ok", whose C_e exceeds its own error (a value that does not
         has no logarithm to speak of) and whose Γ is above the onset.
@@ -401,7 +401,7 @@ class DampingSurface:
         Raises
         ------
         DampingError
-            If a column is missing, a point stands twice, no row counts or too many do.
+            If a column is missing, a point is duplicated, no row counts or too many do.
         """
         for column in (*AXES, VALUE):
             if column not in frame:
@@ -412,7 +412,7 @@ class DampingSurface:
         if frame.duplicated(list(AXES)).any():
             twice = frame[frame.duplicated(list(AXES))].iloc[0]
             raise DampingError(
-                "two rows at " + ", ".join(f"{axis} = {twice[axis]:g}" for axis in AXES)
+                "duplicate rows at " + ", ".join(f"{axis} = {twice[axis]:g}" for axis in AXES)
             )
         good = frame[frame["status"] == "ok"] if "status" in frame else frame
         good = good[(good[VALUE] > good[ERROR]) & (good["acceleration_g"] > onset_g)]

@@ -20,7 +20,7 @@ from pidpanel.damping.surface import AXES, ERROR, MASS, PARTICLE_MASS, VALUE, Da
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Rows of a CSV file as `DampingSurface.from_frame` takes them.
+    """Read the rows of a CSV file as `DampingSurface.from_frame` takes them.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def read_surface(path: Path) -> DampingSurface:
-    """Surface of a CSV file as `read_table` reads it; gravity is 1 g.
+    """Read the surface of a CSV file as `read_table` reads it; gravity is 1 g.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def read_surface(path: Path) -> DampingSurface:
 
 
 def in_our_terms(frame: pd.DataFrame) -> pd.DataFrame:
-    """Amplitude as Γ and value as C_e, whatever they were given as.
+    """Return amplitude as Γ and value as C_e, whatever they were given as.
 
     With ω = 2πf: Γ = ω² W/g = ω v/g and C_e = η m″ ω (the energy per cycle written both ways).
 
@@ -96,16 +96,16 @@ def _numbers(frame: pd.DataFrame, column: str, alternative: str) -> None:
 
 
 def to_frame(
-    surface: DampingSurface, fills: int = 5, frequencies: int = 9, levels: int = 7
+    surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
 ) -> pd.DataFrame:
-    """The surface on even values of r, ln f and ln Γ within its domain, as `read_table` reads it.
+    """Return the surface on even r, ln f and ln Γ within its domain, as `read_table` reads it.
 
     Few enough that the table can be made a surface again.
     """
     axes = (
         np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
         np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),
-        np.unique(np.geomspace(surface.low[2], surface.high[2], levels)),
+        np.unique(np.geomspace(surface.low[2], surface.high[2], accelerations)),
     )
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
     points = points[surface.inside(points)]

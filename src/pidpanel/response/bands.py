@@ -20,9 +20,9 @@ def third_octaves(low: float, high: float) -> tuple[Array, Array]:
     Returns
     -------
     centre
-        (n,) Hz.
+        (n,) [Hz].
     edge
-        (n, 2) Hz, 10^((N ± 0.5)/10), cut at ``low`` and ``high``.
+        (n, 2) [Hz], 10^((N ± 0.5)/10), cut at ``low`` and ``high``.
 
     Examples
     --------
@@ -45,11 +45,11 @@ def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
     Parameters
     ----------
     frequency
-        (nf,) rising, Hz.
+        (nf,) rising [Hz].
     psd
-        (nf, …) one-sided, unit²/Hz.
+        (nf, …) one-sided [unit²/Hz].
     edge
-        (n, 2) Hz, within ``frequency``.
+        (n, 2) [Hz], within ``frequency``.
 
     Returns
     -------

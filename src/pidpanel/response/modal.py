@@ -227,12 +227,14 @@ def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> 
 
 
 def chunks_of_lines(count: int) -> list[slice]:
+    """Return slices of `LINES_AT_ONCE` lines that cover so many."""
     return [
         slice(start, min(start + LINES_AT_ONCE, count)) for start in range(0, count, LINES_AT_ONCE)
     ]
 
 
 def checked_frequency(frequency: ArrayLike) -> Array:
+    """Return (nf,) frequencies [Hz]; `ResponseError` unless finite, positive and rising."""
     array = np.asarray(frequency, dtype=np.float64)
     if array.ndim != 1 or array.size == 0:
         raise ResponseError(f"frequency has shape {array.shape}: (nf,) with nf > 0 is needed")
@@ -242,6 +244,7 @@ def checked_frequency(frequency: ArrayLike) -> Array:
 
 
 def checked_pressure_psd(pressure_psd: ArrayLike, frequency: Array) -> Array:
+    """Return S_p (nf,) [Pa²/Hz]; `ResponseError` where it is negative."""
     array = checked_array("pressure_psd", pressure_psd, frequency.shape)
     if np.any(array < 0):
         raise ResponseError(f"pressure_psd = {array.min():g} Pa²/Hz must not be negative")
@@ -262,6 +265,7 @@ def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
 
 
 def check_patches(patches: Patches, n: int) -> None:
+    """Raise `ResponseError` unless the patches have n shapes."""
     if patches.overlap.shape[1] != n:
         raise ResponseError(
             f"overlap has shape {patches.overlap.shape}: (n_patches, {n}, {n}) is needed"

@@ -194,6 +194,7 @@ class Response:
 
 
 def checked_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return an array of a shape; `ResponseError` with its name where it is not finite."""
     array = np.asarray(value, dtype=np.float64)
     if array.shape != shape:
         raise ResponseError(f"{name} has shape {array.shape}: {shape} is needed")

@@ -127,7 +127,7 @@ def write_response(
 def standard_errors(
     panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse, reading: DampingReading
 ) -> uncertainty.StandardErrors | None:
-    """Standard errors of a scenario's response from those of its damping.
+    """Return the standard errors of a scenario's response from those of its damping.
 
     None for the bare panel and for a reading without errors.
     """
@@ -147,7 +147,7 @@ def standard_errors(
 def with_other_radiation(
     study: Study, files: PanelFiles, readings: Mapping[str, DampingReading]
 ) -> pd.DataFrame:
-    """Rms values of every scenario with ``response.radiation_beside``."""
+    """Return rms values of every scenario with ``response.radiation_beside``."""
     radiation = study.response.radiation_beside
     panel = read_panel_in_sound(study, files, radiation)
     rows = []
@@ -169,7 +169,7 @@ def _layers(panel: PanelInSound) -> stress.Layers:
 
 
 def _row(panel: PanelInSound, case: SolvedScenario) -> dict[str, Any]:
-    """What a row of ``summary.csv`` is of."""
+    """Return what a row of ``summary.csv`` is of."""
     scenario = case.scenario
     return {
         "reading": case.reading,
@@ -197,7 +197,7 @@ def _refuse_outside(frequency: Array, case: SolvedScenario, one: ScenarioRespons
 
 
 def _judged(judges: Mapping[str, Solver], case: SolvedScenario, one: ScenarioResponse) -> Response:
-    """The response with the full modal damping matrix."""
+    """Return the response with the full modal damping matrix."""
     judge = judges.get(case.scenario.patch or "")
     if judge is None:
         return one.response
@@ -254,7 +254,7 @@ def _write_csv(path: Path, frame: pd.DataFrame, digits: int = 6) -> None:
 
 
 def read_psd(path: Path) -> xr.Dataset:
-    """The dataset of ``response/psd.nc``, in memory."""
+    """Read the dataset of ``response/psd.nc``, in memory."""
     with xr.open_dataset(path, engine="scipy") as dataset:
         return dataset.load()
 

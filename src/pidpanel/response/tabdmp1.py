@@ -26,18 +26,18 @@ def modal_damping_ratio(
     overlap: Array,
     equivalent_damping: Array,
 ) -> Array:
-    """ζ_i (n,) of the modes with a damper on one patch.
+    """Return ζ_i (n,) of the modes with a damper on one patch.
 
     Parameters
     ----------
     damping_ratio
         ζ of the bare panel.
     natural_frequency, modal_mass
-        (n,) Hz and kg.
+        (n,) [Hz] and [kg].
     overlap
-        (n,) D_ii, m².
+        (n,) D_ii [m²].
     equivalent_damping
-        (n,) C_e at the natural frequencies, N s/m³.
+        (n,) C_e at the natural frequencies [N s/m³].
 
     Examples
     --------
@@ -60,7 +60,7 @@ def write_tabdmp1(path: Path, frequency: Array, ratios: Mapping[str, Array], tit
     path
         The ``.bdf`` file.
     frequency
-        (n,) natural frequencies, Hz, rising.
+        (n,) natural frequencies, rising [Hz].
     ratios
         ζ_i (n,) by what the table is called in its comment.
     title

@@ -31,7 +31,7 @@ def summary_rows(
     points
         Names of the response points.
     thickness
-        Of the panel, m: linear plate theory is left when w_rms exceeds a tenth of it.
+        Of the panel [m]: linear plate theory is left when w_rms exceeds a tenth of it.
     power_balance_error
         Largest |put in − lost| / put in over the lines looked at.
     full
@@ -96,7 +96,7 @@ def psd_dataset(
     found
         By (reading, scenario label).
     frequency
-        (nf,) Hz.
+        (nf,) [Hz].
     readings, labels, points
         The coordinates.
     """
@@ -118,7 +118,7 @@ def psd_dataset(
          "one-sided displacement PSD"),
         ("equivalent_damping", dims, damping, "N s m-3", "C_e of the patch"),
         ("apparent_mass", dims, mass, "kg m-2", "m_a of the patch"),
-        ("inside", dims, inside, "1", "1 where the damping rests on run points"),
+        ("inside", dims, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
     return xr.Dataset(
         {
@@ -146,9 +146,9 @@ def stress_rows(
     Parameters
     ----------
     frequency
-        (nf,) Hz.
+        (nf,) [Hz].
     psd
-        (nf, n_points, n_quantities) unit²/Hz.
+        (nf, n_points, n_quantities) [unit²/Hz].
     quantities
         Names and SI units, see `stress.QUANTITIES`.
     points
@@ -178,9 +178,9 @@ def stress_dataset(
     Parameters
     ----------
     found
-        By (reading, scenario label): (nf, n_points, n_layers, n_quantities) unit²/Hz.
+        By (reading, scenario label): (nf, n_points, n_layers, n_quantities) [unit²/Hz].
     frequency
-        (nf,) Hz.
+        (nf,) [Hz].
     readings, labels, points, layers
         The coordinates.
     quantities

@@ -53,7 +53,7 @@ class Sensitivity:
     log_acceleration: Array
 
     def under(self, covariance: Array) -> StandardErrors:
-        """Standard errors under a covariance (2n, 2n) of what the derivatives are taken by."""
+        """Return the standard errors for a covariance (2n, 2n) of C_e and m_a at the nodes."""
         psd, rms, gamma = (
             _standard_error(of, covariance)
             for of in (self.log_psd, self.log_rms, self.log_acceleration)
@@ -94,7 +94,7 @@ def sensitivity(
     *,
     own_acceleration: bool,
 ) -> Sensitivity:
-    """How a scenario's response follows its damping.
+    """Return how a scenario's response follows its damping.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def sensitivity(
     found
         Its answer.
     nodes
-        (n,) rising, Hz.
+        (n,) rising [Hz].
     pressure_factor
         As in `scenarios.solve_scenario`.
     own_acceleration
@@ -172,7 +172,7 @@ def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
 def with_errors(
     dataset: xr.Dataset, errors: Mapping[tuple[str, str], StandardErrors]
 ) -> xr.Dataset:
-    """The dataset of `tables.psd_dataset` with ``acceleration_psd_log_error``.
+    """Return the dataset of `tables.psd_dataset` with ``acceleration_psd_log_error``.
 
     NaN where a scenario's damping has no standard error.
     """
@@ -187,7 +187,7 @@ def with_errors(
 def error_columns(
     rows: Sequence[dict[str, float]], errors: StandardErrors | None
 ) -> list[dict[str, float]]:
-    """Rows of `tables.summary_rows`, a point each, with the standard errors of their values.
+    """Return rows of `tables.summary_rows`, a point each, with the standard errors of their values.
 
     ``acceleration_rms_error_g``, ``reduction_error_db`` and ``damping_read_at_error_g``; NaN
     where there are none.

@@ -134,7 +134,7 @@ RAYLEIGH = (4.0, 6e-6)
 def damped_panel(
     folder: Path,
 ) -> tuple[AssembledPlate, ModalBasis, Patches, "PanelQuadrature", Array]:
-    """The paper's panel with PID-1, in elements and in the modes that a study up to 2 kHz has."""
+    """Return the paper's panel with PID-1, in elements and in the modes of a study to 2 kHz."""
     mesh = mesh_quadrilaterals(
         folder / "damped.msh", SIZE, ELEMENTS, {"PID-1": Rectangle((0.75, 0.5), (0.2, 0.2))}, POINTS
     )
@@ -185,7 +185,7 @@ def full_displacement_psd(
 
 
 def damper_rows(folder: Path) -> list[Row]:
-    """A strong, heavy damper at single lines: modes against the whole elements, and the power."""
+    """Compare a strong, heavy damper at single lines: modes, all elements, the power."""
     case = "Panel with a damper in a diffuse field: modes against all elements"
     plate, modal, patches, face, points = damped_panel(folder)
     frequency = np.array(LINES)

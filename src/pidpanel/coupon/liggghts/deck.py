@@ -147,12 +147,12 @@ def render(name: str, values: Mapping[str, Any], folder: Path = TEMPLATES) -> st
 
 
 def without_comments(text: str) -> str:
-    """A deck as LIGGGHTS takes it: no comments, no blank lines, no indents, one space for several.
+    r"""A deck as LIGGGHTS takes it: no comments, no blank lines, no indents, one space for several.
 
     Examples
     --------
-    >>> without_comments("# pour\\n\\nrun  10 # steps\\nprint 'a  # b'\\n")
-    "run 10\\nprint 'a  # b'"
+    >>> without_comments("# pour\n\nrun  10 # steps\nprint 'a  # b'\n")
+    "run 10\nprint 'a  # b'"
     """
     lines = (_without_comment(line) for line in text.splitlines())
     return "\n".join(line for line in lines if line)
