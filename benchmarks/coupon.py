@@ -24,21 +24,23 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.check import checked_study
-from pidpanel.coupon import cycles, runs
-from pidpanel.coupon.cases import Case, Run, Target, cases_of
-from pidpanel.coupon.estimate import cpu_seconds, probe
-from pidpanel.coupon.geometry import cell_centres, lowest
+from pidpanel.coupon import cycles, rows, runs
+from pidpanel.coupon.cases import Case, Run, Target
+from pidpanel.coupon.estimate import cpu_seconds
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest
 from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.liggghts.start_files import walls_file
 from pidpanel.coupon.preparation import (
+    BED_FILE,
     loosen,
     pour,
     read_bed,
-    shake_values,
-    wall_triangles,
+    read_packing,
     write_start,
-    write_walls,
 )
+from pidpanel.coupon.probe import probe
 from pidpanel.study.coupon import Coupon
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -96,13 +98,13 @@ def ours(frequency: float, folder: Path) -> tuple[float, float, float]:
     estimates, spent = [], 0.0
     for run in case.runs:
         own = folder / f"seed{run.packing.seed}"
-        full = pour(run.packing, own / "packing")["spheres_full"]
+        full = pour(run.packing, own / "packing").spheres_full
         loosen(run.bed, own / "packing", own / "bed", full)
         before = children()
         outcome = runs.shake(run, case.target, own / "bed", own / "run")
         spent += children() - before
-        rows = runs.read_run(run, own / "run", outcome["legs"], outcome["cycles"])
-        found = runs.estimates(run, rows, outcome["mass_kg"])[0]
+        read = rows.read_rows(run, own / "run", outcome.legs, outcome.cycles)
+        found = rows.estimates(run, read, outcome.mass_kg)[0]
         estimates.append((found.mean, found.error))
     value, error = cycles.combine(*np.array(estimates).T)
     return spent, value, np.hypot(error, case.bias * value)
@@ -114,18 +116,17 @@ def poured(run: Run, folder: Path) -> tuple[Path, int]:
     Three cells are poured and repeated in the others; shaken, they part within a few cycles.
     """
     packing = dataclasses.replace(run.packing, count=min(3, run.packing.count))
-    full = pour(packing, folder / "packing")["spheres_full"]
-    table = np.loadtxt(folder / "packing" / "packing.csv", delimiter=",", skiprows=1)
-    cell = table[:, 0].astype(int)
-    chosen = lowest(cell, table[:, 3], round(run.fill_fraction * full))
-    cell, spheres = cell[chosen], table[chosen, 1:]
+    full = pour(packing, folder / "packing").spheres_full
+    cell, spheres = read_packing(folder / "packing")
+    chosen = lowest(cell, spheres[:, 2], round(run.fill_fraction * full))
+    cell, spheres = cell[chosen], spheres[chosen]
     few = cell_centres(packing.across_flats, packing.count)
     spheres[:, :2] -= few[cell]
     many = cell_centres(packing.across_flats, run.packing.count)
     bed = folder / "bed"
     bed.mkdir(parents=True)
     np.savetxt(
-        bed / "bed.csv",
+        bed / BED_FILE,
         np.concatenate(
             [
                 spheres[cell == number % packing.count] + np.array([*centre, 0.0, 0.0])
@@ -136,7 +137,8 @@ def poured(run: Run, folder: Path) -> tuple[Path, int]:
         header="x_m,y_m,z_m,diameter_m",
         comments="",
     )
-    write_walls(bed / "walls.stl", wall_triangles(run.packing))
+    cells = closed_cells(run.packing.outline, run.packing.centres, run.packing.depth)
+    (bed / deck.WALLS_FILE).write_text(walls_file(cells))
     return bed, full
 
 
@@ -158,14 +160,13 @@ def obvious_case(frequency: float, cells: int) -> Case:
 def cost_of_steps(case: Case, bed: Path, folder: Path, steps: int = 400) -> float:
     """CPU seconds of so many steps of a case."""
     run = case.point
-    write_start(folder, run.packing, read_bed(bed / "bed.csv"), bed / "walls.stl")
+    write_start(folder, run.packing, read_bed(bed), bed)
     spent = []
     for count in (10, 10 + steps):
         before = children()
         with Liggghts(folder, "cost") as solver:
-            own = Path(str(run.deck))
-            solver.execute(deck.render(own.name, shake_values(run), own.parent))
-            solver.execute(f"run {count}")
+            solver.read_deck(deck.shake_text(run))
+            solver.run(count)
             solver.finish()
         spent.append(children() - before)
     return spent[1] - spent[0]
@@ -189,10 +190,10 @@ def obvious(frequency: float, folder: Path) -> tuple[float, float, float]:
     before = children()
     outcome = runs.shake(case.point, case.target, bed, folder / "run")
     spent = children() - before
-    rows = runs.read_run(case.point, folder / "run", outcome["legs"], outcome["cycles"])
-    found = runs.estimates(case.point, rows, outcome["mass_kg"])[0]
+    read = rows.read_rows(case.point, folder / "run", outcome.legs, outcome.cycles)
+    found = rows.estimates(case.point, read, outcome.mass_kg)[0]
     print(
-        f"  the obvious way: {outcome['cycles']} cycles, ended by {outcome['ended_by']}; a step of "
+        f"  the obvious way: {outcome.cycles} cycles, ended by {outcome.ended_by}; a step of "
         f"64 cells costs {scale:.2f} times one of 16"
     )
     return scale * spent, found.mean, found.error
@@ -217,29 +218,29 @@ def after(run: Run, target: Target, bed: Path, folder: Path) -> Path:
     """The bed that another run leaves behind, brought to rest: a warm start."""
     runs.shake(run, target, bed, folder / "run")
     places = output.read_dump(
-        (folder / "run" / "last.dump").read_text(), "last.dump", runs.LAST_COLUMNS
+        (folder / "run" / runs.LAST_FILE).read_text(), runs.LAST_FILE, output.POSITION_AND_VELOCITY
     )[-1][:, :3]
-    diameters = read_bed(bed / "bed.csv")[:, 3]
+    diameters = read_bed(bed)[:, 3]
     np.savetxt(
-        folder / "bed.csv",
+        folder / BED_FILE,
         np.column_stack([places, diameters]),
         delimiter=",",
         header="x_m,y_m,z_m,diameter_m",
         comments="",
     )
-    shutil.copy(bed / "walls.stl", folder)
+    shutil.copy(bed / deck.WALLS_FILE, folder)
     return folder
 
 
-def first_reading(run: Run, target: Target, rows: np.ndarray, mass: float) -> tuple[int, float]:
+def first_reading(run: Run, target: Target, read: np.ndarray, mass: float) -> tuple[int, float]:
     """Cycles after which the rules of `runs.shake` would have ended a run, and its C_e then."""
     done = target.min_cycles
     while True:
-        found, _ = runs.estimates(run, rows[:done], mass)
-        good = found.error <= target.relative_error * found.mean and runs.is_steady(found, done)
-        if good or done >= len(rows):
+        found, _ = rows.estimates(run, read[:done], mass)
+        good = found.error <= target.relative_error * found.mean and rows.is_steady(found, done)
+        if good or done >= len(read):
             return done, found.mean
-        done = min(len(rows), math.ceil(1.5 * done))
+        done = min(len(read), math.ceil(1.5 * done))
 
 
 def starts() -> None:
@@ -287,10 +288,10 @@ def starts() -> None:
                 for number, (what, start) in enumerate(beds.items()):
                     own = folder / f"run{number}"
                     outcome = runs.shake(run, whole, start, own)
-                    rows = runs.read_run(run, own, outcome["legs"], cycles_run)
-                    damping, _ = runs.harmonic(run, rows, outcome["mass_kg"])
-                    done, read = first_reading(run, target, rows, outcome["mass_kg"])
-                    found.setdefault(what, []).append((done, read, damping[100:].mean()))
+                    read = rows.read_rows(run, own, outcome.legs, cycles_run)
+                    damping, _ = rows.harmonic(run, read, outcome.mass_kg)
+                    done, value = first_reading(run, target, read, outcome.mass_kg)
+                    found.setdefault(what, []).append((done, value, damping[100:].mean()))
         for what, values in found.items():
             done, read, late = np.array(values).T
             scatter = late.std(ddof=1) / np.sqrt(len(late))

@@ -24,7 +24,7 @@ from pidpanel.coupon import (
     window,
 )
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts import deck, failures, output
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.study.coupon import Coupon
 
@@ -373,3 +373,39 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
     assert row["status"] == "EnergyNotClosed"
     assert "-2.10% of the work" in row["message"]
     assert row["equivalent_damping_n_s_m3"] > 0  # the value stays to be looked at
+
+
+# ------------------------------------------------------------------ judged anew
+
+
+def test_other_code_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
+    tmp_path, bed_file, monkeypatch
+):
+    # red: `state.balance is None` in place of the code that measured it
+    first, _ = shaken(tmp_path, bed_file)
+    folder = next(tmp_path.glob("r*/s1"))
+    before = {name: (folder / name).stat().st_mtime_ns for name in ("cycles_1.txt", "shake_1.log")}
+    again, _ = shaken(tmp_path, bed_file)
+    assert again == first
+    assert not (folder / "shake_2.log").exists()  # all was there
+    monkeypatch.setattr(window, "code", lambda: "other code")
+    anew, _ = shaken(tmp_path, bed_file)
+    assert (folder / "shake_2.log").exists()
+    assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
+    state = records.State.read(folder)
+    assert (state.legs, state.balance_code) == ((10,), "other code")
+    # from a restart at the cycle at which it was measured before: the same bits
+    assert anew == first
+
+
+def test_a_state_that_cannot_be_read_is_named_and_the_run_begins_anew(tmp_path, bed_file):
+    # red: `RecordUnreadable` no `SolverFailure`, so that the job ends there
+    first, _ = shaken(tmp_path, bed_file)
+    folder = next(tmp_path.glob("r*/s1"))
+    (folder / "state.json").write_text((folder / "state.json").read_text()[:-20])
+    with pytest.raises(failures.RecordUnreadable, match=r"s1/state\.json: "):
+        records.State.read(folder)
+    again, _ = shaken(tmp_path, bed_file)
+    assert again == first
+    (case,) = cases_of(coupon())
+    assert coding.read(records.ShakeOutcome, case.outcomes(tmp_path)[0]).attempts == 2

@@ -47,7 +47,7 @@ def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -
         path = folder / deck.cycles_file(number)
         rows.append(
             output.read_cycles(
-                path.read_text(),
+                rows_text(path),
                 str(path),
                 steps_per_cycle=run.steps_per_cycle,
                 cycles=leg,
@@ -58,6 +58,20 @@ def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -
     if before < cycles_wanted:
         raise LogTruncated(f"{folder}: {before} of {cycles_wanted} cycles")
     return np.concatenate(rows)[:cycles_wanted]
+
+
+def rows_text(path: Path) -> str:
+    """Text of a file of cycle rows.
+
+    Raises
+    ------
+    LogTruncated
+        If it is not there.
+    """
+    try:
+        return path.read_text()
+    except FileNotFoundError:
+        raise LogTruncated(f"{path}: no such file") from None
 
 
 def _column(rows: Array, name: str) -> Array:

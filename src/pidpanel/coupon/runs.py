@@ -84,7 +84,7 @@ def _resumed(run: Run, folder: Path) -> State | None:
         return None
     # rows that a killed process wrote after its last restart do not count
     path = folder / deck.cycles_file(len(state.legs))
-    lines = path.read_text().splitlines(keepends=True)
+    lines = rows.rows_text(path).splitlines(keepends=True)
     if len(lines) > 2 + state.legs[-1]:
         path.write_text("".join(lines[: 2 + state.legs[-1]]))
     return state

@@ -1,0 +1,65 @@
+"""Records come back as they were, or with a failure that names the file and the key."""
+
+import dataclasses
+import json
+
+import pytest
+
+from pidpanel.coupon import coding
+from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.liggghts.failures import RecordUnreadable
+from pidpanel.coupon.records import MeasuredBalance, State
+
+BALANCE = MeasuredBalance(Balance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
+STATE = State("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", BALANCE, "b" * 64)
+
+
+@pytest.mark.parametrize("state", [STATE, State("a", 1, 1e-6)])
+def test_a_state_survives_its_way_through_a_file(tmp_path, state):
+    # red: legs left a list; a balance left a dictionary
+    state.write(tmp_path)
+    assert State.read(tmp_path) == state
+    assert not list(tmp_path.glob("*.new"))
+
+
+def test_a_folder_without_a_state_has_none(tmp_path):
+    assert State.read(tmp_path) is None
+
+
+def values(**changes):
+    return json.loads(json.dumps(coding.encode(STATE))) | changes
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (json.dumps(values(extra=1)), r"unknown key 'extra' in State"),
+        (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"no key 'mass' of State"),
+        (json.dumps(values(spheres="144")), r"spheres = '144': not of type int"),
+        (json.dumps(values(spheres=True)), r"spheres = True: not of type int"),
+        (json.dumps(values(mass=None)), r"mass = None: not of type float"),
+        (json.dumps(values(legs=[12, 6.5])), r"legs\[1\] = 6.5: not of type int"),
+        (json.dumps(values(legs=12)), r"legs = 12: not of type"),
+        (json.dumps(values(balance={"closure": 0.0})), r"balance: no key 'cycles' of MeasuredBalance"),
+        (json.dumps([1]), r"\[1\] is no State"),
+        (json.dumps(values())[:-9], r"Expecting|Unterminated|delimiter"),
+        ("", r"Expecting value"),
+    ],
+)  # fmt: skip
+def test_a_file_with_anything_else_in_it_is_refused_by_name(tmp_path, text, message):
+    # red: unknown keys passed over; a missing one filled in by its default
+    (tmp_path / "state.json").write_text(text)
+    with pytest.raises(RecordUnreadable, match=r"state\.json: .*" + message):
+        State.read(tmp_path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(RecordUnreadable, match=r"bed\.json"):
+        coding.read(State, tmp_path / "bed.json")
+
+
+def test_a_whole_number_will_do_for_a_number_but_not_the_other_way_round():
+    # red: every number taken for a float
+    assert type(coding.decode(State, values(mass=1)).mass) is float
+    assert coding.decode(State, values()) == STATE
+    assert dataclasses.asdict(STATE)["legs"] == (12, 6)

@@ -1,0 +1,214 @@
+"""What makes a packing, a bed or a run another one, and what does not: docs/reruns.md."""
+
+import dataclasses
+import shutil
+
+import pytest
+
+from pidpanel import fingerprint
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import cases, window
+from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts import deck, process
+from pidpanel.paths import PROJECT, TEMPLATES
+from pidpanel.study.coupon import Coupon
+
+SWEEP = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [20]}
+
+
+def identities(**changes):
+    """Hashes of the packing, the bed and the run of a coupon."""
+    coupon = Coupon.model_validate({"cell": {"count": 1}, "sweep": SWEEP} | changes)
+    run = cases_of(coupon)[0].point
+    return run.packing.identity, run.bed.identity, run.identity
+
+
+def changed(before, **changes):
+    """Which of the three are others than before."""
+    kinds = ("packing", "bed", "run")
+    after = identities(**changes)
+    return [kind for kind, a, b in zip(kinds, before, after, strict=True) if a != b]
+
+
+ALL = ["packing", "bed", "run"]
+
+
+# ------------------------------------------------------------------ templates
+
+
+@pytest.fixture
+def templates(tmp_path, monkeypatch):
+    """A copy of the templates that may be changed before anything is rendered."""
+    folder = tmp_path / "templates"
+    shutil.copytree(TEMPLATES, folder)
+    environment = deck._environment.__wrapped__
+    monkeypatch.setattr(deck, "_environment", lambda _: environment(folder))
+    return folder
+
+
+def edit(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    fingerprint._meaning.cache_clear()
+
+
+COMMENTED = ("header.j2", "contacts.j2", "fill.in.j2", "shake.in.j2")
+
+
+@pytest.mark.parametrize("name", COMMENTED)
+def test_a_comment_in_a_template_leaves_every_run_as_it_is(templates, name):
+    # red: the text of the template hashed as it is
+    before = identities()
+    path = templates / name
+    lines = path.read_text().splitlines()
+    last = next(i for i in reversed(range(len(lines))) if not lines[i].startswith("{%"))
+    lines[last] += "   # said at the end of a line"
+    path.write_text("# said\n{# or in Jinja #}\n\n" + "\n".join(lines) + "\n\n  # at the end\n")
+    assert changed(before) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "others"),
+    [
+        ("fill.in.j2", "fix move all nve/sphere", "fix move all nve/sphere disc", ALL),
+        ("header.j2", "hard_particles yes", "hard_particles no", ALL),
+        ("contacts.j2", "pair_coeff * *", "pair_coeff 1 1", ALL),
+        ("shake.in.j2", "fix move all nve/sphere", "fix move all nve/sphere disc", ["bed", "run"]),
+        # only a run continues from a restart
+        ("header.j2", "read_restart {{ restart_file }}", "read_restart {{ restart_file }} remap", ["run"]),
+    ],
+)  # fmt: skip
+def test_a_command_in_a_template_makes_anew_what_is_run_with_it(templates, name, old, new, others):
+    # red: fill.in.j2 not in the label of a bed; a run without its deck from a restart
+    before = identities()
+    edit(templates / name, old, new)
+    assert changed(before) == others
+
+
+def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_place(tmp_path):
+    # red: the text of the file itself hashed, or its path
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder in (here, there):
+        folder.mkdir()
+        (folder / "own.in.j2").write_text('{% include "extra.j2" %}\n{% include "header.j2" %}\n')
+        (folder / "extra.j2").write_text("units si\n")
+    before = identities(deck=here / "own.in.j2")
+    assert changed(identities(), deck=here / "own.in.j2") == ["run"]
+    assert changed(before, deck=there / "own.in.j2") == []
+    (there / "extra.j2").write_text("units cgs\n")
+    deck._environment.cache_clear()
+    assert changed(before, deck=there / "own.in.j2") == ["run"]
+
+
+def test_a_comment_ends_where_the_line_does_and_is_none_in_quotes():
+    # red: the line cut at any '#'
+    text = "run 10  # ten\n\n  # nothing\nprint 'a # b'   &\n\tx\n"
+    assert deck.without_comments(text) == "run 10\nprint 'a # b' &\nx"
+
+
+# ------------------------------------------------------------------ constants, version
+
+
+@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(cases.Pouring)])
+def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
+    # red: POURING left out of the identity of a packing
+    before = identities()
+    other = {field: 1.1 * getattr(cases.POURING, field)}
+    monkeypatch.setattr(cases, "POURING", dataclasses.replace(cases.POURING, **other))
+    assert changed(before) == ALL
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"drive": Tone(120.0, 10 * STANDARD_GRAVITY)},
+        {"cycles": 21},
+        {"frames": 10},
+        {"time_step_rayleigh": 0.1},
+        {"samples_per_cycle": 50},
+    ],
+)
+def test_every_constant_of_the_loosening_makes_new_beds_of_the_same_packings(monkeypatch, other):
+    # red: LOOSENING left out of the identity of a bed
+    before = identities()
+    monkeypatch.setattr(cases, "LOOSENING", dataclasses.replace(cases.LOOSENING, **other))
+    assert changed(before) == ["bed", "run"]
+
+
+def test_another_liggghts_makes_everything_anew(monkeypatch):
+    # red: VERSION left out of the identity of a packing
+    before = identities()
+    monkeypatch.setattr(process, "VERSION", "3.9.0")
+    assert changed(before) == ALL
+
+
+def test_what_only_the_bed_or_the_run_depends_on_leaves_the_packing():
+    # red: the fill fraction in the identity of a packing
+    before = identities()
+    assert changed(before, sweep=SWEEP | {"fill_fraction": [0.6]}) == ["bed", "run"]
+    assert changed(before, gravity_g=0.5) == ["bed", "run"]
+    assert changed(before, particles={"restitution": 0.7}) == ["bed", "run"]
+    assert changed(before, sweep=SWEEP | {"acceleration_g": [21]}) == ["run"]
+    assert changed(before, time_step_rayleigh=0.1) == ["run"]
+    assert changed(before, accuracy={"relative_error": 0.01}) == []
+    assert changed(before, particles={"friction": 0.31}) == ALL
+
+
+# ------------------------------------------------------------------ code
+
+
+@pytest.fixture
+def code(tmp_path, monkeypatch):
+    """A copy of the coupon's code that may be changed before it is hashed."""
+    folder = tmp_path / "src" / "pidpanel"
+    shutil.copytree(PROJECT / "src" / "pidpanel" / "coupon", folder / "coupon")
+    monkeypatch.setattr(fingerprint, "ROOTS", {"pidpanel": folder.parent})
+    return folder / "coupon"
+
+
+def test_a_comment_or_a_docstring_in_the_code_that_pours_leaves_every_run_as_it_is(code):
+    # red: the bytes of the files hashed
+    before = identities()
+    edit(code / "geometry.py", '"""Cells and spheres as arrays', '"""Spheres and cells as arrays')
+    edit(code / "preparation.py", "    best = int(", "    # the first of equals\n    best = int(")
+    assert changed(before) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("geometry.py", "0.51 * size[n]", "0.52 * size[n]"),
+        ("preparation.py", "1.5 * packing.depth", "1.6 * packing.depth"),
+        ("liggghts/start_files.py", "{x:.12g}", "{x:.9g}"),
+    ],
+)
+def test_another_algorithm_of_pouring_makes_everything_anew(code, name, old, new):
+    # red: a module left out of PREPARING
+    before = identities()
+    edit(code / name, old, new)
+    assert changed(before) == ALL
+
+
+READING = (
+    "cycles",
+    "rows",
+    "runs",
+    "attempts",
+    "window",
+    "balance",
+    "summary",
+    "estimate",
+    "records",
+)
+
+
+@pytest.mark.parametrize("name", READING)
+def test_code_that_reads_and_averages_rows_throws_no_run_away(code, name):
+    # red: the code behind `preparation` hashed with all that it imports
+    before, balance = identities(), window.code.__wrapped__()
+    edit(code / f"{name}.py", "\n\n\n", "\n\n\nANOTHER = 1\n\n\n")
+    assert changed(before) == []
+    # a balance is measured anew, but only by other code of its own
+    assert (window.code.__wrapped__() != balance) == (name in ("window", "balance"))

@@ -1,0 +1,68 @@
+"""The scripts of the stage, from their arguments to their files."""
+
+import importlib
+import json
+
+import pandas as pd
+import pytest
+
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.paths import WORKFLOW
+from pidpanel.study import load_any_study
+
+STUDY = """
+coupon:
+  cell: {across_flats_mm: 6.35, depth_mm: 10, count: 1}
+  particles: {diameter_mm: 2.5, youngs_modulus_mpa: 50}
+  sweep: {fill_fraction: [0.5], frequency_hz: [100], acceleration_g: [10, 12]}
+  accuracy: {relative_error: 0.5, seeds: 1, min_cycles: 30, max_cycles: 30, min_time_s: 0, coverage: COVERAGE}
+"""
+
+
+@pytest.fixture
+def main(monkeypatch):
+    """``main`` of a script by its name."""
+    monkeypatch.syspath_prepend(WORKFLOW)
+    return lambda name: importlib.import_module(f"scripts.{name}").main
+
+
+def study_file(folder, coverage):
+    path = folder / "tiny.yaml"
+    path.write_text(STUDY.replace("COVERAGE", str(coverage)))
+    return path
+
+
+@pytest.mark.liggghts
+def test_a_small_study_goes_through_all_scripts(tmp_path, main):
+    # red: the bed looked for by another name than it was written to
+    study = study_file(tmp_path, 0.5)
+    cases = cases_of(load_any_study(study).coupon)
+    coupon = tmp_path / "coupon"
+    bed = cases[0].point.bed
+    packing_file = coupon / "packing" / bed.packing.label / "packing.json"
+    bed_file = coupon / "bed" / bed.label / "bed.json"
+    for file in (packing_file, bed_file):
+        file.parent.mkdir(parents=True)  # as Snakemake does
+    main("pour")([json.dumps(bed.packing.as_dict()), str(packing_file)])
+    main("loosen")([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
+    batch = json.dumps([case.as_dict() for case in cases])
+    main("shake")([batch, str(coupon), str(tmp_path / "batch.json")])
+    states = json.loads((tmp_path / "batch.json").read_text())
+    assert states == {f"{case.label}/s1": "ok" for case in cases}
+    main("cases")([str(study), str(coupon), "all", str(tmp_path / "cases.csv")])
+    table = pd.read_csv(tmp_path / "cases.csv")
+    assert table["case"].tolist() == [case.label for case in cases]
+    assert (table["equivalent_damping_n_s_m3"] > 0).all()
+    assert table["acceleration_g"].tolist() == pytest.approx([10, 12])
+
+
+def test_a_table_without_its_coverage_ends_the_script_with_the_cases_named(tmp_path, main):
+    # red: the script ends with a traceback, or with status 0
+    study = study_file(tmp_path, 1.0)
+    with pytest.raises(SystemExit) as ended:
+        main("cases")([str(study), str(tmp_path / "coupon"), "all", str(tmp_path / "cases.csv")])
+    said = str(ended.value).splitlines()
+    assert len(said) == 3
+    assert ": RecordUnreadable: " in said[0]
+    assert said[-1] == "0.0% of the cases are ok; coupon.accuracy.coverage requires 100.0%"
+    assert len((tmp_path / "cases.csv").read_text().splitlines()) == 3

@@ -1,0 +1,148 @@
+"""From a recorded run to its row, and when a table is refused."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import coding, cycles, summary
+from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.study.coupon import Coupon
+
+GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
+MASS = 8 * 1190 * math.pi / 6 * 2.5e-3**3
+ENERGIES = Balance(10e-6, 0.0, 0.0, 0.0, 1e-6, 2e-6, 3e-6, 4e-6, 0.0)
+
+
+def recorded_case(**sweep):
+    """The case of which the golden rows are: twelve cycles of eight spheres."""
+    coupon = Coupon.model_validate(
+        {
+            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
+            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+            "sweep": {"fill_fraction": [0.5], "frequency_hz": [200], "acceleration_g": [10]} | sweep,
+            "accuracy": {"seeds": 1},
+        }
+    )  # fmt: skip
+    return cases_of(coupon)
+
+
+def record(case, folder, *, status="ok", closure=0.001):
+    """Leave the golden rows as the run of a case."""
+    (file,) = case.outcomes(folder)
+    file.parent.mkdir(parents=True)
+    shutil.copy(GOLDEN / "cycles_1.txt", file.parent)
+    found = Shaken(12, (12,), 8, MASS, "accuracy", MeasuredBalance(ENERGIES, closure, 1, 100))
+    if status != "ok":
+        found = None
+    coding.write(
+        file, ShakeOutcome(status, "so it says", 1, "3.8.0", 1.0, case.point, case.target, found)
+    )
+
+
+def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
+    # red: p_cos for p_sin; the mass of one sphere; E_d per radian
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    row = summary.summarise(case, case.outcomes(tmp_path))
+    p_sin = np.loadtxt(GOLDEN / "cycles_1.txt")[:, 1]
+    area, omega = math.sqrt(3) / 2 * 6.35e-3**2, 2 * math.pi * 200
+    amplitude = 98.0665 / omega**2
+    start = 12 - row["cycles_used"]
+    damping = 2 * p_sin[start:].mean() / (amplitude * area)
+    assert row["equivalent_damping_n_s_m3"] == pytest.approx(damping, rel=1e-9)
+    assert row["dissipated_energy_j_m2"] == pytest.approx(
+        math.pi * damping * omega * amplitude**2, rel=1e-9
+    )
+    assert row["particle_mass_per_area_kg_m2"] == pytest.approx(MASS / area)
+    assert row["spheres_per_cell"] == 8
+    assert row["acceleration_g"] == pytest.approx(10)
+    assert row["displacement_mm"] == pytest.approx(1e3 * amplitude)
+    assert row["bound_n_s_m3"] == pytest.approx(cycles.inelastic_bound(MASS / area, 200.0))
+    assert (row["normal_share"], row["tangential_share"], row["wall_share"]) == pytest.approx(
+        (0.4, 0.6, 0.7)
+    )
+    assert row["closure"] == 0.001
+
+
+def test_the_columns_keep_their_order(tmp_path):
+    # what reads cases.csv goes by name, people by place; red: two columns exchanged
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    assert list(summary.summarise(case, case.outcomes(tmp_path))) == [
+        "case", "fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm",
+        "velocity_m_s", "diameter_mm", "youngs_modulus_mpa", "seeds", "cells", "spheres_per_cell",
+        "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
+        "dissipated_energy_error_j_m2", "equivalent_damping_n_s_m3",
+        "equivalent_damping_error_n_s_m3", "statistical_error_n_s_m3", "modulus_bias",
+        "apparent_mass_kg_m2", "apparent_mass_error_kg_m2", "loss_factor", "loss_factor_error",
+        "bound_n_s_m3", "share_of_bound", "closure", "normal_share", "tangential_share",
+        "wall_share", "cycles_run", "cycles_used", "drift", "target_met", "ended_by", "status",
+        "message",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("spoil", "status", "message"),
+    [
+        (lambda file: file.unlink(), "RecordUnreadable", "No such file"),
+        (lambda file: file.write_text("{}"), "RecordUnreadable", "no key 'attempts'"),
+        (lambda file: (file.parent / "cycles_1.txt").write_text("# cut"), "LogTruncated", "cut"),
+        (lambda file: (file.parent / "cycles_1.txt").unlink(), "LogTruncated", "no such file"),
+    ],
+)
+def test_what_cannot_be_read_of_a_run_is_its_status(tmp_path, spoil, status, message):
+    # red: a file that is not there ends the table
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    spoil(case.outcomes(tmp_path)[0])
+    row = summary.summarise(case, case.outcomes(tmp_path))
+    assert row["status"] == status
+    assert message in row["message"] and str(tmp_path) in row["message"]
+    assert math.isnan(row["equivalent_damping_n_s_m3"])
+
+
+def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
+    # red: `closure > CLOSURE_LIMIT` without its absolute value
+    (case,) = recorded_case()
+    record(case, tmp_path, closure=-0.021)
+    (file,) = case.outcomes(tmp_path)
+    problems = summary.problems_of(summary.read_run(case.point, file), file.parent)
+    assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
+    assert any("-2.10% of the work" in str(problem) for problem in problems)
+    assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0
+
+
+def table_of(*statuses):
+    return [{"case": f"c{i}", "status": s, "message": "m"} for i, s in enumerate(statuses)]
+
+
+def test_a_table_of_too_few_good_cases_is_refused_with_the_others_named():
+    # red: `<=` for `<`; the good cases named
+    table = table_of("ok", "ok", "ok", "NotSteady")
+    summary.check_coverage(table, 0.75)
+    with pytest.raises(summary.CoverageMissed) as missed:
+        summary.check_coverage(table, 0.76)
+    assert str(missed.value) == (
+        "c3: NotSteady: m\n75.0% of the cases are ok; coupon.accuracy.coverage requires 76.0%"
+    )
+
+
+def test_a_round_of_a_design_is_held_to_its_coverage_once_it_wants_no_more(tmp_path):
+    # red: the cases that were not chosen in the table; a round on its way refused
+    one, other = recorded_case(acceleration_g=[10, 12])
+    record(one, tmp_path, status="NotSteady")
+    table, chosen = tmp_path / "cases.csv", tmp_path / "round.json"
+    chosen.write_text(json.dumps({"cases": [one.label], "new": 3}))
+    summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)
+    assert [line.split(",")[0] for line in table.read_text().splitlines()] == ["case", one.label]
+    chosen.write_text(json.dumps({"cases": [one.label], "new": 0}))
+    table.unlink()
+    with pytest.raises(summary.CoverageMissed, match="NotSteady: so it says"):
+        summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)
+    assert table.exists()  # to be looked at
