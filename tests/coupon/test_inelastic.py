@@ -25,7 +25,7 @@ def test_the_slug_between_walls_is_that_of_the_table():
 def test_the_body_on_a_floor_is_that_of_the_table():
     # the table's last level is rounded up past the end of the range; red: u² for ½ u²
     for gamma, _, _, energy, *_ in table("bouncing_bed_e0"):
-        level = min(gamma, inelastic.LARGEST_LEVEL)
+        level = min(gamma, inelastic.LARGEST_GAMMA)
         assert inelastic.floor_energy(level) == pytest.approx(energy, abs=1e-6)
 
 
@@ -71,7 +71,7 @@ def test_the_largest_losses_are_where_they_are_said_to_be():
     gaps = np.linspace(0.01, inelastic.LONGEST_GAP, 2001)
     energy = [inelastic.slug_energy(gap) for gap in gaps]
     assert max(energy) <= 4 and gaps[np.argmax(energy)] == pytest.approx(math.pi, abs=0.01)
-    levels = np.linspace(1.0, inelastic.LARGEST_LEVEL, 2001)
+    levels = np.linspace(1.0, inelastic.LARGEST_GAMMA, 2001)
     energy = [inelastic.floor_energy(level) for level in levels]
     assert max(energy) == pytest.approx(2.2604, abs=1e-4)
     assert levels[np.argmax(energy)] == pytest.approx(2.581, abs=0.005)

@@ -1,6 +1,20 @@
-"""The shaken coupon: honeycomb cells with spheres, run in LIGGGHTS, read per cycle.
+"""The shaken coupon: honeycomb cells with spheres, run in LIGGGHTS, read cycle by cycle.
 
-`cases` lists what is to be run, `bed` and `contact` are its geometry and mechanics,
-`deck` writes what LIGGGHTS reads, `solver` runs it, `log` reads what it wrote, and
-`cycles` turns cycle rows into dissipated energy, damping and apparent mass.
+What is run
+    `from_study` makes cases of a study; `cases` says what a packing, a bed, a run and a case are
+    and what their labels rest on; `drive` is the motion, `shapes` the cells; `batches` puts cheap
+    cases together.
+Running it
+    `preparation` pours and loosens, `runs` shakes, `window` measures the energy balance of a run;
+    `attempts` does each as a job that is tried twice; `liggghts` is all that speaks to LIGGGHTS.
+Formulas of arrays
+    `geometry` of cells and spheres, `contact` of one elastic contact, `balance` of the energies,
+    `cycles` from momentum to C_e and m_a with errors, `inelastic` closed forms of the perfectly
+    inelastic body.
+Reading it
+    `rows` reads and judges a run, `summary` makes the table of cases; `records` are what is kept
+    in JSON files, `coding` takes them there and back.
+Beside it
+    `estimate` says how long a sweep will take, `probe` measures what a step costs; `verification`
+    compares LIGGGHTS and the decks with closed forms.
 """

@@ -9,9 +9,9 @@ over all contacts c of spheres with spheres and with walls. Independently of the
 
     W + W_g = D_n + D_t + ΔE_kin + ΔE_Hertz
 
-with the work W of the inertial force and W_g of gravity. What is missing is the error of the
-run: of its time step, of a wall that leaks, of a contact law that is not the one asked for.
-The energy in tangential springs is not listed separately; over a cycle it is nothing.
+with the work W of the inertial force and W_g of gravity. The residual is the error of the run: of
+its time step, of a wall that leaks, of a contact law that is not the one asked for. The energy in
+tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
 from __future__ import annotations
@@ -25,42 +25,65 @@ from pidpanel.arrays import Array, Index
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts listed at a number of instants (frames), in SI."""
+    """Contacts listed at a number of instants (frames).
+
+    Attributes
+    ----------
+    frame
+        (n,) index of the frame.
+    first
+        (n,) the sphere on which the force acts, from 0.
+    second
+        (n,) the other sphere, from 0; for walls the triangle.
+    force
+        (n, 3) [N]
+    torque
+        (n, 3) on the first sphere about its centre, as LIGGGHTS gives it [N m]; only rolling
+        friction is taken from it, so a deck without rolling friction needs none.
+    """
 
     frame: Index
-    """(n,) index of the frame."""
     first: Index
-    """(n,) the sphere on which the force acts, from 0."""
     second: Index
-    """(n,) the other sphere, from 0; for walls the triangle."""
     force: Array
-    """(n, 3) N"""
     torque: Array | None = None
-    """(n, 3) N m on the first sphere about its centre, as LIGGGHTS gives it; only rolling
-    friction is taken from it, so a deck without needs none."""
 
 
 @dataclass(frozen=True)
 class Spheres:
-    """What every sphere is made of and how it moves in each frame, in SI."""
+    """The spheres, and how they move in each frame.
+
+    Attributes
+    ----------
+    radius, mass
+        (k,) [m], [kg]
+    position, velocity
+        (frames, k, 3) [m], [m/s]
+    spin
+        (frames, k, 3) [rad/s]
+    earlier_velocity
+        (frames, k, 3) half a step before [m/s]: the one that the damping of the step saw.
+    """
 
     radius: Array
-    """(k,) m"""
     mass: Array
-    """(k,) kg"""
     position: Array
-    """(frames, k, 3) m"""
     velocity: Array
-    """(frames, k, 3) m/s"""
     spin: Array
-    """(frames, k, 3) rad/s"""
     earlier_velocity: Array
-    """(frames, k, 3) m/s, half a step before: the one that the damping of the step saw."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """One kind of contact: E* = 1/((1−ν₁²)/E₁ + (1−ν₂²)/E₂) in Pa, and μ."""
+    """One kind of contact.
+
+    Attributes
+    ----------
+    effective_modulus
+        E*, see `effective_modulus` [Pa].
+    friction
+        μ [1].
+    """
 
     effective_modulus: float
     friction: float
@@ -68,7 +91,19 @@ class Material:
 
 @dataclass(frozen=True)
 class Balance:
-    """Energies of one run over a window, J. See the head of the module."""
+    """Energies of one run over a window [J]; see the head of the module.
+
+    Attributes
+    ----------
+    work, gravity_work
+        Of the inertial force and of gravity on the spheres.
+    kinetic_change, elastic_change
+        Of the kinetic energy, spin included, and of the Hertz energy.
+    sphere_normal, sphere_tangential, wall_normal, wall_tangential
+        Dissipated along and across the normal, between spheres and at walls.
+    rolling
+        Dissipated by rolling friction.
+    """
 
     work: float
     gravity_work: float
@@ -82,7 +117,7 @@ class Balance:
 
     @property
     def dissipated(self) -> float:
-        """All losses, J."""
+        """All losses [J]."""
         return (
             self.sphere_normal
             + self.sphere_tangential
@@ -93,7 +128,7 @@ class Balance:
 
     @property
     def residual(self) -> float:
-        """Dissipated less what there was to dissipate, J."""
+        """Dissipated less what there was to dissipate [J]."""
         given = self.work + self.gravity_work - self.kinetic_change - self.elastic_change
         return self.dissipated - given
 
@@ -101,13 +136,19 @@ class Balance:
 def effective_modulus(
     youngs_modulus: tuple[float, float], poissons_ratio: tuple[float, float]
 ) -> float:
-    """E* of two materials in contact, Pa: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂."""
+    """E* of two materials in contact [Pa]: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂.
+
+    Examples
+    --------
+    >>> round(effective_modulus((2e9, 2e9), (0.0, 0.0)))
+    1000000000
+    """
     (e1, e2), (n1, n2) = youngs_modulus, poissons_ratio
     return 1 / ((1 - n1**2) / e1 + (1 - n2**2) / e2)
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Scalar products, (n,), of vectors (n, 3): four times as fast as a sum of products."""
+    """Scalar products (n,) of vectors (n, 3); four times as fast as a sum of products."""
     result: Array = np.einsum("ij,ij->i", a, b)
     return result
 
@@ -122,7 +163,7 @@ def contact_losses(
     *,
     with_wall: bool,
 ) -> tuple[Array, Array, Array, Array]:
-    """Power lost along the normal, along the surface and in rolling, W, and elastic energy, J.
+    """Power lost in each contact, and its elastic energy.
 
     Parameters
     ----------
@@ -131,13 +172,20 @@ def contact_losses(
     normal
         (n, 3) unit vector towards the first sphere.
     overlap, relative_radius
-        (n,) δ and R* = R₁R₂/(R₁+R₂), R₁ against a wall, m.
+        (n,) δ and R* = R₁R₂/(R₁+R₂), R₁ against a wall [m].
     with_wall
-        Whether the second partner is a wall, which stands still.
+        Whether the second partner is a wall, which does not move.
+
+    Returns
+    -------
+    normal, tangential, rolling
+        (n,) lost along the normal, along the surface and in rolling [W].
+    elastic
+        (n,) (2/5) F_Hertz δ [J].
 
     Notes
     -----
-    LIGGGHTS lists forces evaluated anew at the end of the step, where tangential damping is
+    LIGGGHTS lists forces evaluated again at the end of the step, where tangential damping is
     added to contacts that slide as well: half of them exceed μ|F_n|, and the loss would come
     out 26 % too high. They are cut back to μ|F_n|, which is the force that acted. Likewise the
     normal damping is listed for the speed v at the end of the step and acted with that half a
@@ -186,7 +234,7 @@ def energy_balance(
     gravity: Array,
     step: float,
 ) -> Balance:
-    """Balance over a window of equally spaced frames, by the trapezoidal rule.
+    """Energy balance over a window of equally spaced frames, by the trapezoidal rule.
 
     Parameters
     ----------
@@ -197,11 +245,11 @@ def energy_balance(
     materials
         Of sphere on sphere and of sphere on wall.
     acceleration
-        (frames,) of the spheres in the frame of the cells along z, m/s².
+        (frames,) of the inertial force along z, as seen from the cells [m/s²].
     gravity
-        (3,) m/s².
+        (3,) [m/s²]
     step
-        Time between frames, s.
+        Time between frames [s].
     """
     frames = len(spheres.position)
     i, j, f = pairs.first, pairs.second, pairs.frame

@@ -11,10 +11,20 @@ HERTZ_DURATION = 2.9432750
 def rayleigh_time(
     radius: float, density: float, youngs_modulus: float, poissons_ratio: float
 ) -> float:
-    """Time in which a Rayleigh wave crosses a sphere's surface, s.
+    """Time in which a Rayleigh wave runs half round a sphere [s].
 
-    T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure which LIGGGHTS'
-    ``fix check/timestep/gran`` compares the time step with.
+    T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
+    ``fix check/timestep/gran`` compares the time step.
+
+    Parameters
+    ----------
+    radius, density, youngs_modulus, poissons_ratio
+        Of the sphere [m], [kg/m³], [Pa], [1].
+
+    Examples
+    --------
+    >>> f"{rayleigh_time(1e-3, 1190.0, 5e7, 0.35):.4g}"
+    '2.697e-05'
     """
     shear_modulus = youngs_modulus / (2 * (1 + poissons_ratio))
     return (
@@ -25,10 +35,20 @@ def rayleigh_time(
 def wall_overlap(
     radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
 ) -> float:
-    """Deepest overlap of a sphere that hits a wall of its own material head-on, m.
+    """Deepest overlap of a sphere that hits a wall of its own material head-on [m].
 
-    ½ m v² = (8/15) E* √R δ^{5/2} (Hertz, Johnson, *Contact Mechanics*, 1985, eq. 11.22 with
-    E* = E/(2(1−ν²))).
+    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)).
+
+    Parameters
+    ----------
+    radius, density, youngs_modulus, poissons_ratio
+        Of the sphere [m], [kg/m³], [Pa], [1].
+    speed
+        Of the impact [m/s].
+
+    References
+    ----------
+    Johnson, *Contact Mechanics* (1985), eq. 11.22.
     """
     mass = density * 4 / 3 * math.pi * radius**3
     effective_modulus = youngs_modulus / (2 * (1 - poissons_ratio**2))
@@ -38,7 +58,17 @@ def wall_overlap(
 def wall_contact_time(
     radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
 ) -> float:
-    """Duration of that impact, s: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
+    """Duration of the impact of `wall_overlap` [s]: t_c = 2.943 δ_max / v.
+
+    Parameters
+    ----------
+    radius, density, youngs_modulus, poissons_ratio, speed
+        As of `wall_overlap`.
+
+    References
+    ----------
+    Johnson, *Contact Mechanics* (1985), eq. 11.24.
+    """
     return (
         HERTZ_DURATION
         * wall_overlap(radius, density, youngs_modulus, poissons_ratio, speed)
@@ -47,8 +77,15 @@ def wall_contact_time(
 
 
 def modulus_bias(contact_per_period: float, material_contact_per_period: float) -> float:
-    """Share by which softened spheres dissipate too much: 2.5 (t_c f − t_c0 f).
+    """Share by which softened spheres dissipate too much [1]: 2.5 (t_c f − t_c0 f).
 
+    Parameters
+    ----------
+    contact_per_period, material_contact_per_period
+        Duration of an impact over the period, of the softened spheres and of the material [1].
+
+    Notes
+    -----
     Measured with 2 mm spheres at half fill and Γ = 20 against the material's 3.2 GPa
     (``coupon_modulus.yaml``): 1.2 ± 2.2 %, 5.2 ± 1.7 % and 12.0 ± 1.1 % at differences of
     0.009, 0.016 and 0.064; earlier 1.6, 7.5 and 23 % at 0.011, 0.019 and 0.073. It goes into
@@ -69,11 +106,22 @@ def softest_modulus(
     contact_time_per_period: float,
     overlap_per_radius: float,
 ) -> float:
-    """Softest modulus, Pa, whose contacts stay short and shallow at a drive's speed.
+    """Softest modulus whose contacts stay short and shallow at a drive's speed [Pa].
 
     A soft sphere allows a long time step but dissipates too much once its contacts last a
     noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own
     modulus is returned: it is the truth, however long its contacts.
+
+    Parameters
+    ----------
+    choices, material_modulus
+        Moduli to choose from, and the material's own [Pa].
+    radius, density, poissons_ratio
+        Of the sphere [m], [kg/m³], [1].
+    speed, frequency
+        Of the drive [m/s], [Hz].
+    contact_time_per_period, overlap_per_radius
+        The most that is allowed [1].
     """
     for modulus in sorted(choices):
         if modulus >= material_modulus:

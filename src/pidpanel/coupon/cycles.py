@@ -21,7 +21,7 @@ import numpy as np
 from pidpanel.arrays import Array
 
 MIN_BLOCKS = 8
-"""Fewest blocks an error is taken from: its own relative error is then 1/√14 = 27 %."""
+"""Fewest blocks from which an error is taken: its own relative error is then 1/√14 = 27 %."""
 
 ROWS_FOR_STORAGE = 60
 """Fewest rows from which `without_storage` takes its multiples. Not fewer: in what is left the
@@ -31,31 +31,40 @@ C_e = 1250 N s/m³ for 60 cycles, 190 ever after)."""
 
 @dataclass(frozen=True)
 class Estimate:
-    """Mean of a correlated series and the standard error of that mean."""
+    """Mean of a correlated series and the standard error of that mean.
+
+    Attributes
+    ----------
+    mean, error
+        In the unit of the series.
+    start
+        First row used; the rows before it are the transient.
+    used
+        Rows used.
+    drift
+        Difference of the means of the second and first half, over its standard error [1].
+    """
 
     mean: float
     error: float
     start: int
-    """First row used; the rows before it are the transient."""
     used: int
-    """Rows used."""
     drift: float
-    """Difference of the means of the second and first half, over its standard error."""
 
 
 def first_harmonic(
     p_sin: Array, p_cos: Array, *, amplitude: float, frequency: float, mass: float, area: float
 ) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle.
+    """C_e [N s/m³] and m_a [kg/m²] of each cycle, (n,) each.
 
     Parameters
     ----------
     p_sin, p_cos
-        (n,) ⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cycle, kg m/s.
+        (n,) ⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cycle [kg m/s].
     amplitude, frequency
-        W in m and f in Hz of the coupon's motion W sin 2πft.
+        W [m] and f [Hz] of the coupon's motion W sin 2πft.
     mass, area
-        M of all spheres, kg, and A_c of all cells, m².
+        M of all spheres [kg], A_c of all cells [m²].
     """
     equivalent_damping = 2 * p_sin / (amplitude * area)
     apparent_mass = (mass + 2 * p_cos / (2 * math.pi * frequency * amplitude)) / area
@@ -65,20 +74,41 @@ def first_harmonic(
 def dissipated_energy(
     equivalent_damping: Array | float, amplitude: float, frequency: float
 ) -> Array | float:
-    """E_d = π C_e ω W², J/m² per cycle (the paper's Eq. 4 with ẇ² in place of ẇ)."""
+    """E_d = π C_e ω W² per cycle [J/m²] (the paper's Eq. 4 with ẇ² in place of ẇ).
+
+    Parameters
+    ----------
+    equivalent_damping
+        C_e [N s/m³].
+    amplitude, frequency
+        W [m], f [Hz].
+    """
     return math.pi * equivalent_damping * 2 * math.pi * frequency * amplitude**2
 
 
 def loss_factor(
     equivalent_damping: Array | float, mass_per_area: float, frequency: float
 ) -> Array | float:
-    """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω): loss over the spheres' kinetic energy."""
+    """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω) [1]: loss over the spheres' kinetic energy.
+
+    Parameters
+    ----------
+    equivalent_damping, mass_per_area, frequency
+        C_e [N s/m³], m″ of the spheres [kg/m²], f [Hz].
+    """
     return equivalent_damping / (mass_per_area * 2 * math.pi * frequency)
 
 
 def inelastic_bound(mass_per_area: float, frequency: float) -> float:
-    """C_e ≤ 4 m″ ω / π, N s/m³: perfectly inelastic mass thrown from wall to wall.
+    """C_e ≤ 4 m″ ω / π [N s/m³]: perfectly inelastic mass thrown from wall to wall.
 
+    Parameters
+    ----------
+    mass_per_area, frequency
+        m″ [kg/m²], f [Hz].
+
+    Notes
+    -----
     Reached at a clear gap L = πW without gravity, where E_d = 4 m″ (ωW)². A bed that keeps
     some of its energy from one wall to the next can exceed it.
     """
@@ -88,10 +118,18 @@ def inelastic_bound(mass_per_area: float, frequency: float) -> float:
 def transient_end(series: Array) -> int:
     """Row at which the transient ends, by the marginal standard error rule.
 
-    White (1997), *Simulation* 69, 323: of all truncation points d the one that minimises
-    Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches of five rows (of fewer where there are fewer
-    than fifty). The search ends at half the series: a minimum there means that the end was
-    not seen, and the caller must run on.
+    Of all truncation points d the one that minimises Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches
+    of five rows (of fewer where there are fewer than fifty). The search ends at half the series:
+    a minimum there means that the end was not seen, and the caller must run on.
+
+    Parameters
+    ----------
+    series
+        (n,) one value a cycle.
+
+    References
+    ----------
+    White, *Simulation* 69, 323 (1997).
     """
     batch = max(1, min(5, len(series) // 10))
     n = len(series) // batch
@@ -106,9 +144,18 @@ def transient_end(series: Array) -> int:
 def block_error(series: Array) -> float:
     """Standard error of the mean of a correlated series, by blocking.
 
-    Flyvbjerg & Petersen (1989), *J. Chem. Phys.* 91, 461: neighbours are averaged in pairs
-    again and again; the error from the blocks rises until they are independent. The largest
-    over all levels with at least `MIN_BLOCKS` blocks is taken, which errs to the safe side.
+    Neighbours are averaged in pairs again and again; the error from the blocks rises until they
+    are independent. The largest error from at least `MIN_BLOCKS` blocks is taken, which is on
+    the safe side; infinity for shorter series.
+
+    Parameters
+    ----------
+    series
+        (n,) one value a cycle.
+
+    References
+    ----------
+    Flyvbjerg & Petersen, *J. Chem. Phys.* 91, 461 (1989).
     """
     blocks = np.asarray(series, float)
     error = 0.0
@@ -129,7 +176,7 @@ def estimate(series: Array, start: int | None = None, stored: Array | None = Non
     start
         First row; left out, it is `transient_end` of the series itself.
     stored
-        (n,) what the bed stores, J, see `without_storage`; used where at least
+        (n,) energy that the bed stores [J], see `without_storage`; used where at least
         `ROWS_FOR_STORAGE` rows are left.
     """
     first = transient_end(series) if start is None else start
@@ -154,11 +201,20 @@ def estimate(series: Array, start: int | None = None, stored: Array | None = Non
 def without_storage(series: Array, stored: Array, start: int) -> Array:
     """The series less what follows the rise and fall of the energy that the bed stores, (n,).
 
+    Parameters
+    ----------
+    series, stored
+        (n,) one value a cycle, and the stored energy [J].
+    start
+        First row after the transient.
+
+    Notes
+    -----
     What the shaker gives in one cycle and the bed gives back in the next is no loss and
     has no mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half
     full, it lands every third cycle, and C_e of single cycles is −2000, 200, 3700 N s/m³ round
     a mean of 600. The increments of the stored energy to the cycle before and after have the
-    mean nought in a steady run, so any multiple of them may be taken off (control variates);
+    mean zero in a steady run, so any multiple of them may be taken off (control variates);
     the multiples are those of least squares from row ``start`` on. There the scatter falls by
     ten, elsewhere by a tenth. The first and last row have no such neighbours and stay.
     """
@@ -180,6 +236,13 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
 def combine(means: Array, errors: Array) -> tuple[float, float]:
     """Mean over seeds and its standard error, from within and between.
 
+    Parameters
+    ----------
+    means, errors
+        (n,) of each seed.
+
+    Notes
+    -----
     The error is the larger of what the runs say of themselves, √Σσ²/n, and what their
     scatter says, s/√n. With two or three seeds the scatter alone is too uncertain (one or
     two degrees of freedom); the runs alone miss that a packing stays what it is.

@@ -1,4 +1,4 @@
-"""The coupon of a study as cases: the only module of the coupon that knows what a study is."""
+"""The coupon of a study as cases: the only module of the coupon that reads a study."""
 
 from __future__ import annotations
 
@@ -96,8 +96,8 @@ def _drives(coupon: Coupon) -> Iterator[Drive]:
         for amplitude_mm in sweep.displacement_mm:
             omega = 2 * math.pi * frequency
             yield from _slow_enough(coupon, Tone(frequency, omega**2 * amplitude_mm * 1e-3))
-        for level in sweep.acceleration_g:
-            yield from _slow_enough(coupon, Tone(frequency, level * STANDARD_GRAVITY))
+        for gamma in sweep.acceleration_g:
+            yield from _slow_enough(coupon, Tone(frequency, gamma * STANDARD_GRAVITY))
 
 
 def _slow_enough(coupon: Coupon, drive: Drive) -> Iterator[Drive]:

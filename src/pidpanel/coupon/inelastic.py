@@ -1,4 +1,4 @@
-"""Closed forms of the perfectly inelastic body, which a damper's bed comes close to.
+"""Closed forms of the perfectly inelastic body, to which the bed of a damper comes close.
 
 A body that does not rebound forgets its past at each landing, so its periodic motion under
 w = A sin ωt follows from one flight. Energies are per cycle, over m A² ω².
@@ -13,12 +13,12 @@ from scipy.optimize import brentq
 LONGEST_GAP = math.sqrt(math.pi**2 + 4)
 """L/A = √(π² + 4) = 3.724: beyond it the body no longer meets both walls in every cycle."""
 
-LARGEST_LEVEL = math.sqrt(1 + math.pi**2)
+LARGEST_GAMMA = math.sqrt(1 + math.pi**2)
 """Γ = √(1 + π²) = 3.297: beyond it a flight is longer than a period."""
 
 
 def slug_energy(gap_over_amplitude: float) -> float:
-    """Loss of a perfectly inelastic body between two shaken walls without gravity.
+    """Loss of a perfectly inelastic body between two shaken walls without gravity [m A²ω²].
 
     It leaves a wall at the wall's greatest speed Aω and meets the other one φ later:
 
@@ -26,13 +26,21 @@ def slug_energy(gap_over_amplitude: float) -> float:
         L/A = π cos t + 2 sin t,  E = 4 cos² t m A²ω²              for π < L/A ≤ √(π² + 4)
 
     In the second range it lands when that wall has passed its greatest speed, so that it leaves
-    at once, t after it. The largest loss, 4 m A²ω², is at L = πA. "Collect and collide": Sack,
-    Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013).
+    at once, t after it. The largest loss, 4 m A²ω², is at L = πA: "collect and collide".
+
+    Parameters
+    ----------
+    gap_over_amplitude
+        L/A [1].
 
     Raises
     ------
     ValueError
         Outside 0 < L/A ≤ √(π² + 4).
+
+    References
+    ----------
+    Sack, Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013).
 
     Examples
     --------
@@ -49,7 +57,7 @@ def slug_energy(gap_over_amplitude: float) -> float:
 
 
 def floor_energy(gamma: float) -> float:
-    """Loss of a perfectly inelastic body on a shaken floor under gravity, Γ = Aω²/g.
+    """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²].
 
     It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ
     later in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
@@ -57,20 +65,29 @@ def floor_energy(gamma: float) -> float:
         sin φ₀ + τ cos φ₀ − τ²/(2Γ) = sin(φ₀ + τ),  u = τ/Γ − cos φ₀ + cos(φ₀ + τ)
 
     Up to Γ = 1 it never leaves the floor and loses nothing. The largest loss, 2.2604 m A²ω², is
-    at Γ = 2.581. Mehta & Luck, *Phys. Rev. Lett.* 65, 393 (1990).
+    at Γ = 2.581.
+
+    Parameters
+    ----------
+    gamma
+        Γ = Aω²/g [1].
 
     Raises
     ------
     ValueError
         Outside 0 < Γ ≤ √(1 + π²), beyond which a flight is longer than a period.
 
+    References
+    ----------
+    Mehta & Luck, *Phys. Rev. Lett.* 65, 393 (1990).
+
     Examples
     --------
     >>> floor_energy(0.9), round(floor_energy(2.0), 6)
     (0.0, 1.836182)
     """
-    if not 0 < gamma <= LARGEST_LEVEL:
-        raise ValueError(f"Γ = {gamma:g}: above 0, up to {LARGEST_LEVEL:.4g}")
+    if not 0 < gamma <= LARGEST_GAMMA:
+        raise ValueError(f"Γ = {gamma:g}: above 0, up to {LARGEST_GAMMA:.4g}")
     if gamma <= 1:
         return 0.0
     start = math.asin(1 / gamma)
@@ -86,13 +103,22 @@ def floor_energy(gamma: float) -> float:
 
 
 def ball_energy(gamma: float, restitution: float) -> float:
-    """Loss of a ball that lands once in every period of a floor under gravity.
+    """Loss of a ball that lands once in every period of a floor under gravity [m A²ω²].
 
     It is thrown up at gT/2 in each period T, whatever the amplitude:
 
         E = ½ m (gT)² (1 − e)/(1 + e) = 2π² (1 − e)/((1 + e) Γ²) m A²ω²
 
-    which needs π(1 − e)/(1 + e) < Γ: Luck & Mehta, *Phys. Rev. E* 48, 3988 (1993).
+    which needs π(1 − e)/(1 + e) < Γ.
+
+    Parameters
+    ----------
+    gamma, restitution
+        Γ = Aω²/g, e [1].
+
+    References
+    ----------
+    Luck & Mehta, *Phys. Rev. E* 48, 3988 (1993).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Shapes of the honeycomb cells: the one place that knows them.
+"""Shapes of the honeycomb cells: the one registry.
 
 The study offers the names, a packing's walls and area come from the outline, the report draws the
 same outline and says the word. The corners enter the label of a packing, the word does not.
@@ -20,7 +20,7 @@ ShapeName = Literal["hexagon", "square", "circle"]
 
 @dataclass(frozen=True)
 class Shape:
-    """A regular prism that stands for a cell.
+    """A regular prism in place of a cell.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Shape:
     word
         For "… cells".
     round
-        Whether it stands for a circle, whose area it then has.
+        Whether it is in place of a circle, whose area it then has.
     """
 
     corners: int

@@ -145,7 +145,13 @@ _BINARY_HEADER = np.dtype(
 
 
 class Motion(NamedTuple):
-    """How every sphere moves in each frame, (frames, spheres, 3) each, SI."""
+    """How every sphere moves in each frame.
+
+    Attributes
+    ----------
+    position, velocity, spin, force
+        (frames, spheres, 3) [m], [m/s], [rad/s], [N]
+    """
 
     position: Array
     velocity: Array
@@ -154,18 +160,27 @@ class Motion(NamedTuple):
 
 
 class ContactList(NamedTuple):
-    """Contacts with the frame of each, SI."""
+    """Contacts with the frame of each.
+
+    Attributes
+    ----------
+    frame
+        (n,) index of the frame.
+    first
+        (n,) the sphere on which the force acts, from 0.
+    second
+        (n,) the other sphere, from 0; for walls the triangle.
+    force
+        (n, 3) [N]
+    torque
+        (n, 3) [N m]; None where it was not listed.
+    """
 
     frame: Index
-    """(n,)"""
     first: Index
-    """(n,) the sphere on which the force acts, from 0."""
     second: Index
-    """(n,) the other sphere, from 0; for walls the triangle."""
     force: Array
-    """(n, 3) [N]"""
     torque: Array | None
-    """(n, 3) [N m]; None where it was not listed."""
 
 
 def read_motion(content: bytes, source: str, *, spheres: int) -> Motion:

@@ -33,12 +33,19 @@ _READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"
 
 
 class Instant(NamedTuple):
-    """Where a simulation stands."""
+    """Step that a simulation has reached.
+
+    Attributes
+    ----------
+    step, spheres
+        Its number, and how many spheres there are.
+    value
+        What was asked to be read, SI; 0 if nothing was.
+    """
 
     step: int
     spheres: int
     value: float
-    """What was asked to be read, SI; 0 if nothing was."""
 
 
 class ContactFiles(NamedTuple):
@@ -215,7 +222,7 @@ class Liggghts:
         self._execute(f"velocity all set {x} {y} {z}")
 
     def now(self) -> Instant:
-        """Where the simulation stands."""
+        """The step that the simulation has reached."""
         return self._execute("")
 
     def finish(self, last_step: int | None = None, spheres: int | None = None) -> None:
@@ -241,7 +248,7 @@ class Liggghts:
     # -------------------------------------------------------------- how it is told
 
     def _execute(self, commands: str, value: str = "0") -> Instant:
-        """Send commands, wait until they are done, and read where the simulation stands.
+        """Send commands, wait until they are done, and read the step that is reached.
 
         Parameters
         ----------

@@ -1,4 +1,10 @@
-"""The coupon's solver and decks held to closed forms: what the page of verification shows."""
+"""LIGGGHTS and the decks of the coupon compared with closed forms: for the page of verification.
+
+`contacts`
+    Single contacts: a collision, a slide that friction ends.
+`shaken`
+    Shaken spheres with the deck of the product: a ball, a slug in a box, a bed on a floor.
+"""
 
 from pidpanel.coupon.verification import contacts, shaken
 

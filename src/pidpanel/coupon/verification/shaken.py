@@ -1,7 +1,7 @@
 """Shaken spheres with a closed form: a ball, a slug in a box, a bed on a floor.
 
 They run the deck of the product, ``templates/shake.in.j2``, and read its rows with `cycles`, so
-that what is held to the closed form is the whole way from the drive to the dissipated energy.
+that the whole way from the drive to the dissipated energy is compared with the closed form.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from pidpanel.coupon.verification.contacts import DENSITY, alike
 from pidpanel.verification import Row
 
 HIGH = 0.1
-"""m; depth of a cell whose lid is never met."""
+"""Depth of a cell whose lid is never met [m]."""
 
 
 def shaken(
     folder: Path, run: Run, positions: Array, count: int, velocity: float | None = None
 ) -> Array:
-    """Energy per cycle over m A²ω² of spheres shaken with the product's deck, (count,).
+    """Energy per cycle of spheres shaken with the deck of the product, (count,) [m A²ω²].
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def shaken(
     run
         Drive, cell and contacts; one cell.
     positions
-        (n, 3) centres at the start, m.
+        (n, 3) centres at the start [m].
     count
         Cycles.
     velocity
-        Along z at the start, in the frame of the cell, m/s; at rest in space if left out.
+        Along z at the start, in the frame of the cell [m/s]; at rest in space if left out.
     """
     diameters = np.full(len(positions), run.packing.diameter)
     preparation.write_start(folder, run.packing, np.column_stack([positions, diameters]))
@@ -145,34 +145,34 @@ def ball_rows(folder: Path) -> list[Row]:
     ]
 
 
-# ---- a bed of small inelastic spheres stands for the perfectly inelastic body
+# ---- a bed of small inelastic spheres in place of the perfectly inelastic body
 
 BED_DIAMETER = 1.25e-3
 BED_RESTITUTION = 0.3
 BED_FRICTION = 0.5
 BED_SIZES = (1, 12, 48)
-"""Spheres that stand for the body: a single one, one layer, four layers of the cell."""
+"""Spheres in place of the body: a single one, one layer, four layers of the cell."""
 
 SLUG = "Inelastic slug between shaken walls without gravity"
 SLUG_FREQUENCY, SLUG_AMPLITUDE, SLUG_MODULUS = 20.0, 8 * BED_DIAMETER, 2e8
-"""Hz, m, Pa. The spheres have to be hard: where their overlaps reach the gaps between them, a
+"""[Hz], [m], [Pa]. The spheres have to be hard: where their overlaps reach the gaps between them, a
 bed rebounds as one spring, the more the more layers it has, and not like many impacts. Here the
 deepest overlap is 2 % of a diameter and 0.2 % of the amplitude."""
 
 FLOOR = "Inelastic bed on a shaken floor under gravity"
 FLOOR_FREQUENCY, FLOOR_MODULUS = 8.0, 3.2e7
-"""Hz, Pa: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5."""
+"""[Hz], [Pa]: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5."""
 
 SLUG_GAPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.4)
 SLUG_HELD = math.pi
-"""L/A up to which a bed can be held to the closed form. Beyond, the body leaves each wall the
+"""L/A up to which a bed can be compared with the closed form. Beyond, the body leaves each wall the
 moment it lands, and what little a real bed has spread never comes together again."""
 
-FLOOR_LEVELS = (0.9, 1.25, 1.5, 2.0, 2.5, 2.75, 3.0)
+FLOOR_GAMMAS = (0.9, 1.25, 1.5, 2.0, 2.5, 2.75, 3.0)
 FLOOR_HELD = 2.8
-"""Γ up to which a bed can be held to the closed form. Beyond, the body lies on the floor for less
-than a tenth of a period, and a bed that rebounds a little is not yet at rest when it is thrown
-again: it is late, and misses the orbit every few cycles."""
+"""Γ up to which a bed can be compared with the closed form. Beyond, the body lies on the floor for
+less than a tenth of a period, and a bed that rebounds a little is not yet at rest when it is
+thrown again: it is late, and misses the orbit every few cycles."""
 
 SLUG_TOLERANCE = 0.05
 """The free path of a bed is known to about a sixth of a sphere, and a sphere is an eighth of the
@@ -193,7 +193,7 @@ def _bed_constants(youngs_modulus: float) -> Constants:
 
 
 def poured(folder: Path) -> Array:
-    """Centres of the spheres of a poured bed from the bottom up, (n, 3) m, n ≥ `BED_SIZES`."""
+    """Centres of the spheres of a poured bed from the bottom up, (n, 3) [m], n ≥ `BED_SIZES`."""
     packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, _bed_constants(SLUG_MODULUS))
     preparation.pour(packing, folder)
     _, spheres = preparation.read_packing(folder)
@@ -286,11 +286,11 @@ def slug_rows(folder: Path) -> list[Row]:
 
 
 def floor_rows(folder: Path) -> list[Row]:
-    """The inelastic bed on a floor, over the level and the number of spheres."""
+    """The inelastic bed on a floor, over Γ and the number of spheres."""
     settled = poured(folder / "pour")
     table = []
     for spheres in BED_SIZES:
-        for gamma in FLOOR_LEVELS:
+        for gamma in FLOOR_GAMMAS:
             run, energy = floor_bed(folder / f"n{spheres}_G{gamma:g}", settled, spheres, gamma)
             held = spheres == BED_SIZES[-1] and gamma <= FLOOR_HELD
             tolerance = FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE
