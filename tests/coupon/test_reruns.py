@@ -44,14 +44,22 @@ def templates(tmp_path, monkeypatch):
     shutil.copytree(TEMPLATES, folder)
     environment = deck._environment.__wrapped__
     monkeypatch.setattr(deck, "_environment", lambda _: environment(folder))
-    return folder
+    new_process()
+    yield folder
+    new_process()
+
+
+def new_process():
+    """Forget what is computed once in a process."""
+    fingerprint._meaning.cache_clear()
+    deck._digest.cache_clear()
 
 
 def edit(path, old, new):
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    fingerprint._meaning.cache_clear()
+    new_process()
 
 
 COMMENTED = ("header.j2", "contacts.j2", "fill.in.j2", "shake.in.j2")
@@ -65,6 +73,7 @@ def test_a_comment_in_a_template_leaves_every_run_as_it_is(templates, name):
     lines = path.read_text().splitlines()
     last = next(i for i in reversed(range(len(lines))) if not lines[i].startswith("{%"))
     lines[last] += "   # said at the end of a line"
+    new_process()
     path.write_text("# said\n{# or in Jinja #}\n\n" + "\n".join(lines) + "\n\n  # at the end\n")
     assert changed(before) == []
 
@@ -98,7 +107,7 @@ def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_p
     assert changed(identities(), deck=here / "own.in.j2") == ["run"]
     assert changed(before, deck=there / "own.in.j2") == []
     (there / "extra.j2").write_text("units cgs\n")
-    deck._environment.cache_clear()
+    new_process()
     assert changed(before, deck=there / "own.in.j2") == ["run"]
 
 

@@ -26,6 +26,7 @@ from pidpanel.coupon import (
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, failures, output
 from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
 pytestmark = pytest.mark.liggghts
@@ -409,3 +410,21 @@ def test_a_state_that_cannot_be_read_is_named_and_the_run_begins_anew(tmp_path, 
     assert again == first
     (case,) = cases_of(coupon())
     assert coding.read(records.ShakeOutcome, case.outcomes(tmp_path)[0]).attempts == 2
+
+
+def test_a_deck_of_the_users_own_begins_anew_only_for_more_cycles(tmp_path, bed_file):
+    # red: resumed from a restart; begun anew though all was there
+    own = {"deck": TEMPLATES / "shake_lab.in.j2"}
+    values = coupon().model_dump(mode="python", by_alias=True) | own
+
+    def run_to(cycles_run):
+        accuracy = values["accuracy"] | {"min_cycles": cycles_run, "max_cycles": cycles_run}
+        (case,) = cases_of(Coupon.model_validate(values | {"accuracy": accuracy}))
+        folder = case.folders(tmp_path)[0]
+        found = runs.shake(case.point, case.target, bed_file.parent, folder)
+        return found, (folder / "cycles_1.txt").stat().st_mtime_ns
+
+    found, written = run_to(10)
+    assert (found.legs, found.balance) == ((10,), None)  # that deck lists no contacts
+    assert run_to(10) == (found, written)
+    assert run_to(12)[0].legs == (12,)

@@ -294,7 +294,7 @@ class Bed:
             self.packing.identity,
             self.fill_fraction,
             coding.encode(LOOSENING),
-            deck.without_comments(deck.shake_text(loosening(self))),
+            deck.shake_digest(loosening(self)),
             process.VERSION,
             fingerprint.module_digest(*PREPARING),
         )
@@ -372,13 +372,11 @@ class Run:
 
         A deck of ours enters as it starts and as it continues from a restart.
         """
-        texts = [deck.shake_text(self)]
-        if self.deck is None:
-            texts.append(deck.shake_text(self, restart="restart"))
+        restarts = (None, "restart") if self.deck is None else (None,)
         return _hash(
             self.bed.identity,
             coding.encode(self.drive),
-            [deck.without_comments(text) for text in texts],
+            [deck.shake_digest(self, restart) for restart in restarts],
             process.VERSION,
         )
 

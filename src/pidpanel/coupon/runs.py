@@ -36,33 +36,23 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
     SolverFailure
         Named after what went wrong.
     """
-    # a deck of the user's own may hold what no restart keeps, so it begins anew
-    state = (_resumed(run, folder) if run.deck is None else None) or _begun(run, bed_folder, folder)
-    least = rows.smallest_error(run, state.mass)
-    wanted = target.min_cycles
+    state = _resumed(run, target, folder) or _begun(run, bed_folder, folder)
     solver: Liggghts | None = None
     with contextlib.ExitStack() as stack:
         while True:
-            if wanted > state.cycles:
-                if solver is None:
-                    solver = stack.enter_context(_started(run, state, folder))
-                    state = replace(state, legs=(*state.legs, 0))
-                state = _continued(solver, run, state, folder, wanted)
-            done = wanted
-            found, _ = rows.estimates(
-                run, rows.read_rows(run, folder, state.legs, done), state.mass
-            )
-            allowed = max(target.relative_error * abs(found.mean), least)
-            good = found.error <= allowed and rows.is_steady(found, done)
-            if good or done >= target.max_cycles:
+            done, good = _judged(run, target, state, folder)
+            if done <= state.cycles:
                 break
-            wanted = min(target.max_cycles, math.ceil(1.5 * done))
-        unbalanced = deck.lists_contacts(run) and state.balance_code != window.code()
-        if unbalanced and solver is None:
+            if solver is None:
+                solver = stack.enter_context(_started(run, state, folder))
+                state = replace(state, legs=(*state.legs, 0))
+            state = _continued(solver, run, state, folder, done)
+        if not _is_balanced(run, state) and solver is None:
             solver = stack.enter_context(_started(run, state, folder))
         if solver is not None:
             solver.dump(LAST_FILE, output.POSITION_AND_VELOCITY)
-            if unbalanced:
+            if not _is_balanced(run, state):
+                least = rows.smallest_error(run, state.mass)
                 balance = window.measure_balance(solver, run, state.spheres, least, folder)
                 state = replace(state, balance=balance, balance_code=window.code())
                 state.write(folder)
@@ -77,7 +67,30 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
     )
 
 
-def _resumed(run: Run, folder: Path) -> State | None:
+def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, bool]:
+    """Cycles that a target takes, and whether its error is met in them.
+
+    As far as rows are there: more cycles than the state has are still to be run.
+    """
+    least = rows.smallest_error(run, state.mass)
+    wanted = target.min_cycles
+    while wanted <= state.cycles:
+        read = rows.read_rows(run, folder, state.legs, wanted)
+        found, _ = rows.estimates(run, read, state.mass)
+        allowed = max(target.relative_error * abs(found.mean), least)
+        good = found.error <= allowed and rows.is_steady(found, wanted)
+        if good or wanted >= target.max_cycles:
+            return wanted, good
+        wanted = min(target.max_cycles, math.ceil(1.5 * wanted))
+    return wanted, False
+
+
+def _is_balanced(run: Run, state: State) -> bool:
+    """Whether no energy balance is to be measured."""
+    return state.balance_code == window.code() or not deck.lists_contacts(run)
+
+
+def _resumed(run: Run, target: Target, folder: Path) -> State | None:
     """The state of a folder from which the run can continue."""
     state = State.read(folder)
     if state is None or state.run != run.identity:
@@ -87,6 +100,10 @@ def _resumed(run: Run, folder: Path) -> State | None:
     lines = rows.rows_text(path).splitlines(keepends=True)
     if len(lines) > 2 + state.legs[-1]:
         path.write_text("".join(lines[: 2 + state.legs[-1]]))
+    # a deck of the user's own may hold what no restart keeps: all of it is there, or none
+    if run.deck is not None:
+        complete = _judged(run, target, state, folder)[0] <= state.cycles
+        return state if complete and _is_balanced(run, state) else None
     return state
 
 

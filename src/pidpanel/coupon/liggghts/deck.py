@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jinja2
 import jinja2.meta
 
+from pidpanel import fingerprint
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.paths import TEMPLATES
 
@@ -75,11 +76,28 @@ def shake_text(run: Run, leg: int = 1, restart: str | None = None) -> str:
     jinja2.UndefinedError
         For a variable of the user's template that `shake_values` does not hold.
     """
-    values = shake_values(run, leg, restart)
-    if run.deck is None:
-        return render("shake.in.j2", values)
-    own = Path(run.deck)
-    return render(own.name, values, own.parent)
+    name, folder = _template(run)
+    return render(name, shake_values(run, leg, restart), folder)
+
+
+def shake_digest(run: Run, restart: str | None = None) -> str:
+    """Hash of the deck of a run without comments: what its rows depend on.
+
+    Runs that differ in their beds alone have one deck, which is rendered once in a process.
+    """
+    name, folder = _template(run)
+    return _digest(name, folder, tuple(shake_values(run, restart=restart).items()))
+
+
+def _template(run: Run) -> tuple[str, Path]:
+    """Name and folder of the template of a run."""
+    own = TEMPLATES / "shake.in.j2" if run.deck is None else Path(run.deck)
+    return own.name, own.parent
+
+
+@cache
+def _digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
+    return fingerprint.text_digest([without_comments(render(name, dict(values), folder))])
 
 
 def shake_values(run: Run, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
