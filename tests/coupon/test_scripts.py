@@ -1,13 +1,14 @@
 """The scripts of the stage, from their arguments to their files."""
 
-import importlib
 import json
 
 import pandas as pd
 import pytest
+from scripts import cases as cases_script
+from scripts import loosen, pour, shake
 
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.paths import WORKFLOW
+from pidpanel.coupon.summary import CoverageMissed
 from pidpanel.study import load_any_study
 
 STUDY = """
@@ -19,13 +20,6 @@ coupon:
 """
 
 
-@pytest.fixture
-def main(monkeypatch):
-    """``main`` of a script by its name."""
-    monkeypatch.syspath_prepend(WORKFLOW)
-    return lambda name: importlib.import_module(f"scripts.{name}").main
-
-
 def study_file(folder, coverage):
     path = folder / "tiny.yaml"
     path.write_text(STUDY.replace("COVERAGE", str(coverage)))
@@ -33,7 +27,7 @@ def study_file(folder, coverage):
 
 
 @pytest.mark.liggghts
-def test_a_small_study_goes_through_all_scripts(tmp_path, main):
+def test_a_small_study_goes_through_all_scripts(tmp_path):
     # red: the bed looked for by another name than it was written to
     study = study_file(tmp_path, 0.5)
     cases = cases_of(load_any_study(study).coupon)
@@ -43,24 +37,26 @@ def test_a_small_study_goes_through_all_scripts(tmp_path, main):
     bed_file = coupon / "bed" / bed.label / "bed.json"
     for file in (packing_file, bed_file):
         file.parent.mkdir(parents=True)  # as Snakemake does
-    main("pour")([json.dumps(bed.packing.as_dict()), str(packing_file)])
-    main("loosen")([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
+    pour.main([json.dumps(bed.packing.as_dict()), str(packing_file)])
+    loosen.main([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
     batch = json.dumps([case.as_dict() for case in cases])
-    main("shake")([batch, str(coupon), str(tmp_path / "batch.json")])
+    shake.main([batch, str(coupon), str(tmp_path / "batch.json")])
     states = json.loads((tmp_path / "batch.json").read_text())
     assert states == {f"{case.label}/s1": "ok" for case in cases}
-    main("cases")([str(study), str(coupon), "all", str(tmp_path / "cases.csv")])
+    cases_script.main([str(study), str(coupon), "all", str(tmp_path / "cases.csv")])
     table = pd.read_csv(tmp_path / "cases.csv")
     assert table["case"].tolist() == [case.label for case in cases]
     assert (table["equivalent_damping_n_s_m3"] > 0).all()
     assert table["acceleration_g"].tolist() == pytest.approx([10, 12])
 
 
-def test_a_table_without_its_coverage_ends_the_script_with_the_cases_named(tmp_path, main):
-    # red: the script ends with a traceback, or with status 0
+def test_a_table_without_its_coverage_is_refused_with_the_cases_named(tmp_path):
+    # red: no coverage checked in `write_table`
     study = study_file(tmp_path, 1.0)
-    with pytest.raises(SystemExit) as ended:
-        main("cases")([str(study), str(tmp_path / "coupon"), "all", str(tmp_path / "cases.csv")])
+    with pytest.raises(CoverageMissed) as ended:
+        cases_script.main(
+            [str(study), str(tmp_path / "coupon"), "all", str(tmp_path / "cases.csv")]
+        )
     said = str(ended.value).splitlines()
     assert len(said) == 3
     assert ": RecordUnreadable: " in said[0]

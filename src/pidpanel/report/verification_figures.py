@@ -157,6 +157,6 @@ def floor_figure(rows: Sequence[Row]) -> Figure:
     return curve_figure(
         rows,
         inelastic.floor_energy,
-        (0.8, inelastic.LARGEST_LEVEL),
+        (0.8, inelastic.LARGEST_GAMMA),
         "acceleration amplitude over gravity, Γ, –",
     )

@@ -24,11 +24,13 @@ def golden_run():
     return cases_of(coupon)[0].runs[0]
 
 
-def test_the_rendered_deck_is_the_recorded_one_to_the_letter():
-    text = deck.render("shake.in.j2", deck.shake_values(golden_run()))
+def test_the_rendered_deck_is_the_recorded_one_command_by_command():
+    # red: a digit less of a number; a command more in the template
+    text = deck.shake_text(golden_run())
     recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs
-    assert recorded.startswith(text.rstrip() + "\nprint ")
+    commands = deck.without_comments(recorded)
+    assert commands.startswith(deck.without_comments(text) + "\nprint ")
 
 
 def test_a_variable_that_nobody_set_is_refused_by_name():
