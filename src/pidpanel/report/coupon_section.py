@@ -33,8 +33,8 @@ Law = Callable[[Array, float], Array]
 """C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction."""
 
 BARS = (
-    "Bars: one standard error, from the scatter between cycles and between seeds. Cases with "
-    "another status than ok are left out."
+    "Bars: one standard error, from the scatter between cycles and between seeds. Only cases with "
+    "status ok are drawn."
 )
 
 

@@ -199,8 +199,8 @@ def collapse_figure(
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.axhline(4 / np.pi, color="black", ls=":", lw=0.9)
-        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set_xlabel(label)
+    grid[0].xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     grid[0].set_ylabel("loss factor η, –")
     if form is not None:
         fine = np.geomspace(stroke.min(), stroke.max(), 200)
