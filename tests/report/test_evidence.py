@@ -1,4 +1,4 @@
-"""The runs shown are those that stand, and the picture says what it shows."""
+"""The runs shown are those that succeeded, and the picture says what it shows."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.report import coupon_section, evidence
-from pidpanel.report.coupon_section import beads_block
+from pidpanel.report.coupon_section import particles_picture
 from pidpanel.study.coupon import Cell, Coupon, Particles, Sweep
 
 
@@ -43,11 +43,11 @@ def write_run(case, folder):
 def test_the_last_state_is_shown_by_speed(case, tmp_path):
     # red: positions for velocities
     write_run(case, tmp_path)
-    beads = evidence.read_beads(case, tmp_path)
-    assert beads.speed == pytest.approx([0.5, 0.1])
-    assert beads.positions[:, 2] == pytest.approx([0.003, 0.007])
-    assert beads.diameters == pytest.approx([0.0025, 0.002])
-    caption = beads_block(beads).caption
+    spheres = evidence.read_spheres(case, tmp_path)
+    assert spheres.speed == pytest.approx([0.5, 0.1])
+    assert spheres.positions[:, 2] == pytest.approx([0.003, 0.007])
+    assert spheres.diameters == pytest.approx([0.0025, 0.002])
+    caption = particles_picture(spheres).caption
     assert "State after 12 cycles; colour: speed relative to the cell" in caption
 
 
@@ -58,15 +58,15 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     run = dataclasses.replace(case.point, bed=bed_of_many)
     centres = cell_centres(packing.across_flats, 70)
     places = np.column_stack([centres + 1e-3, np.full(70, 0.004)])
-    beads = evidence.Beads(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
+    spheres = evidence.Spheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
     drawn = []
 
     def picture(positions, diameters, speed, limits, *, count, **_):
         drawn.append((positions, speed, count))
         return np.zeros((4, 4, 3), np.uint8)
 
-    monkeypatch.setattr(coupon_section.pictures, "beads_picture", picture)
-    caption = coupon_section.beads_block(beads).caption
+    monkeypatch.setattr(coupon_section.pictures, "spheres_picture", picture)
+    caption = coupon_section.particles_picture(spheres).caption
     ((positions, speed, count),) = drawn
     assert count == len(positions) == 5
     assert speed.tolist() == [0, 1, 2, 3, 4]
@@ -75,7 +75,7 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     assert "(5 of them drawn side by side)" in caption
 
 
-def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):
+def test_the_pictured_case_succeeded_and_is_nearest_to_half_fill(cases):
     # red: the status not looked at
     cases["fill_fraction"] += 0.1
     nearest = evidence.nearest_case(cases)
@@ -84,7 +84,7 @@ def test_the_pictured_case_stands_and_lies_nearest_to_half_fill(cases):
     assert evidence.nearest_case(cases) != nearest
 
 
-def test_the_runs_shown_are_spread_over_the_cases_that_stand(cases):
+def test_the_runs_shown_are_spread_over_the_cases_that_succeeded(cases):
     # red: the first so many
     cases.loc[0, "status"] = "NotSteady"
     shown = evidence.spread_cases(cases, 3)

@@ -1,4 +1,4 @@
-"""The page stands alone, and holds what it was given."""
+"""The page needs no other file, and holds what it was given."""
 
 import base64
 import re

@@ -20,7 +20,7 @@ def scene(values, count=2):
     positions = np.array(
         [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
     )
-    return pictures.beads_picture(
+    return pictures.spheres_picture(
         positions, np.full(len(positions), 3e-3), np.resize(values, len(positions)), (0.0, 1.0),
         outline=SHAPES["hexagon"].outline(6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
     )  # fmt: skip
@@ -38,7 +38,7 @@ def test_spheres_are_seen_and_coloured_by_their_value():
     assert difference[2] < -30
 
 
-def test_cells_stand_in_a_row_with_their_own_spheres():
+def test_cells_are_in_a_row_with_their_own_spheres():
     # red: every sphere moved like the first cell
     width, count = 6e-3, 5
     centres = geometry.cell_centres(width, count)

@@ -1,4 +1,4 @@
-"""The whole page of a small study: what stands on it, and what its captions say."""
+"""The whole page of a small study: what is on it, and what its captions say."""
 
 import dataclasses
 import re

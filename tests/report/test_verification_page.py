@@ -74,12 +74,22 @@ def test_a_number_beyond_its_tolerance_is_told_at_the_top_and_in_its_row(rows):
 
 
 def test_a_number_that_is_none_is_the_worst_of_all(rows):
-    # red: np.nan_to_num left out, so that max passes it by
+    # red: math.isnan left out, so that max passes it by
     page = told(
         [*rows, row("Beam", 1.01, 1.0, 0.05, at=1.0), row("Beam", math.nan, 1.0, 0.05, at=2.0)]
     )
     assert page.claims.rows[-1][1:3] == ["1 of 2", "NOT MET"]
     assert page.claims.rows[-1][3].startswith("x at 2")
+
+
+def test_a_number_that_must_be_exact_is_worst_only_where_it_is_not(rows):
+    # red: |error| over a tolerance of 0, and the 0/0 taken for the worst
+    near = row("Beam", 1.02, 1.0, 0.05, at=2.0)
+    page = told([*rows, row("Beam", 0.0, 0.0, 0.0, at=1.0), near])
+    assert page.claims.rows[-1][2:] == ["met", "x at 2: +2 %, tolerance 5 %"]
+    page = told([*rows, row("Beam", 1.0, 0.0, 0.0, at=1.0), near])
+    assert page.claims.rows[-1][2] == "NOT MET"
+    assert page.claims.rows[-1][3].startswith("x at 1")
 
 
 def test_the_difference_at_each_resolution_is_taken_over_the_held_points(rows):

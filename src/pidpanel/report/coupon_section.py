@@ -21,7 +21,7 @@ from pidpanel.report.coupon_figures import (
     steadiness_figure,
     sweep_figure,
 )
-from pidpanel.report.evidence import Beads
+from pidpanel.report.evidence import Spheres
 from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
 from pidpanel.report.text import number, percent, records, with_error
@@ -69,7 +69,7 @@ def coupon_section(
             f"{len(cases)} cases, {len(good)} of them ok; the median standard error of C_e is "
             f"{percent(relative.median(), 1)}, the largest {percent(relative.max())}."
         ),
-        beads_block(coupon.beads),
+        particles_picture(coupon.spheres),
         steadiness,
         *([] if varied else sweep_blocks(good, law)),
         case_table(cases, varied),
@@ -126,33 +126,33 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
     return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
 
 
-def beads_block(beads: Beads) -> Picture:
+def particles_picture(spheres: Spheres) -> Picture:
     """Return a picture of the particles of one run in its first cells."""
-    packing = beads.run.packing
+    packing = spheres.run.packing
     shown = min(packing.count, CELLS_SHOWN)
     centres = cell_centres(packing.across_flats, packing.count)
-    own = np.linalg.norm(beads.positions[:, None, :2] - centres, axis=2).argmin(axis=1)
+    own = np.linalg.norm(spheres.positions[:, None, :2] - centres, axis=2).argmin(axis=1)
     inside = own < shown
-    places = beads.positions[inside]
+    places = spheres.positions[inside]
     # from the grid of all cells to the grid of those shown
     places[:, :2] += (cell_centres(packing.across_flats, shown) - centres[:shown])[own[inside]]
     side = "drawn side by side"
     if shown < packing.count:
         side = f"{shown} of them {side}"
-    limits = (0.0, float(beads.speed.max()))
+    limits = (0.0, float(spheres.speed.max()))
     shape = SHAPES[packing.shape].word
     where = (
-        f"{len(beads.positions)} particles of {packing.diameter * 1e3:g} mm in {packing.count} "
+        f"{len(spheres.positions)} particles of {packing.diameter * 1e3:g} mm in {packing.count} "
         f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm "
-        f"({side}), r = {beads.run.fill_fraction:g}, "
-        f"{beads.run.drive.frequency:g} Hz, "
-        f"Γ = {beads.run.drive.gamma:.4g} ({beads.label})."
+        f"({side}), r = {spheres.run.fill_fraction:g}, "
+        f"{spheres.run.drive.frequency:g} Hz, "
+        f"Γ = {spheres.run.drive.gamma:.4g} ({spheres.label})."
     )
-    caption = f"{where} State after {beads.cycles} cycles; colour: speed relative to the cell."
-    image = pictures.beads_picture(
+    caption = f"{where} State after {spheres.cycles} cycles; colour: speed relative to the cell."
+    image = pictures.spheres_picture(
         places,
-        beads.diameters[inside],
-        beads.speed[inside],
+        spheres.diameters[inside],
+        spheres.speed[inside],
         limits,
         outline=packing.outline,
         across_flats=packing.across_flats,

@@ -1,4 +1,4 @@
-"""What single runs of the coupon left behind: the energy of every cycle, the last state."""
+"""What single runs of the coupon left: the energy of every cycle, the particles at the end."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ from pidpanel.coupon import coding, cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.records import ShakeOutcome
+from pidpanel.report.layout import few
 
 PICTURED = (0.5, 158.0, 10.0)
-"""Fill fraction, frequency (Hz) and Γ of the case that is pictured, or the nearest to them."""
+"""Fill fraction, frequency [Hz] and Γ of the case in the picture, or of the nearest to it."""
 
 
 @dataclass(frozen=True)
-class Beads:
-    """The spheres of one run.
+class Spheres:
+    """The particles of one run at its end.
 
     Attributes
     ----------
     run
-        What was run.
+        The run.
     label
-        Of the case.
+        Label of its case.
     positions
-        (n, 3) centres, m.
+        Centres [m], shape ``(n, 3)``.
     diameters
-        (n,) m.
+        Diameters [m], shape ``(n,)``.
     speed
-        (n,) relative to the cell after the last cycle, m/s.
+        Speed relative to the cell [m/s], shape ``(n,)``.
     cycles
-        Run before the picture.
+        Cycles of the run.
     """
 
     run: Run
@@ -73,32 +74,31 @@ class Record:
 
 
 def nearest_case(cases: pd.DataFrame) -> str:
-    """Label of the case that stands nearest to `PICTURED`, in r and octaves of f and Γ.
+    """Return the label of the case nearest to `PICTURED`, in r and octaves of f and Γ.
 
     Parameters
     ----------
     cases
-        ``coupon/cases.csv`` with at least one row "ok".
+        ``coupon/cases.csv`` with at least one row of status ok.
     """
     good = cases[cases["status"] == "ok"]
-    fill, frequency, level = PICTURED
+    fill, frequency, gamma = PICTURED
     away = (
         5 * (good["fill_fraction"] - fill).abs()
         + np.log2(good["frequency_hz"] / frequency).abs()
-        + np.log2(good["acceleration_g"] / level).abs()
+        + np.log2(good["acceleration_g"] / gamma).abs()
     )
     return str(good.loc[away.idxmin(), "case"])
 
 
 def spread_cases(cases: pd.DataFrame, count: int) -> list[str]:
-    """Labels of so many cases that stand, evenly spread over the table."""
+    """Return labels of ``count`` cases of status ok, evenly spread over the table."""
     good = cases.loc[cases["status"] == "ok", "case"].tolist()
-    index = np.unique(np.linspace(0, len(good) - 1, min(count, len(good))).round().astype(int))
-    return [good[i] for i in index]
+    return [good[int(i)] for i in few(np.arange(len(good), dtype=float), count)]
 
 
 def _title(case: Case, with_size: bool) -> str:
-    """A case as the title of its figure; what the study varies stands on a second line."""
+    """Return the title of a case's figure; what the study varies is on a second line."""
     point = case.point
     title = (
         f"r = {point.fill_fraction:g}, {point.drive.frequency:g} Hz, Γ = {point.drive.gamma:.4g}"
@@ -111,7 +111,7 @@ def _title(case: Case, with_size: bool) -> str:
 
 
 def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[Record]:
-    """Energy per cycle of each seed of a case that stands.
+    """Read the energy per cycle of each seed of a case whose run succeeded.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
     folder
         ``results/coupon``.
     with_size
-        Whether the diameter of the spheres tells cases of the study apart.
+        Whether cases of the study differ in the diameter of the particles.
     """
     records = []
     for run, path in zip(case.runs, case.outcomes(folder), strict=True):
@@ -147,8 +147,8 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
     return records
 
 
-def read_beads(case: Case, folder: Path) -> Beads:
-    """The spheres of the first seed of a case as they were at its end.
+def read_spheres(case: Case, folder: Path) -> Spheres:
+    """Read the particles of the first seed of a case at its end.
 
     Parameters
     ----------
@@ -161,4 +161,4 @@ def read_beads(case: Case, folder: Path) -> Beads:
     state = output.read_dump(last.read_text(), str(last), output.POSITION_AND_VELOCITY)[-1]
     diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
-    return Beads(run, case.label, state[:, :3], diameters, speed, found.cycles)
+    return Spheres(run, case.label, state[:, :3], diameters, speed, found.cycles)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.modes import PanelBasis
-from pidpanel.report.evidence import Beads, Record
+from pidpanel.report.evidence import Record, Spheres
 from pidpanel.response.rounds import Round
 from pidpanel.study import Study
 
@@ -25,13 +25,13 @@ class Coupon:
         ``coupon/cases.csv``.
     records
         The cycles of a few cases, each with its runs.
-    beads
+    spheres
         The particles of one run at its end.
     """
 
     cases: pd.DataFrame
     records: Sequence[Sequence[Record]]
-    beads: Beads
+    spheres: Spheres
 
 
 @dataclass(frozen=True)

@@ -31,21 +31,21 @@ def _plotter(width: int, height: int) -> pv.Plotter:
 
 
 def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[Array, Array]:
-    """Spheres and cells' centres with the cells moved side by side, nothing else changed.
+    """Move cells side by side with the spheres in them.
 
     Parameters
     ----------
     positions
-        (n, 3) m, in cells at `geometry.cell_centres`.
+        Centres [m], shape ``(n, 3)``, in cells at `geometry.cell_centres`.
     across_flats, count
-        Width of a cell in m, and how many there are.
+        Width of a cell [m], and how many there are.
 
     Returns
     -------
     positions
-        (n, 3) m.
+        Centres of the spheres [m], shape ``(n, 3)``.
     centres
-        (count, 2) m.
+        Centres of the cells [m], shape ``(count, 2)``.
     """
     centres = geometry.cell_centres(across_flats, count)
     row = np.zeros_like(centres)
@@ -57,7 +57,7 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
     return moved, row
 
 
-def beads_picture(
+def spheres_picture(
     positions: Array,
     diameters: Array,
     values: Array,
@@ -70,30 +70,31 @@ def beads_picture(
     colormap: str = "plasma",
     pixels: int = 1500,
 ) -> Image:
-    """Spheres in transparent cells that stand in a row.
+    """Draw spheres in a row of transparent cells.
 
     Parameters
     ----------
     positions
-        (n, 3) centres, m, in cells at `geometry.cell_centres`.
+        Centres [m], shape ``(n, 3)``, in cells at `geometry.cell_centres`.
     diameters
-        (n,) m.
+        Diameters [m], shape ``(n,)``.
     values, limits
-        (n,) what the colour shows, and the ends of its scale.
+        What the colour shows, shape ``(n,)``, and the ends of its scale.
     outline
-        (k, 2) corners of a cell round its centre, m.
+        Corners of a cell round its centre [m], shape ``(n_corners, 2)``.
     across_flats, depth
-        Of a cell, m.
+        Width and depth of a cell [m].
     count
         Number of cells.
     colormap
         Name of the colour map.
     pixels
-        Width of the image.
+        Width of the image [pixel].
 
     Returns
     -------
-    (height, width, 3)
+    Image
+        Shape ``(height, width, 3)``.
     """
     moved, centres = cells_in_a_row(positions, across_flats, count)
     spheres = pv.PolyData(moved)
@@ -143,28 +144,29 @@ def mode_pictures(
     colormap: str = "RdBu_r",
     size: tuple[int, int] = (660, 400),
 ) -> list[Image]:
-    """Mode shapes, warped and coloured from −1 to 1, with lines and points on them.
+    """Draw mode shapes, warped and coloured from −1 to 1, with lines and points on them.
 
     Parameters
     ----------
     vertices
-        (nv, 2) m.
+        Positions [m], shape ``(n_vertices, 2)``.
     cells
-        (nc, 4) or (nc, 3) numbers of vertices.
+        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
     shapes
-        (nv, n) deflections; each is scaled to a largest deflection of 1.
+        Deflections, shape ``(n_vertices, n_modes)``; each is scaled to a largest of 1.
     lines
-        (nl, 2) numbers of the vertices that lines join: outlines of panel and patches.
+        Vertex numbers that lines join, shape ``(n_lines, 2)``: outlines of panel and patches.
     points
-        (np, 2) m, at vertices.
+        Positions of points [m], shape ``(n_points, 2)``; each is drawn at the nearest vertex.
     colormap
         Name of the colour map.
     size
-        Width and height of each image in pixels.
+        Width and height of each image [pixel].
 
     Returns
     -------
-    n images (height, width, 3)
+    list of Image
+        One for each mode, shape ``(height, width, 3)``.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     rise = 0.1 * float(np.min(high - low))

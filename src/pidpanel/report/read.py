@@ -103,7 +103,7 @@ def read_coupon(study: CouponStudy, table: Path, folder: Path) -> Coupon:
             evidence.read_records(known[label], folder, with_size=len(sizes) > 1)
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
-        evidence.read_beads(known[evidence.nearest_case(cases)], folder),
+        evidence.read_spheres(known[evidence.nearest_case(cases)], folder),
     )
 
 

@@ -6,6 +6,7 @@ show have a figure (`SHOWN`), all others a table alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -154,7 +155,15 @@ def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def _worst(rows: Sequence[Row]) -> Row:
     """Return the row that is nearest to its tolerance, or farthest beyond it."""
-    return max(rows, key=lambda row: np.nan_to_num(abs(row.error), nan=np.inf) / row.tolerance)
+    return max(rows, key=_share_of_tolerance)
+
+
+def _share_of_tolerance(row: Row) -> float:
+    """Return |error| over the tolerance; infinite where the number is NaN, or should be exact."""
+    error = abs(row.error)
+    if error == 0:
+        return 0.0
+    return math.inf if math.isnan(error) or row.tolerance == 0 else error / row.tolerance
 
 
 def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
