@@ -39,6 +39,12 @@ scenarios:
 
 
 @pytest.fixture(scope="session")
+def study_text():
+    """The study as YAML."""
+    return STUDY
+
+
+@pytest.fixture(scope="session")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("study") / "trial.yaml"
     path.write_text(STUDY)

@@ -1,0 +1,77 @@
+"""Records hold what the files of the stages hold."""
+
+import pandas as pd
+import pytest
+
+from pidpanel.damping import fit, forms
+from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.report.read import read_damping
+from pidpanel.response.rounds import Round
+from pidpanel.study import StudyError, load_study
+
+DAMPING = """
+damping: {readings: [dem], target: {relative_error: 0.05, start: 4}}
+coupon:
+  cell: {depth_mm: 30}
+  sweep: {fill_fraction: [0.1, 0.6, 0.9], frequency_hz: [50, 150, 450], acceleration_g: [5, 50]}
+"""
+
+
+@pytest.fixture
+def dem(tmp_path, study_text):
+    path = tmp_path / "dem.yaml"
+    lines = [line for line in study_text.splitlines() if not line.startswith("damping:")]
+    path.write_text("\n".join(lines) + DAMPING)
+    return load_study(path)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """What coupon, damping and design leave: cases of C_e = r f √(5/Γ), and two rounds."""
+    cases = pd.DataFrame(
+        [
+            {"case": f"r{r}_f{f}Hz_a{a}g", "fill_fraction": r, "frequency_hz": float(f),
+             "acceleration_g": float(a), "particle_mass_per_area_kg_m2": 14 * r,
+             VALUE: r * f * (5 / a) ** 0.5, ERROR: 0.02 * r * f, "apparent_mass_kg_m2": 0.1 * r,
+             "status": "ok"}
+            for r in (0.1, 0.6, 0.9) for f in (50, 150, 450) for a in (5, 50)
+        ]
+    )  # fmt: skip
+    surface = DampingSurface.from_frame(cases)
+    for name in ("coupon", "damping", "design"):
+        (tmp_path / name).mkdir()
+    cases.to_csv(tmp_path / "coupon" / "cases.csv", index=False)
+    surface.to_dataset().to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
+    law = fit.fit_levels(surface.cases).assign(form="paper")
+    law.to_csv(tmp_path / "damping" / "law.csv", index=False)
+    forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)
+    Round(0, ("a", "b"), 2).write(tmp_path / "design" / "round0.json")
+    last = Round(1, ("a", "b"), 0, True, 0.05, 0.04, {"PID-1": {"1": 0.04}})
+    last.write(tmp_path / "design" / "round1.json")
+    return tmp_path
+
+
+def test_the_damping_of_a_study_is_read_whole(dem, folder):
+    # red: the depth in mm; law.csv and forms.csv exchanged
+    found = read_damping(dem, folder)
+    assert found.depth == pytest.approx(0.03)
+    assert len(found.cases) == len(found.surface.cases) == 18
+    assert {"constant", "value", "low", "high"} <= set(found.law.columns)
+    assert "held_out_rms" in found.comparison.columns
+    value = found.surface([150.0], 0.6, 5.0).equivalent_damping
+    # the surface passes through its cases within their error of 2 %, twice
+    assert value == pytest.approx(0.6 * 150, rel=0.04)
+
+
+def test_rounds_are_read_where_the_study_has_a_target(dem, folder):
+    # red: rounds always read, and a file missed
+    assert [one.round for one in read_damping(dem, folder).rounds] == [0, 1]
+    without = dem.damping.model_copy(update={"target": None})
+    (folder / "design" / "round0.json").unlink()
+    assert read_damping(dem.model_copy(update={"damping": without}), folder).rounds == ()
+
+
+def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
+    # red: AttributeError of None
+    with pytest.raises(StudyError, match="dem: no section coupon"):
+        read_damping(dem.model_copy(update={"coupon": None}), folder)
