@@ -1,7 +1,7 @@
 """Plane shapes as polygons: outlines, holes and patches, and whether one lies on another.
 
-Circles and rounded corners are drawn by straight pieces, corners by pieces that turn by at most
-7.5 degrees each.
+Circles and rounded corners are polygons of short straight pieces; those of a corner turn by at
+most 7.5° each. The predicates are shapely's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ SLACK = 1e-9
 
 
 class Shape(Protocol):
-    """Whatever has corners, in order, the first not repeated; str() shows it."""
+    """Anything with corners in order, the first not repeated; ``str()`` is for messages."""
 
     @property
     def corners(self) -> Array:
@@ -36,9 +36,9 @@ class Rectangle:
 
     Attributes
     ----------
-    centre : tuple of float
+    centre
         Centre (x, y) [m].
-    size : tuple of float
+    size
         Edge lengths along x and y [m].
     """
 
@@ -62,22 +62,22 @@ class Rectangle:
         return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
     def __str__(self) -> str:
-        """Show the rectangle as a product of intervals in metres."""
+        """Return the rectangle as a product of intervals in metres."""
         (x0, y0), (x1, y1) = self.lower, self.upper
         return f"[{x0:g}, {x1:g}] x [{y0:g}, {y1:g}] m"
 
 
 @dataclass(frozen=True)
 class Circle:
-    """A disc, drawn by a regular polygon with its corners on the circle.
+    """A disc as a regular polygon with its corners on the circle.
 
     Attributes
     ----------
-    centre : tuple of float
+    centre
         Centre (x, y) [m].
-    radius : float
+    radius
         [m].
-    pieces : int
+    pieces
         Corners of the polygon. The frequencies of a simply supported thin disc are 0.04 % off
         with 48 and 6 % with 24.
     """
@@ -88,7 +88,7 @@ class Circle:
 
     @classmethod
     def of_equal_area(cls, centre: Position, radius: float, pieces: int = 24) -> "Circle":
-        """The regular polygon with the area of the disc."""
+        """Return the regular polygon with the area of the disc."""
         turn = 2 * np.pi / pieces
         return cls(centre, radius * np.sqrt(turn / np.sin(turn)), pieces)
 
@@ -99,7 +99,7 @@ class Circle:
         return self.centre + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
     def __str__(self) -> str:
-        """Show centre and radius in metres."""
+        """Return centre and radius in metres."""
         return f"circle of radius {self.radius:g} m about {show(self.centre)}"
 
 
@@ -109,9 +109,9 @@ class Polygon:
 
     Attributes
     ----------
-    points : tuple of tuple of float
+    points
         Corners (x, y) [m], in order, the first not repeated.
-    radius : float
+    radius
         Radius of every corner [m].
     """
 
@@ -124,18 +124,18 @@ class Polygon:
         return rounded(self.points, self.radius)
 
     def __str__(self) -> str:
-        """Show the corners in metres."""
+        """Return the corners in metres."""
         rounding = f", rounded by {self.radius:g} m" if self.radius else ""
         return ", ".join(f"({x:g}, {y:g})" for x, y in self.points) + f" m{rounding}"
 
 
 def show(position: Sequence[float]) -> str:
-    """Show a position in metres."""
+    """Return a position in metres as text."""
     return f"({position[0]:g}, {position[1]:g}) m"
 
 
 def signed_area(corners: ArrayLike) -> float:
-    """Area of a polygon [m^2], negative if its corners go round clockwise.
+    """Return the area of a polygon [m²], negative if its corners go round clockwise.
 
     Examples
     --------
@@ -147,21 +147,20 @@ def signed_area(corners: ArrayLike) -> float:
 
 
 def rounded(points: Sequence[Position], radius: float) -> Array:
-    """Corners of a polygon with every corner cut by an arc of straight pieces.
+    """Return the corners of a polygon with every corner cut by an arc of straight pieces.
 
     The pieces' ends lie on the arc, which touches both edges.
 
     Parameters
     ----------
-    points : sequence of tuple of float
+    points
         [m].
-    radius : float
+    radius
         [m]; 0 leaves the corners.
 
     Returns
     -------
-    ndarray, shape (n, 2)
-        [m].
+    (n, 2) [m].
 
     Raises
     ------
@@ -287,12 +286,13 @@ def check_panel(
 
     Parameters
     ----------
-    outline : Shape
-    holes : mapping of str to Shape
+    outline
+        The outer edge.
+    holes
         Must lie inside the outline, apart from it and from each other.
-    patches : mapping of str to Shape
+    patches
         May touch edges and each other, or overlap each other, but no hole.
-    points : mapping of str to tuple of float
+    points
         May lie on edges.
 
     Raises

@@ -76,7 +76,7 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
         ("bdf_panel", "mesh.file", "none.bdf", "panel.mesh.file = none.bdf: no such file"),
         ("bdf_panel", "mesh.file", "panel.step", "file = panel.step: one of .bdf, .dat, .nas, .msh"),
         ("bdf_panel", "points.left.grid", 99, "no node 99; it has"),
-        ("bdf_panel", "patches.side.centre_m", [1.1, 0.7], "cover 0 m2 of its 0.04 m2"),
+        ("bdf_panel", "patches.side.centre_m", [1.1, 0.7], "cover 0 m² of its 0.04 m²"),
     ],
 )  # fmt: skip
 def test_a_panel_that_cannot_be_is_refused_in_one_line(tmp_path, name, keys, value, says):

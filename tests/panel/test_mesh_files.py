@@ -128,12 +128,12 @@ def test_exponents_without_their_e_are_read(tmp_path):
         ("GRID           2        ", "GRID           2       5", "deck.bdf:4: GRID: CP = 5 is not read"),
         ("GRID           2              1.      0.      0.", "GRID           2              1.      0.      0.               3", "deck.bdf:4: GRID: PS = 3 is not read"),
         ("1       2       5       4", "1       2       5       4     45.", "deck.bdf:9: CQUAD4: field 45. after the nodes"),
-        ("2.      0.      0.", "2.      0.      x", "deck.bdf:5: GRID: x is no number"),
-        ("GRID           3", "GRID           a", "deck.bdf:5: GRID: a where a number from 1"),
-        ("GRID           3", "GRID           2", "node 2 stands twice"),
-        ("CQUAD4         2", "CQUAD4         1", "element 1 stands twice"),
+        ("2.      0.      0.", "2.      0.      x", "deck.bdf:5: GRID: x is not a number"),
+        ("GRID           3", "GRID           a", "deck.bdf:5: GRID: a is not allowed; a number from 1 is needed"),
+        ("GRID           3", "GRID           2", "node 2 appears twice"),
+        ("CQUAD4         2", "CQUAD4         1", "element 1 appears twice"),
         ("2       3       6       5", "2       3       9       5", "element 2: node 9 is not there"),
-        ("2       3       6       5", "2       3       3       5", "element 2: a node stands twice in it"),
+        ("2       3       6       5", "2       3       3       5", "element 2: a node appears twice in it"),
         ("2       3       6       5", "2       6       3       5", "element 2: its corners do not go round"),
         ("2       3       6       5", "5       6       3       2", "element 2 is inverted"),
         ("      2.      0.      0.", "     nan      0.      0.", "node 3: its position is not a number"),
@@ -185,7 +185,7 @@ def test_places_that_a_foreign_mesh_does_not_have_are_refused(tmp_path):
     flat = read_nastran(path)
     for patches, points, message in (
         ({"P": "9"}, {}, "has no group 9, but 7, 8"),
-        ({"P": Rectangle((1.0, 0.5), (0.5, 0.5))}, {}, "cover 0 m2 of its 0.25 m2"),
+        ({"P": Rectangle((1.0, 0.5), (0.5, 0.5))}, {}, "cover 0 m² of its 0.25 m²"),
         ({}, {"A": (0.1, 0.0)}, r"point 'A' = \(0.1, 0\) m: no node is there; the nearest is 1"),
     ):
         with pytest.raises(ValueError, match=message):

@@ -22,9 +22,9 @@ class Spring:
 
     Attributes
     ----------
-    position : tuple of float
+    position
         (x, y) [m].
-    stiffness : float
+    stiffness
         [N/m].
     """
 
@@ -38,9 +38,9 @@ class PointMass:
 
     Attributes
     ----------
-    position : tuple of float
+    position
         (x, y) [m].
-    mass : float
+    mass
         [kg].
     """
 
@@ -54,9 +54,9 @@ class LineMass:
 
     Attributes
     ----------
-    start, end : tuple of float
+    start, end
         Ends (x, y) [m].
-    mass : float
+    mass
         Of the whole line [kg].
     """
 
@@ -70,14 +70,15 @@ def with_attachments(
     attachments: Iterable[Spring | PointMass | LineMass],
     mesh: PanelMesh,
 ) -> AssembledPlate:
-    """Add springs and masses: K += k N^T N, M += m N^T N, M += int mu N^T N ds.
+    """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds.
 
     Parameters
     ----------
-    plate : AssembledPlate
-    attachments : iterable of Spring, PointMass or LineMass
+    plate
+        The supported plate.
+    attachments
         They act on the deflection w; masses have no rotary inertia.
-    mesh : PanelMesh
+    mesh
         The plate's; its element edges set the quadrature along lines.
 
     Returns
@@ -106,7 +107,7 @@ def with_attachments(
 
 
 def _along(line: LineMass, element_size: float) -> tuple[Array, Array]:
-    """Gauss points (n, 2) along a line [m], and weights that sum to 1."""
+    """Return Gauss points (n, 2) along a line [m], and weights that sum to 1."""
     start, end = np.array(line.start), np.array(line.end)
     pieces = max(1, int(np.ceil(4 * np.linalg.norm(end - start) / element_size)))
     points, weights = LINE_POINTS

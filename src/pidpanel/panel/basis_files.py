@@ -65,10 +65,11 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
 
     Parameters
     ----------
-    path : Path
+    path
         The ``.nc`` file.
-    basis : PanelBasis
-    attributes : mapping of str to str
+    basis
+        Modes and residual vectors.
+    attributes
         Global attributes of the file, such as the hash of the study.
     """
     variables = {}
@@ -103,15 +104,16 @@ def read_basis(path: Path) -> PanelBasis:
 
 
 def write_shapes(path: Path, basis: PanelBasis) -> None:
-    """Write the shapes at the vertices to a VTU file, one array a shape.
+    """Write the shapes at the vertices to a VTU file, one array per shape.
 
     The arrays are named by number from 1 and frequency, such as ``mode_001_64.90_hz``.
 
     Parameters
     ----------
-    path : Path
+    path
         The ``.vtu`` file.
-    basis : PanelBasis
+    basis
+        Modes and residual vectors.
     """
     shapes = {}
     for i, frequency in enumerate(basis.natural_frequency):

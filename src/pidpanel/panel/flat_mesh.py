@@ -1,8 +1,8 @@
-"""Meshes that others drew: read from a file, checked, turned into triangles.
+"""Meshes from other programs: read from a file, checked, turned into triangles.
 
-What would spoil the modes without a word is refused in one line: positions that are not finite
-or off the plane, nodes that no element uses, two nodes at one place (a crack), elements without
-area or turned over.
+What would silently falsify the modes is refused in one line: positions that are not finite or
+off the plane, nodes that no element uses, two nodes at one place (a crack), elements without
+area or inverted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,20 +28,21 @@ CLOSE = 1e-7
 
 @dataclass(frozen=True)
 class FlatMesh:
-    """A checked plane mesh as its file has it.
+    """A checked plane mesh with the numbers of its file.
 
     Attributes
     ----------
-    path : Path
-    node : ndarray of int, shape (n_nodes,)
-        Numbers of the nodes in the file.
-    position : ndarray, shape (n_nodes, 2)
-        [m].
-    triangles : ndarray of int, shape (n_triangles, 3)
-        Counter-clockwise, by the order of the nodes; quadrilaterals are cut along their shorter
-        diagonal.
-    groups : ndarray of str, shape (n_triangles,)
-        Group of the element each triangle comes from.
+    path
+        The file.
+    node
+        (n_nodes,) numbers of the nodes in the file.
+    position
+        (n_nodes, 2) [m].
+    triangles
+        (n_triangles, 3) counter-clockwise, by the order of the nodes; quadrilaterals are cut along
+        their shorter diagonal.
+    groups
+        (n_triangles,) group of the element each triangle comes from.
     """
 
     path: Path
@@ -60,20 +61,21 @@ class FlatMesh:
         corners: Sequence[Sequence[int]],
         group: NDArray[np.str_],
     ) -> "FlatMesh":
-        """Check and triangulate.
+        """Check a mesh and cut it into triangles.
 
         Parameters
         ----------
-        path : Path
-        node : sequence of int
+        path
+            The file.
+        node
             Numbers of the nodes.
-        position : ndarray, shape (n_nodes, 3)
-            In the unit of the file.
-        element : sequence of int
+        position
+            (n_nodes, 3) in the unit of the file.
+        element
             Numbers of the elements.
-        corners : sequence of sequence of int
+        corners
             Node numbers of each element, three or four.
-        group : ndarray of str
+        group
             Group of each element.
 
         Raises
@@ -85,7 +87,7 @@ class FlatMesh:
         for what, found in (("node", numbers), ("element", np.asarray(element))):
             values, count = np.unique(found, return_counts=True)
             if count.max(initial=0) > 1:
-                raise ValueError(f"{path}: {what} {values[np.argmax(count)]} stands twice")
+                raise ValueError(f"{path}: {what} {values[np.argmax(count)]} appears twice")
         if not np.all(np.isfinite(position)):
             bad = numbers[~np.isfinite(position).all(axis=1)][0]
             raise ValueError(f"{path}: node {bad}: its position is not a number")
@@ -116,11 +118,11 @@ class FlatMesh:
         return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
 
     def scaled(self, unit: float) -> "FlatMesh":
-        """The mesh in metres, if the file counts lengths in `unit` [m]."""
+        """Return the mesh in metres, where the unit of length of the file is `unit` [m]."""
         return replace(self, position=self.position * unit)
 
     def at_node(self, number: int) -> Position:
-        """Position of a node [m].
+        """Return the position of a node [m].
 
         Raises
         ------
@@ -139,13 +141,13 @@ class FlatMesh:
     def panel_mesh(
         self, patches: Mapping[str, Shape | str], points: Mapping[str, Position]
     ) -> PanelMesh:
-        """Name the patches and the points.
+        """Return the mesh with its patches and points.
 
         Parameters
         ----------
-        patches : mapping of str to Shape or str
+        patches
             A shape holds the triangles whose centre lies in it; text names a group of the file.
-        points : mapping of str to tuple of float
+        points
             Positions of nodes [m].
 
         Raises
@@ -171,7 +173,7 @@ class FlatMesh:
                 if abs(found / asked - 1) > PATCH_AREA_TOLERANCE:
                     raise ValueError(
                         f"patch {name!r} = {patch}: the elements with their centre in it cover"
-                        f" {found:.4g} m2 of its {asked:.4g} m2; it must lie on the panel and the"
+                        f" {found:.4g} m² of its {asked:.4g} m²; it must lie on the panel and the"
                         " mesh must follow its edges"
                     )
             patch_cells[name] = np.flatnonzero(members)
@@ -193,7 +195,7 @@ def read_gmsh(path: Path) -> FlatMesh:
 
     Parameters
     ----------
-    path : Path
+    path
         A ``.msh`` file of triangles and quadrilaterals of first order.
 
     Returns
@@ -239,9 +241,9 @@ def read_gmsh(path: Path) -> FlatMesh:
 
 
 def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[list[int]]:
-    """Triangles of an element; a quadrilateral is cut along its shorter diagonal."""
+    """Return the triangles of an element; a quadrilateral is cut along its shorter diagonal."""
     if len(set(places)) < len(places):
-        raise ValueError(f"{path}: element {element}: a node stands twice in it")
+        raise ValueError(f"{path}: element {element}: a node appears twice in it")
     if len(places) == 3:
         return [places]
     a, b, c, d = places

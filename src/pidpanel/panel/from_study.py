@@ -1,4 +1,4 @@
-"""The panel of a study as the objects of this stage: SI in, arrays out."""
+"""The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +27,7 @@ from pidpanel.study.section import Material, Ply
 
 
 def section_of(panel: Panel) -> ThinSection | ShearSection:
-    """The section in SI."""
+    """Return the section of a panel in SI units."""
     spec = panel.section
     if spec.kind == "thin":
         return ThinSection(
@@ -77,19 +77,19 @@ def _material(spec: Material) -> layup.Material:
 
 @dataclass(frozen=True)
 class StudiedPanel:
-    """A panel with every place of it found, before or after it is meshed.
+    """A panel with the positions of everything on it, before or after it is meshed.
 
     Attributes
     ----------
-    panel : Panel
-        Of the study.
+    panel
+        The section ``panel`` of a study.
     """
 
     panel: Panel
 
     @cached_property
     def foreign(self) -> FlatMesh | None:
-        """The mesh of a file, None where the mesh is ours."""
+        """The mesh of a file; None where the panel is meshed here."""
         spec = self.panel.mesh
         if spec.file is None:
             return None
@@ -98,22 +98,22 @@ class StudiedPanel:
 
     @cached_property
     def section(self) -> ThinSection | ShearSection:
-        """Of the whole panel."""
+        """The section of the whole panel, in SI units."""
         return section_of(self.panel)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
-        """Shapes [m], or groups of the file."""
+        """The patches by name: shapes [m], or groups of the mesh file."""
         return {name: p.shape or str(p.group) for name, p in self.panel.patches.items()}
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:
-        """Patches that have a shape."""
+        """The patches that have a shape."""
         return {name: shape for name, shape in self.patches.items() if not isinstance(shape, str)}
 
     @cached_property
     def points(self) -> dict[str, Position]:
-        """Response points [m]."""
+        """The response points by name [m]."""
         return {
             name: self._place(None, at.grid) if isinstance(at, Node) else at
             for name, at in self.panel.points.items()
@@ -121,7 +121,7 @@ class StudiedPanel:
 
     @cached_property
     def supports(self) -> supports.Supports:
-        """Edges, hinges and hold-downs."""
+        """The supports of edges, the hinges and the hold-downs."""
         held = self.panel.held
         return supports.Supports(
             held.outline,
@@ -136,7 +136,7 @@ class StudiedPanel:
 
     @cached_property
     def attachments(self) -> dict[str, Spring | PointMass | LineMass]:
-        """Springs and masses."""
+        """The springs and masses by name."""
         found: dict[str, Spring | PointMass | LineMass] = {
             name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
             for name, p in self.panel.held.points.items()
@@ -151,7 +151,7 @@ class StudiedPanel:
 
     @property
     def navier_size(self) -> tuple[float, float] | None:
-        """Edge lengths [m] where Navier's closed form holds, None elsewhere."""
+        """Edge lengths [m] where Navier's closed form holds; None elsewhere."""
         held = self.panel.held
         plain = held.outline == "simply_supported" and not (held.edges or held.points)
         return self.panel.size if plain and not self.attachments else None
@@ -268,7 +268,7 @@ class StudiedPanel:
 
     @property
     def _anchors(self) -> dict[str, Position]:
-        """Where vertices must be: point supports, ends of supported edges."""
+        """Positions of required vertices: point supports, ends of supported edges."""
         found = {f"support {name}": p.position for name, p in self.supports.points.items()}
         for number, edge in enumerate(self.supports.edges, 1):
             found[f"supports.edges {number} from_m"] = edge.start
@@ -286,7 +286,7 @@ class StudiedPanel:
         return found
 
     def _place(self, at: Position | None, grid: int | None) -> Position:
-        """A position [m], given as such or as a node of the file."""
+        """Return a position [m] that is stated as such or as a node of the mesh file."""
         if at is not None:
             return at
         if self.foreign is None or grid is None:

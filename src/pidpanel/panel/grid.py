@@ -30,8 +30,8 @@ def check_grid(
 
     Returns
     -------
-    columns, rows : list of int
-        Grid lines, by number, at which gmsh must have a line of its own.
+    columns, rows
+        Numbers of the grid lines that gmsh needs as lines of its own.
 
     Raises
     ------
@@ -64,22 +64,22 @@ def mesh_quadrilaterals(
     patches: Mapping[str, Rectangle],
     points: Mapping[str, tuple[float, float]],
 ) -> PanelMesh:
-    """Mesh the rectangle [0, a] x [0, b] by a regular grid of quadrilaterals.
+    """Mesh the rectangle [0, a] × [0, b] by a regular grid of quadrilaterals.
 
     The rectangle is cut along every patch edge and through every point, so that in gmsh each
     patch is a set of whole surfaces and each point is a corner of one.
 
     Parameters
     ----------
-    path : Path
+    path
         The ``.msh`` file to write.
-    size : tuple of float
+    size
         Edge lengths (a, b) [m] along x and y.
-    elements : tuple of int
+    elements
         Number of elements along x and y.
-    patches : mapping of str to Rectangle
+    patches
         Damper patches; their edges lie on element edges. They may touch or overlap.
-    points : mapping of str to tuple of float
+    points
         Response points (x, y) [m]; each is a grid point.
 
     Returns
@@ -116,7 +116,7 @@ def _cut_lines(
     patches: Mapping[str, Rectangle],
     points: Mapping[str, tuple[float, float]],
 ) -> list[int]:
-    """Numbers of the grid lines across one axis that bound patches or carry points."""
+    """Return the numbers of the grid lines across one axis that bound patches or carry points."""
     lines = {0, elements}
     for name, patch in patches.items():
         for edge in (patch.lower[axis], patch.upper[axis]):
@@ -131,13 +131,13 @@ def _cut_lines(
 def _draw_blocks(
     columns: list[int], rows: list[int], spacing: tuple[float, float]
 ) -> tuple[dict[tuple[int, int], int], dict[int, tuple[float, float]]]:
-    """Draw the blocks between grid lines, to be meshed by one quadrilateral a grid cell.
+    """Draw the blocks between grid lines, to be meshed by one quadrilateral per grid cell.
 
     Returns
     -------
-    corners : dict
+    corners
         gmsh point at each crossing (column, row).
-    surfaces : dict
+    surfaces
         Centre (x, y) [m] of each gmsh surface.
     """
     draw = gmsh.model.geo
@@ -175,7 +175,7 @@ def _grid_line(position: float, spacing: float, complaint: str) -> int:
 
 
 def _covers(patch: Rectangle, position: tuple[float, float]) -> bool:
-    """Tell if a position lies in a rectangle."""
+    """Return whether a position lies in a rectangle."""
     return all(patch.lower[k] < position[k] < patch.upper[k] for k in (0, 1))
 
 
@@ -197,7 +197,7 @@ def _check_patch_size(name: str, patch: Rectangle) -> None:
 def _check_inside_rectangle(
     what: str, corners: Sequence[tuple[float, float]], size: tuple[float, float]
 ) -> None:
-    """Refuse corners outside [0, a] x [0, b]."""
+    """Refuse corners outside [0, a] × [0, b]."""
     slack = 1e-9 * max(size)
     for corner in corners:
         if not all(-slack <= corner[k] <= size[k] + slack for k in (0, 1)):

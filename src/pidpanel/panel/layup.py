@@ -1,9 +1,13 @@
 """Sandwich sections from a layup: classical lamination of the faces, first-order core shear.
 
-Faces carry what bends and stretches, the core what shears: the core has no in-plane stiffness,
-the faces no transverse shear. Conventions of axes and signs are those of `section`; depths are
-counted from the middle of the core. References: Jones, Mechanics of Composite Materials, ch. 4
-(lamination); Allen, Analysis and Design of Structural Sandwich Panels, ch. 2 (S = G d^2 / t_c).
+The faces carry bending and stretching, the core carries shear: the core has no in-plane
+stiffness, the faces have no transverse shear. Conventions of axes and signs are those of
+`section`; depths are counted from the middle of the core.
+
+References
+----------
+Jones, Mechanics of Composite Materials, ch. 4 (lamination).
+Allen, Analysis and Design of Structural Sandwich Panels, ch. 2 (S = G d² / t_c).
 """
 
 from dataclasses import dataclass
@@ -21,17 +25,17 @@ class Material:
 
     Attributes
     ----------
-    E1, E2, G12 : float
+    E1, E2, G12
         Moduli along and across the fibre and in shear [Pa].
-    nu12 : float
-        Major Poisson's ratio [-].
-    density : float
-        [kg/m^3].
+    nu12
+        Major Poisson's ratio [1].
+    density
+        [kg/m³].
 
     Raises
     ------
     ValueError
-        If a modulus or the density is not positive, or nu12^2 is not below E1/E2 (the energy of
+        If a modulus or the density is not positive, or nu12² is not below E1/E2 (the energy of
         some strain would be negative).
     """
 
@@ -42,7 +46,7 @@ class Material:
     density: float
 
     def __post_init__(self) -> None:
-        """Refuse what would give energy when strained."""
+        """Refuse constants with which some strain would release energy."""
         for name in ("E1", "E2", "G12", "density"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
@@ -54,7 +58,7 @@ class Material:
 
     @classmethod
     def isotropic(cls, youngs_modulus: float, poissons_ratio: float, density: float) -> "Material":
-        """E1 = E2 = E, G12 = E / (2 (1 + nu))."""
+        """Return an isotropic material: E1 = E2 = E, G12 = E / (2 (1 + ν))."""
         shear = youngs_modulus / (2 * (1 + poissons_ratio))
         return cls(youngs_modulus, youngs_modulus, shear, poissons_ratio, density)
 
@@ -74,10 +78,11 @@ class Ply:
 
     Attributes
     ----------
-    material : Material
-    thickness : float
+    material
+        Its elastic constants and density.
+    thickness
         [m].
-    angle : float
+    angle
         From the x axis of the panel to the fibre, turning towards y [rad].
     """
 
@@ -95,7 +100,7 @@ class Ply:
 
     @property
     def stiffness(self) -> Array:
-        """Q in the axes of the panel, T^T Q T [Pa], shape (3, 3)."""
+        """Q in the axes of the panel, Tᵀ Q T [Pa], shape (3, 3)."""
         T = self.strain_in_fibre_axes
         return T.T @ self.material.stiffness @ T
 
@@ -106,13 +111,13 @@ class Core:
 
     Attributes
     ----------
-    shear_modulus_l, shear_modulus_w : float
+    shear_modulus_l, shear_modulus_w
         Plate shear moduli along and across the ribbon [Pa].
-    density : float
-        [kg/m^3].
-    thickness : float
+    density
+        [kg/m³].
+    thickness
         [m].
-    ribbon : float
+    ribbon
         From the x axis of the panel to the ribbon [rad].
     """
 
@@ -128,15 +133,16 @@ class SandwichSection:
     """Two laminated faces on a core.
 
     In-plane forces vanish (the panel is free to shrink in its plane), so a face pair that is not
-    symmetric bends with the reduced stiffness D - B A^-1 B.
+    symmetric bends with the reduced stiffness D - B A⁻¹ B.
 
     Attributes
     ----------
-    top, bottom : tuple of Ply
+    top, bottom
         Plies of each face, the outermost first.
-    core : Core
-    extra_mass_per_area : float
-        Of adhesive, solar cells and whatever has no stiffness [kg/m^2]. Its rotary inertia is
+    core
+        Between the faces.
+    extra_mass_per_area
+        Mass without stiffness, such as adhesive and solar cells [kg/m²]. Its rotary inertia is
         neglected.
     """
 
@@ -170,7 +176,7 @@ class SandwichSection:
 
     @cached_property
     def bending(self) -> Array:
-        """D - B A^-1 B [N m], shape (3, 3)."""
+        """D - B A⁻¹ B [N m], shape (3, 3)."""
         A, B, D = self.abd
         return D - B @ np.linalg.solve(A, B)
 
@@ -187,14 +193,14 @@ class SandwichSection:
 
     @property
     def shear(self) -> Array:
-        """S = G d^2 / t_c in the axes of the panel [N/m], shape (2, 2)."""
+        """S = G d² / t_c in the axes of the panel [N/m], shape (2, 2)."""
         R = self._ribbon_axes
         G = R.T @ np.diag([self.core.shear_modulus_l, self.core.shear_modulus_w]) @ R
         return G * self.distance**2 / self.core.thickness
 
     @property
     def mass_per_area(self) -> float:
-        """m'' [kg/m^2]."""
+        """m″ [kg/m²]."""
         faces = sum(ply.material.density * ply.thickness for ply in (*self.top, *self.bottom))
         return faces + self.core.density * self.core.thickness + self.extra_mass_per_area
 
@@ -223,5 +229,5 @@ class SandwichSection:
 
     @property
     def core_stress(self) -> Array:
-        """t = S gamma / d, in the axes of the panel [Pa], shape (2, 2)."""
+        """t = S γ / d, in the axes of the panel [Pa], shape (2, 2)."""
         return self.shear / self.distance

@@ -2,11 +2,11 @@
 
 `grid` and `triangles` draw them. Each mesh is written to a ``.msh`` file, where the physical
 group ``panel`` holds all cells, one surface group per patch holds the cells of the patch and one
-point group per response point holds its node; the arrays that are handed on are read back from
-that file, so that the file and the arrays cannot differ.
+point group per response point holds its node; the arrays are read back from that file, so
+that file and arrays cannot differ.
 
 Vertices are numbered by rows: along x first, then up in y. On the structured mesh of the paper
-(30 x 20 quadrilaterals) vertex ``i`` is therefore grid point ``i + 1`` of the paper: 31 points
+(30 × 20 quadrilaterals) vertex ``i`` is therefore grid point ``i + 1`` of the paper: 31 points
 to a row, grid point 326 at (0.75, 0.50) m.
 """
 
@@ -32,16 +32,16 @@ class PanelMesh:
 
     Attributes
     ----------
-    vertices : ndarray, shape (n_vertices, 2)
-        Vertex positions [m], sorted by y, then by x.
-    cells : ndarray of int, shape (n_cells, 4) or (n_cells, 3)
-        Vertex numbers of each cell, counter-clockwise; cells sorted by the y, then by the x
-        of their centres.
-    cell_kind : str
+    vertices
+        (n_vertices, 2) vertex positions [m], sorted by y, then by x.
+    cells
+        (n_cells, 4) or (n_cells, 3) vertex numbers of each cell, counter-clockwise;
+        cells sorted by the y, then by the x of their centres.
+    cell_kind
         "quadrilaterals" or "triangles".
-    patch_cells : dict of str to ndarray of int
+    patch_cells
         Cell numbers of each damper patch.
-    point_vertices : dict of str to int
+    point_vertices
         Vertex number of each response point.
     """
 
@@ -59,10 +59,10 @@ def read_mesh(
 
     Parameters
     ----------
-    path : Path
+    path
         A gmsh file (MSH 4.1) of one kind of cell, quadrilaterals or triangles, in the plane
         z = 0, with a surface group "panel" that holds every cell.
-    patches, points : sequence of str, or mapping with such keys
+    patches, points
         Names of the surface groups that are damper patches and of the point groups that are
         response points.
 
@@ -150,7 +150,7 @@ def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
 
 
 def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[Index]:
-    """Members of a physical group: for each block of cells, the numbers within the block."""
+    """Return the members of a physical group: for each block of cells, numbers within the block."""
     if name not in raw.field_data or raw.field_data[name][1] != dimension:
         found = sorted(key for key, (_, dim) in raw.field_data.items() if dim == dimension)
         what = {0: "point", 2: "surface"}[dimension]
@@ -159,14 +159,14 @@ def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[Inde
 
 
 def row_order(positions: Array) -> Index:
-    """Order of points by rows: by y, then by x; rounding does not split a row."""
+    """Return the order of points by rows, by y, then by x; rounding does not split a row."""
     extent = np.ptp(positions, axis=0).max()
     x, y = np.round(positions / extent, 9).T
     return np.lexsort((x, y))
 
 
 def counter_clockwise(vertices: Array, cells: Index) -> Index:
-    """Turn clockwise cells around."""
+    """Return the cells with every one counter-clockwise."""
     return np.where(cell_areas(vertices, cells)[:, None] > 0, cells, cells[:, ::-1])
 
 

@@ -54,31 +54,31 @@ class ShearSection(Section, Protocol):
 
 @BilinearForm
 def bending_form(b, c, section):  # type: ignore[no-untyped-def]
-    """int kappa(c) . D kappa(b) dA."""
+    """Return the virtual work of bending, ∫ κ(c)·D κ(b) dA."""
     return np.einsum("i...,ij,j...->...", _bent(c), section.bending, _bent(b))
 
 
 def _bent(b):  # type: ignore[no-untyped-def]
-    """-kappa = (b_x,x, b_y,y, b_x,y + b_y,x)."""
+    """Return −κ = (b_x,x, b_y,y, b_x,y + b_y,x)."""
     G = grad(b)
     return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
 
 
 @BilinearForm
 def shear_form(a, c, section):  # type: ignore[no-untyped-def]
-    """int c . S a dA of two vector fields: shear energy, of slopes and rotations alike."""
+    """Return the virtual work of shear, ∫ c·S a dA, of slopes and rotations alike."""
     return np.einsum("i...,ij,j...->...", _vector(c), section.shear, _vector(a))
 
 
 def _vector(field):  # type: ignore[no-untyped-def]
-    """grad w of a deflection, -b of a rotation: gamma = grad w - b is their sum."""
+    """Return ∇w of a deflection, −b of a rotation; γ = ∇w − b is their sum."""
     value = np.asarray(field)
     return np.asarray(grad(field)) if value.ndim == 2 else -value
 
 
 @BilinearForm
 def inertia_form(b, c, _):  # type: ignore[no-untyped-def]
-    """int c . b dA: times the rotary inertia, the mass of the rotations."""
+    """Return ∫ c·b dA: times the rotary inertia, the mass of the rotations."""
     return dot(b, c)
 
 
@@ -93,10 +93,11 @@ def assemble_shear_plate(
 
     Parameters
     ----------
-    mesh : PanelMesh
+    mesh
         Of triangles.
-    section : ShearSection
-    supports : Supports, optional
+    section
+        Of the whole panel.
+    supports
         By default the whole outline is simply supported (hard), holes are free.
 
     Returns
@@ -152,7 +153,7 @@ def assemble_shear_plate(
 def _recovery(
     mesh: MeshTri, free_w: sp.csr_array, free_b: sp.csr_array
 ) -> tuple[tuple[sp.csr_array, ...], tuple[sp.csr_array, ...]]:
-    """Curvature and shear angle at the vertices."""
+    """Return the matrices of curvature and shear angle at the vertices."""
     deflection = corner_basis(mesh, ElementTriP3())
     rotation = corner_basis(mesh, ElementVector(ElementTriP2()))
     mean = corner_mean(mesh)
@@ -175,7 +176,7 @@ def _recovery(
 def _held(
     mesh: PanelMesh, deflection: CellBasis, rotation: CellBasis, supports: Supports
 ) -> list[Block]:
-    """Blocks of coordinates that the supports hold; rotations count after deflections."""
+    """Return the blocks of coordinates that the supports hold; rotations follow deflections."""
     held, edges = held_vertices(mesh, supports)
     pairs = np.sort(deflection.mesh.facets, axis=0).T.tolist()
     facet = {tuple(pair): k for k, pair in enumerate(pairs)}
@@ -228,7 +229,7 @@ def _held(
 
 
 def _forbidden_rotation(kind: str, tangent: Array) -> Array:
-    """Rows on (b_x, b_y) that vanish at a supported edge, shape (n, 2)."""
+    """Return the rows (n, 2) on (b_x, b_y) that vanish at a supported edge."""
     if kind == "clamped":
         return np.eye(2)
     return tangent[None, :] if kind == "simply_supported" else np.zeros((0, 2))

@@ -1,8 +1,8 @@
 """Modes of the panel, and the residual vectors that a strong damper patch needs beside them.
 
 The response to a patch that nearly pins the panel is no sum of the modes below some frequency:
-the many modes above it answer statically. Their answer to the forces of the patches is spanned
-by the residual vectors K^-1 D_patch Phi. Cleared of the modes and diagonalised among
+the many modes above it respond statically. Their response to the forces of the patches is
+spanned by the residual vectors K⁻¹ D_patch Φ. Cleared of the modes and diagonalised among
 themselves, they join the modes in one basis in which M and K are diagonal.
 """
 
@@ -32,56 +32,56 @@ RIGID = 1e-12
 
 @dataclass(frozen=True)
 class PanelBasis:
-    """Real shapes that diagonalise M and K, with what sound, dampers and readers need of them.
+    """Real shapes that diagonalise M and K, with their values wherever they are needed.
 
-    The modes come first, by frequency, then the residual vectors, by frequency. Every shape phi
+    The modes come first, by frequency, then the residual vectors, by frequency. Every shape φ
     has max |w| = 1 over the vertices and is positive there.
 
     Attributes
     ----------
-    natural_frequency : ndarray, shape (n,)
-        f_i [Hz], 0 for rigid-body modes; (2 pi f_i)^2 m_i = phi_i^T K phi_i.
-    modal_mass : ndarray, shape (n,)
-        m_i = phi_i^T M phi_i [kg].
-    is_residual : ndarray of bool, shape (n,)
-        False for modes. The frequency of a residual vector is no resonance that converges.
-    shape_at_points : ndarray, shape (n_points, n)
-        w of each shape at the response points [-].
-    patch_overlap : ndarray, shape (n_patches, n, n)
-        int_patch phi_i phi_j dA [m^2].
-    quadrature_position : ndarray, shape (n_quadrature, 2)
-        Points [m] for integrals of a pressure on the shapes.
-    quadrature_weight : ndarray, shape (n_quadrature,)
-        Weights [m^2].
-    shape_at_quadrature : ndarray, shape (n_quadrature, n)
-        w of each shape at these points [-].
-    vertex_position : ndarray, shape (n_vertices, 2)
-        Vertices of the mesh [m].
-    cells : ndarray of int, shape (n_cells, 4) or (n_cells, 3)
-        Vertex numbers of the cells.
-    shape_at_vertices : ndarray, shape (n_vertices, n)
-        w of each shape at the vertices [-].
-    curvature_at_vertices : ndarray, shape (n_vertices, 3, n)
-        kappa of each shape at the vertices [1/m]; see `pidpanel.panel.section`.
-    shear_at_vertices : ndarray, shape (n_vertices, 2, n)
-        gamma of each shape at the vertices [1/m]: shapes have no unit, w has m.
-    curvature_at_points : ndarray, shape (n_points, 3, n)
-        kappa at the response points.
-    shear_at_points : ndarray, shape (n_points, 2, n)
-        gamma at the response points.
-    layer_names : tuple of str
+    natural_frequency
+        (n,) f_i [Hz], 0 for rigid-body modes; (2πf_i)² m_i = φ_iᵀ K φ_i.
+    modal_mass
+        (n,) m_i = φ_iᵀ M φ_i [kg].
+    is_residual
+        (n,) false for modes. The frequency of a residual vector is no resonance that converges.
+    shape_at_points
+        (n_points, n) w of each shape at the response points [1].
+    patch_overlap
+        (n_patches, n, n) ∫_patch φ_i φ_j dA [m²].
+    quadrature_position
+        (n_quadrature, 2) points [m] for integrals of a pressure on the shapes.
+    quadrature_weight
+        (n_quadrature,) weights [m²].
+    shape_at_quadrature
+        (n_quadrature, n) w of each shape at these points [1].
+    vertex_position
+        (n_vertices, 2) vertices of the mesh [m].
+    cells
+        (n_cells, 4) or (n_cells, 3) vertex numbers of the cells.
+    shape_at_vertices
+        (n_vertices, n) w of each shape at the vertices [1].
+    curvature_at_vertices
+        (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`.
+    shear_at_vertices
+        (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m.
+    curvature_at_points
+        (n_points, 3, n) κ at the response points.
+    shear_at_points
+        (n_points, 2, n) γ at the response points.
+    layer_names
         Layers of the section, see `pidpanel.panel.section.Layer`.
-    layer_strain, layer_stress : ndarray, shape (n_layers, 3, 3)
-        Strain [m] and stress [Pa m] of the layers per curvature.
-    core_stress : ndarray, shape (2, 2)
-        Shear stress of the core per shear angle [Pa].
-    point_position : ndarray, shape (n_points, 2)
-        Positions of the response points [m].
-    cell_in_patch : ndarray of bool, shape (n_patches, n_cells)
-        The cells of each patch.
-    point_names : tuple of str
+    layer_strain, layer_stress
+        (n_layers, 3, 3) strain [m] and stress [Pa m] of the layers per curvature.
+    core_stress
+        (2, 2) shear stress of the core per shear angle [Pa].
+    point_position
+        (n_points, 2) positions of the response points [m].
+    cell_in_patch
+        (n_patches, n_cells) the cells of each patch.
+    point_names
         Names of the response points, in the order of `shape_at_points`.
-    patch_names : tuple of str
+    patch_names
         Names of the patches, in the order of `patch_overlap`.
     """
 
@@ -116,18 +116,19 @@ def panel_basis(
     frequency_limit: float,
     residual_tolerance: float = 1e-4,
 ) -> PanelBasis:
-    """Modes below a frequency and the residual vectors of all patches of the mesh.
+    """Compute the modes below a frequency and the residual vectors of all patches of the mesh.
 
     Parameters
     ----------
-    mesh : PanelMesh
-    plate : AssembledPlate
+    mesh
+        The mesh of the panel.
+    plate
         Assembled on `mesh`.
-    frequency_limit : float
+    frequency_limit
         All modes below this frequency [Hz] are kept: twice the highest frequency of
         the analysis leaves PSDs within 0.5 %.
-    residual_tolerance : float, optional
-        Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 x 4
+    residual_tolerance
+        Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 × 4
         elements brings about 20; 1 keeps none.
 
     Returns
@@ -185,20 +186,21 @@ def panel_basis(
 
 
 def patch_areas(basis: PanelBasis) -> Array:
-    """Area of each patch [m^2], shape (n_patches,)."""
+    """Return the area of each patch [m²], (n_patches,)."""
     return basis.cell_in_patch @ cell_areas(basis.vertex_position, basis.cells)
 
 
 def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
     """Count the modes below a frequency without computing them.
 
-    By Sylvester's law of inertia, the eigenvalues of (K, M) below (2 pi f)^2 are as many as the
-    negative pivots of K - (2 pi f)^2 M, if rows and columns are permuted alike.
+    By Sylvester's law of inertia, the eigenvalues of (K, M) below (2πf)² are as many as the
+    negative pivots of K − (2πf)² M, if rows and columns are permuted alike.
 
     Parameters
     ----------
-    plate : AssembledPlate
-    frequency : float
+    plate
+        The supported plate.
+    frequency
         Frequency [Hz]; not itself an eigenfrequency.
 
     Returns
@@ -229,23 +231,24 @@ def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
 
 
 def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, Array]:
-    """All modes below a frequency, (K - (2 pi f_i)^2 M) phi_i = 0, rigid-body modes at 0 Hz first.
+    """Compute all modes below a frequency, (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
     Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
     modes, also where two frequencies coincide; none is missed, by Sylvester's count.
 
     Parameters
     ----------
-    plate : AssembledPlate
-    frequency_limit : float
+    plate
+        The supported plate.
+    frequency_limit
         [Hz].
 
     Returns
     -------
-    frequency : ndarray, shape (n,)
-        [Hz], ascending.
-    modes : ndarray, shape (n_free, n)
-        Normalised to max |w| = 1 over the vertices.
+    frequency
+        (n,) [Hz], ascending.
+    modes
+        (n_free, n) normalised to max |w| = 1 over the vertices.
 
     Raises
     ------
@@ -296,7 +299,7 @@ def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, 
 
 
 def _factors(matrix: sp.csr_array) -> spla.SuperLU:
-    """Factors of a positive definite matrix; its order by minimum degree, without pivoting."""
+    """Factorise a positive definite matrix, in the order of minimum degree, without pivoting."""
     return spla.splu(
         sp.csc_matrix(matrix),
         permc_spec="MMD_AT_PLUS_A",
@@ -306,35 +309,37 @@ def _factors(matrix: sp.csr_array) -> spla.SuperLU:
 
 
 def _is_rigid(plate: AssembledPlate, modes: Array) -> Flags:
-    """Whether the elastic energy of each mode is mere rounding."""
+    """Return whether the elastic energy of each mode is rounding error only."""
     energy = np.einsum("ki,ki->i", modes, plate.stiffness @ modes)
     terms = np.einsum("ki,ki->i", abs(modes), abs(plate.stiffness) @ abs(modes))
     return energy < RIGID * terms
 
 
 def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> tuple[Array, Array]:
-    """Static answer of the panel to the forces of its patches, beyond the modes.
+    """Compute the static response to the forces of the patches that the modes lack.
 
-    X = K^-1 [D_1 Phi, D_2 Phi, ...], made M-orthogonal to the modes (and with that
-    K-orthogonal), reduced to its strongest directions in elastic energy and diagonalised in M
-    and K. Where the panel can move as a rigid body, K + (2 pi f)^2 M stands for the singular K,
-    with f its first frequency above 0 Hz.
+    X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal),
+    reduced to its strongest directions in elastic energy and diagonalised in M and K. Where the
+    panel can move as a rigid body, K + (2πf)² M takes the place of the singular K, with f its
+    first frequency above 0 Hz.
 
     Parameters
     ----------
-    plate : AssembledPlate
-    modes : ndarray, shape (n_free, n_modes)
-        Normal modes Phi, M-orthogonal.
-    tolerance : float
+    plate
+        The supported plate.
+    modes
+        (n_free, n_modes) normal modes Φ, M-orthogonal.
+    tolerance
         A direction is dropped if its singular value, in the norm of elastic energy, is not
         above this fraction of the largest. 0 drops only what rounding made; 1 drops all.
 
     Returns
     -------
-    frequency : ndarray, shape (n_residual,)
-        [Hz], ascending.
-    residuals : ndarray, shape (n_free, n_residual)
-        Normalised to max |w| = 1 over the vertices. Empty if the panel has no patches.
+    frequency
+        (n_residual,) [Hz], ascending.
+    residuals
+        (n_free, n_residual) normalised to max |w| = 1 over the vertices. Empty if the panel has no
+        patches.
 
     Raises
     ------
@@ -359,9 +364,9 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     for _ in range(2):
         static -= modes @ ((modes.T @ (plate.mass @ static)) / modal_mass[:, None])
 
-    # X = Q diag(s) V^T in the energy norm, from the Gram matrix X^T K X = V diag(s^2) V^T
+    # X = Q diag(s) Vᵀ in the energy norm, from the Gram matrix Xᵀ K X = V diag(s²) Vᵀ
     energy, V = la.eigh(static.T @ (plate.stiffness @ static))
-    # Rounding of the Gram matrix leaves about 1e-16 of the largest s^2 in every other.
+    # Rounding of the Gram matrix leaves about 1e-16 of the largest s² in every other.
     kept = energy > max(tolerance**2, 1e-13) * energy[-1]
     Q = static @ (V[:, kept] / np.sqrt(energy[kept]))
 

@@ -1,8 +1,8 @@
-"""Plane meshes from Nastran bulk data: GRID, CTRIA3, CQUAD4, and nothing that would be lost.
+"""Plane meshes from Nastran bulk data: GRID, CTRIA3 and CQUAD4.
 
-A deck that holds more than is read here (supports, loads, other elements, coordinate systems,
-includes) describes another panel than the one that would come out, so it is refused with the
-card and its line. PSHELL and MAT1 are passed over: the section is the study's. Fields may be
+A deck with any other card (supports, loads, other elements, coordinate systems, includes)
+describes another panel than would be read, so it is refused with the card and its line. PSHELL
+and MAT1 are ignored: the section comes from the study. Fields may be
 short (8), long (16, ``GRID*``) or free (commas).
 """
 
@@ -27,7 +27,7 @@ def read_nastran(path: Path) -> FlatMesh:
 
     Parameters
     ----------
-    path : Path
+    path
         A ``.bdf``, ``.dat`` or ``.nas`` file.
 
     Returns
@@ -74,7 +74,7 @@ def read_nastran(path: Path) -> FlatMesh:
 
 
 def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
-    """Line number, name and fields of each card that is read."""
+    """Yield line number, name and fields of each card that is read."""
     pending: tuple[int, str, list[str]] | None = None
     for number, raw in enumerate(path.read_text(encoding="latin-1").splitlines(), 1):
         text = raw.split("$")[0].rstrip().expandtabs(8)
@@ -88,7 +88,7 @@ def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
         name = head.rstrip("*").strip().upper()
         if name in ("", "+") or head.startswith(("+", "*")):
             if pending is None:
-                raise ValueError(f"{path}:{number}: a continuation of no card")
+                raise ValueError(f"{path}:{number}: a continuation without a card")
             pending[2].extend(fields)
             continue
         if pending is not None and pending[1] not in PASSED_OVER:
@@ -101,7 +101,7 @@ def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
 
 
 def _fields(text: str) -> tuple[str, list[str]]:
-    """The name of a card and its fields; the mark of a continuation at the end is dropped."""
+    """Return the name of a card and its fields, without the continuation mark at the end."""
     if "," in text:
         # fields 2 to 9; the tenth marks a continuation
         head, *fields = (field.strip() for field in text.split(","))
@@ -112,7 +112,7 @@ def _fields(text: str) -> tuple[str, list[str]]:
 
 
 def _padded(fields: list[str], count: int) -> list[str]:
-    """Fields with blanks up to a count."""
+    """Return the fields with blanks up to a count."""
     return fields + [""] * (count - len(fields))
 
 
@@ -122,7 +122,7 @@ def _integer(where: str, text: str) -> int:
     except ValueError:
         number = 0
     if number < 1:
-        raise ValueError(f"{where}: {text or 'a blank'} where a number from 1 must stand")
+        raise ValueError(f"{where}: {text or 'a blank'} is not allowed; a number from 1 is needed")
     return number
 
 
@@ -130,4 +130,4 @@ def _real(where: str, text: str) -> float:
     try:
         return float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
     except ValueError:
-        raise ValueError(f"{where}: {text} is no number") from None
+        raise ValueError(f"{where}: {text} is not a number") from None

@@ -1,7 +1,7 @@
 """Closed forms of Navier for the simply supported rectangle, and mode orders by comparison.
 
-The shapes are products of sines, phi_mn = sin(m pi x / a) sin(n pi y / b), with the wave number
-k^2 = (m pi / a)^2 + (n pi / b)^2.
+The shapes are products of sines, φ_mn = sin(mπx/a) sin(nπy/b), with the wave number
+k² = (mπ/a)² + (nπ/b)².
 """
 
 import numpy as np
@@ -20,18 +20,18 @@ def thin_plate_frequency(
     bending_stiffness: float,
     mass_per_area: float,
 ) -> Array:
-    """Natural frequency of a thin rectangle, omega^2 = D k^4 / m''.
+    """Return the natural frequency of a thin rectangle, ω² = D k⁴ / m″.
 
     Parameters
     ----------
-    m, n : array_like of int
+    m, n
         Half waves along x and y, from 1.
-    size : tuple of float
+    size
         Edge lengths (a, b) [m].
-    bending_stiffness : float
+    bending_stiffness
         D [N m].
-    mass_per_area : float
-        m'' [kg/m^2].
+    mass_per_area
+        m″ [kg/m²].
 
     Returns
     -------
@@ -57,23 +57,23 @@ def sandwich_frequency(
     shear_stiffness: float,
     mass_per_area: float,
 ) -> Array:
-    """Natural frequency of a sandwich rectangle, omega^2 = D k^4 / (m'' (1 + D k^2 / S)).
+    """Return the natural frequency of a sandwich rectangle, ω² = D k⁴ / (m″ (1 + D k² / S)).
 
     Isotropic core, hard simple support, rotary inertia neglected.
 
     Parameters
     ----------
-    m, n : array_like of int
+    m, n
         Half waves along x and y, from 1.
-    size : tuple of float
+    size
         Edge lengths (a, b) [m].
-    bending_stiffness : float
+    bending_stiffness
         D [N m].
-    shear_stiffness : float
-        S [N/m], transverse, of the core: G d^2 / t_core with d between the mid-planes of the
+    shear_stiffness
+        S [N/m], transverse, of the core: G d² / t_core with d between the mid-planes of the
         faces.
-    mass_per_area : float
-        m'' [kg/m^2].
+    mass_per_area
+        m″ [kg/m²].
 
     Returns
     -------
@@ -95,20 +95,20 @@ def sandwich_frequency(
 def shear_plate_frequency(
     m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ShearSection
 ) -> Array:
-    """First natural frequency of each order of a rectangle with transverse shear.
+    """Return the first natural frequency of each order of a rectangle with transverse shear.
 
     Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and
-    b_y = Y sin(px) cos(qy), p = m pi/a and q = n pi/b, the equations of motion are a 3 x 3
-    eigenproblem K (W, X, Y) = omega^2 M (W, X, Y) with M = diag(m'', I, I) and I the rotary
+    b_y = Y sin(px) cos(qy), p = mπ/a and q = nπ/b, the equations of motion are a 3 × 3
+    eigenproblem K (W, X, Y) = ω² M (W, X, Y) with M = diag(m″, I, I) and I the rotary
     inertia (Whitney and Pagano, J. Appl. Mech. 37, 1970).
 
     Parameters
     ----------
-    m, n : array_like of int
+    m, n
         Half waves along x and y, from 1.
-    size : tuple of float
+    size
         Edge lengths (a, b) [m].
-    section : ShearSection
+    section
         Orthotropic along the edges: D_16, D_26 and S_12 are zero.
 
     Returns
@@ -145,32 +145,31 @@ def shear_plate_frequency(
 
 
 def is_aligned(section: ShearSection) -> bool:
-    """Whether bending does not couple to twist, nor one shear to the other."""
+    """Return whether bending does not couple to twist, nor one shear to the other."""
     D, S = section.bending, section.shear
     return bool(np.abs(D[:2, 2]).max() < 1e-9 * D.max() and abs(S[0, 1]) < 1e-9 * S.max())
 
 
 def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -> Array:
-    """k^2 = (m pi / a)^2 + (n pi / b)^2 [1/m^2]; arguments as in `thin_plate_frequency`."""
+    """Return k² = (mπ/a)² + (nπ/b)² [1/m²]; parameters as in `thin_plate_frequency`."""
     return (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
 
 
 def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:
-    """Shapes sin(m pi x / a) sin(n pi y / b) at positions.
+    """Return the shapes sin(mπx/a) sin(nπy/b) at positions.
 
     Parameters
     ----------
-    m, n : array_like of int, shape (n_shapes,)
-        Half waves along x and y.
-    size : tuple of float
+    m, n
+        (n_shapes,) half waves along x and y.
+    size
         Edge lengths (a, b) [m].
-    position : ndarray, shape (n_positions, 2)
-        [m].
+    position
+        (n_positions, 2) [m].
 
     Returns
     -------
-    ndarray, shape (n_positions, n_shapes)
-        [-].
+    (n_positions, n_shapes) [1].
     """
     x, y = position[:, :1], position[:, 1:]
     return np.sin(np.asarray(m) * np.pi * x / size[0]) * np.sin(np.asarray(n) * np.pi * y / size[1])
@@ -179,36 +178,36 @@ def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position:
 def mode_orders(
     basis: PanelBasis, size: tuple[float, float], pair_tolerance: float = 2e-3
 ) -> tuple[Index, Array]:
-    """Give each computed mode of a rectangle the order (m, n) of its sine.
+    """Assign each computed mode of a rectangle the order (m, n) of its sine.
 
-    Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, come out as any
-    basis of their common subspace. So modes whose frequencies (nearly) coincide are compared as
-    subspaces: they get the sines that lie most in their span, and among themselves each the
-    one that it resembles most.
+    Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, are computed as an
+    arbitrary basis of their common subspace. So modes whose frequencies (nearly) coincide are
+    compared as subspaces: together they get the sines that lie most in their span, and each of
+    them the one that it resembles most.
 
     Parameters
     ----------
-    basis : PanelBasis
+    basis
         Its residual vectors are left out.
-    size : tuple of float
+    size
         Edge lengths (a, b) [m] of the panel, one corner at the origin.
-    pair_tolerance : float, optional
+    pair_tolerance
         Relative difference of frequencies up to which neighbours are one subspace.
 
     Returns
     -------
-    orders : ndarray of int, shape (n_modes, 2)
-        (m, n) of each mode.
-    share : ndarray, shape (n_modes,)
-        Share of the sine that lies in the subspace, int-squared; 1 for a perfect match. A low
-        share says that the panel is no simply supported rectangle of this size.
+    orders
+        (n_modes, 2) m and n of each mode.
+    share
+        (n_modes,) share of ∫ sine² dA that lies in the subspace; 1 for a perfect match. A low share
+        means that the panel is no simply supported rectangle of this size.
     """
     modes = ~basis.is_residual
     frequency = basis.natural_frequency[modes]
     root_weight = np.sqrt(basis.quadrature_weight)[:, None]
     shapes = root_weight * basis.shape_at_quadrature[:, modes]
 
-    # Of (m, n), all (m' <= m, n' <= n) lie below: the i-th mode has m n <= i.
+    # Of (m, n), all (m' ≤ m, n' ≤ n) lie below: the i-th mode has m n ≤ i.
     n_modes = len(frequency)
     m, n = np.array([(m, n) for m in range(1, n_modes + 1) for n in range(1, n_modes // m + 1)]).T
     sines = root_weight * sine_shapes(m, n, size, basis.quadrature_position)

@@ -16,7 +16,7 @@ from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.section import Section
 
-# Of the pressure on the deflection: 3 x 3 Gauss points on a quadrilateral, 7 points on a triangle.
+# Of the pressure on the deflection: 3 × 3 Gauss points on a quadrilateral, 7 points on a triangle.
 LOAD_ORDER = 5
 
 
@@ -28,29 +28,31 @@ class AssembledPlate:
 
     Attributes
     ----------
-    stiffness : sparse array, shape (n, n)
-        K, with u^T K u / 2 the elastic energy [J].
-    mass : sparse array, shape (n, n)
-        M, consistent, with u'^T M u' / 2 the kinetic energy [J].
-    patch_overlap : dict of str to sparse array, shape (n, n)
-        D = int_patch N N^T dA of each damper patch, so that u^T D u = int_patch w^2 dA [m^4].
-    interpolate : callable
+    stiffness
+        (n, n) K, with uᵀ K u / 2 the elastic energy [J].
+    mass
+        (n, n) M, consistent, with u̇ᵀ M u̇ / 2 the kinetic energy [J].
+    patch_overlap
+        (n, n) D = ∫_patch N Nᵀ dA of each damper patch, so that uᵀ D u = ∫_patch w² dA [m⁴].
+    interpolate
         Maps positions (n_positions, 2) [m] to the sparse array (n_positions, n) that gives w
         there. Positions off the mesh raise ValueError.
-    at_vertices : sparse array, shape (n_vertices, n)
-        w at the vertices of the mesh.
-    quadrature_position : ndarray, shape (n_quadrature, 2)
-        Points [m] for the integration of a pressure on w.
-    quadrature_weight : ndarray, shape (n_quadrature,)
-        Weights [m^2]; they sum to the area.
-    at_quadrature : sparse array, shape (n_quadrature, n)
-        w at the quadrature points. The consistent load of a pressure p is
+    at_vertices
+        (n_vertices, n) w at the vertices of the mesh.
+    quadrature_position
+        (n_quadrature, 2) points [m] for the integration of a pressure on w.
+    quadrature_weight
+        (n_quadrature,) weights [m²]; they sum to the area.
+    at_quadrature
+        (n_quadrature, n) w at the quadrature points. The consistent load of a pressure p is
         ``at_quadrature.T @ (quadrature_weight * p)``.
-    curvature_at_vertices : tuple of 3 sparse arrays, shape (n_vertices, n)
-        kappa (see `section`) at the vertices, the mean over the cells that meet there [1/m].
-    shear_at_vertices : tuple of 2 sparse arrays, shape (n_vertices, n)
-        gamma (see `section`) likewise [-]; zero in a thin plate.
-    section : Section
+    curvature_at_vertices
+        Three matrices (n_vertices, n): κ (see `section`) at the vertices, the mean over the cells
+        that meet there [1/m].
+    shear_at_vertices
+        Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate.
+    section
+        Of the panel.
     """
 
     stiffness: sp.csr_array
@@ -68,7 +70,7 @@ class AssembledPlate:
 
 @BilinearForm
 def overlap_form(w, v, _):  # type: ignore[no-untyped-def]
-    """int w v dA: times m'' the mass matrix; over a patch the D of the paper. (7)."""
+    """Return ∫ w v dA: times m″ the mass matrix; over a patch, D of the paper's Eq. 7."""
     return w * v
 
 
@@ -83,15 +85,16 @@ def assembled_plate(
     shear_at_vertices: tuple[sp.csr_array, ...],
     section: Section,
 ) -> AssembledPlate:
-    """What all plates have in common: patches, positions and loads of the deflection.
+    """Assemble what all plate theories share: patches, positions and loads of the deflection.
 
     Parameters
     ----------
-    mesh : PanelMesh
-    deflection : CellBasis
+    mesh
+        The mesh of the panel.
+    deflection
         Of w, with exact quadrature.
-    free : sparse array, shape (deflection.N, n)
-        Coordinates of w from the free coordinates.
+    free
+        (deflection.N, n) coordinates of w from the free coordinates.
 
     The others are attributes of `AssembledPlate`.
     """
@@ -126,7 +129,15 @@ def assembled_plate(
 
 
 def at_quadrature(basis: CellBasis, values: Sequence[Array]) -> sp.csr_array:
-    """Matrix (n_quadrature, n_dofs) from the values (n_cells, n_points) of each basis function."""
+    """Return the matrix (n_quadrature, n_dofs) of basis functions from their values.
+
+    Parameters
+    ----------
+    basis
+        Whose quadrature it is.
+    values
+        (n_cells, n_points) values of each basis function of a cell.
+    """
     n_cells, n_points = basis.dx.shape
     point = np.arange(n_cells * n_points)
     columns = [np.repeat(dofs, n_points) for dofs in basis.element_dofs]
@@ -140,13 +151,13 @@ def at_quadrature(basis: CellBasis, values: Sequence[Array]) -> sp.csr_array:
 
 
 def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
-    """A basis whose quadrature points are the corners of the cells."""
+    """Return a basis whose quadrature points are the corners of the cells."""
     corners = mesh.elem.doflocs[: mesh.t.shape[0]].T
     return CellBasis(mesh, element, quadrature=(corners, np.ones(corners.shape[1])))
 
 
 def corner_mean(mesh: Mesh) -> sp.csr_array:
-    """Matrix (n_vertices, n_cells * n_corners): mean over the cells that meet at a vertex."""
+    """Return the matrix (n_vertices, n_cells · n_corners) of the mean over cells at a vertex."""
     vertex = mesh.t.T.ravel()
     share = 1 / np.bincount(vertex)[vertex]
     return sp.csr_array((share, (vertex, np.arange(len(vertex)))))

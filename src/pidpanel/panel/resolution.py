@@ -1,4 +1,4 @@
-"""How fine a mesh must be for a frequency."""
+"""The longest element edge that a frequency allows."""
 
 import numpy as np
 
@@ -10,15 +10,16 @@ LONGEST_EDGE = {"thin quadrilaterals": 0.65, "thin triangles": 1.2, "triangles":
 
 
 def half_wave(section: Section, frequency: float) -> float:
-    """Half the length of the shortest free bending wave [m].
+    """Return half the length of the shortest free bending wave [m].
 
-    From D k^4 = m'' w^2 (1 + D k^2 / S), rotary inertia neglected; of a section that is not
+    From D k⁴ = m″ ω² (1 + D k² / S), rotary inertia neglected; of a section that is not
     isotropic, the smaller D and S.
 
     Parameters
     ----------
-    section : Section
-    frequency : float
+    section
+        Of the panel.
+    frequency
         [Hz].
 
     Examples
@@ -42,12 +43,13 @@ def check_resolution(element: str, longest_edge: float, section: Section, freque
 
     Parameters
     ----------
-    element : str
+    element
         A key of `LONGEST_EDGE`.
-    longest_edge : float
+    longest_edge
         [m].
-    section : Section
-    frequency : float
+    section
+        Of the panel.
+    frequency
         The highest of the analysis [Hz].
 
     Raises

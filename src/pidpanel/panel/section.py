@@ -1,8 +1,8 @@
-"""Sections of the panel: what a width of it weighs, how it resists, how its faces are stressed.
+"""Sections of the panel: mass, stiffness and the stress of the faces, per unit width.
 
 Conventions of all sections: z points the way w does, from the neutral plane; the curvature is
-kappa = -(w_,xx, w_,yy, 2 w_,xy) of a thin plate and -(b_x,x, b_y,y, b_x,y + b_y,x) where the
-normals turn by b; the shear angle is gamma = grad w - b; strains are (e_x, e_y, g_xy) with the
+κ = -(w_,xx, w_,yy, 2 w_,xy) of a thin plate and -(b_x,x, b_y,y, b_x,y + b_y,x) where the
+normals turn by b; the shear angle is γ = grad w - b; strains are (e_x, e_y, g_xy) with the
 engineering shear strain, stresses (s_x, s_y, t_xy).
 """
 
@@ -20,12 +20,12 @@ class Layer:
 
     Attributes
     ----------
-    name : str
+    name
         Such as "top" or "top ply 1".
-    strain : ndarray, shape (3, 3)
-        Strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12).
-    stress : ndarray, shape (3, 3)
-        Stress = ``stress @ curvature`` [Pa m], in the same axes.
+    strain
+        (3, 3) strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12).
+    stress
+        (3, 3) stress = ``stress @ curvature`` [Pa m], in the same axes.
     """
 
     name: str
@@ -34,11 +34,11 @@ class Layer:
 
 
 class Section(Protocol):
-    """What the panel stage asks of a section."""
+    """What the plates need to know of a section."""
 
     @property
     def mass_per_area(self) -> float:
-        """m'' [kg/m^2]."""
+        """m″ [kg/m²]."""
 
     @property
     def bending(self) -> Array:
@@ -59,21 +59,21 @@ class ThinSection:
 
     Attributes
     ----------
-    bending_stiffness : float
+    bending_stiffness
         D [N m], per unit width.
-    mass_per_area : float
-        m'' [kg/m^2].
-    poissons_ratio : float
-        nu [-]. Of no influence on simply supported polygons, where the Gaussian curvature
+    mass_per_area
+        m″ [kg/m²].
+    poissons_ratio
+        ν [1]. Of no influence on simply supported polygons, where the Gaussian curvature
         integrates to zero.
-    thickness : float
-        t [m]; of no influence on the motion. Strains are those at z = +-t/2, stresses those of
-        the homogeneous plate with this D, E = 12 (1 - nu^2) D / t^3.
+    thickness
+        t [m]; of no influence on the motion. Strains are those at z = ±t/2, stresses those of
+        the homogeneous plate with this D, E = 12 (1 − ν²) D / t³.
 
     Raises
     ------
     ValueError
-        If D, m'' or t is not positive, or nu is not in (-1, 0.5].
+        If D, m″ or t is not positive, or ν is not in (-1, 0.5].
     """
 
     bending_stiffness: float
@@ -82,7 +82,7 @@ class ThinSection:
     thickness: float = 0.025
 
     def __post_init__(self) -> None:
-        """Refuse what is no plate."""
+        """Refuse values that no plate can have."""
         for name in ("bending_stiffness", "mass_per_area", "thickness"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
@@ -93,13 +93,13 @@ class ThinSection:
 
     @property
     def bending(self) -> Array:
-        """D [[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu)/2]] [N m]."""
+        """D [[1, ν, 0], [ν, 1, 0], [0, 0, (1 - ν)/2]] [N m]."""
         nu = self.poissons_ratio
         return self.bending_stiffness * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
 
     @property
     def layers(self) -> tuple[Layer, ...]:
-        """Both surfaces: e = z kappa, s = 12 z / t^3 m."""
+        """Both surfaces: e = z κ, s = 12 z / t³ m."""
         half = self.thickness / 2
         return tuple(
             Layer(name, z * np.eye(3), 12 * z / self.thickness**3 * self.bending)
@@ -118,16 +118,16 @@ class SolidSection:
 
     Attributes
     ----------
-    youngs_modulus : float
+    youngs_modulus
         E [Pa].
-    poissons_ratio : float
-        nu [-].
-    density : float
-        [kg/m^3].
-    thickness : float
+    poissons_ratio
+        ν [1].
+    density
+        [kg/m³].
+    thickness
         t [m].
-    shear_correction : float
-        kappa in S = kappa G t [-]: 5/6 (Reissner); Mindlin's pi^2/12 is close by.
+    shear_correction
+        κ in S = κ G t [1]: 5/6 (Reissner); Mindlin's π²/12 is close by.
     """
 
     youngs_modulus: float
@@ -143,12 +143,12 @@ class SolidSection:
 
     @property
     def mass_per_area(self) -> float:
-        """rho t [kg/m^2]."""
+        """ρ t [kg/m²]."""
         return self.density * self.thickness
 
     @property
     def rotary_inertia(self) -> float:
-        """rho t^3 / 12 [kg]."""
+        """ρ t³ / 12 [kg]."""
         return self.density * self.thickness**3 / 12
 
     @property
@@ -158,7 +158,7 @@ class SolidSection:
 
     @property
     def shear(self) -> Array:
-        """kappa G t [N/m]."""
+        """κ G t [N/m]."""
         shear_modulus = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
         return self.shear_correction * shear_modulus * self.thickness * np.eye(2)
 
@@ -169,5 +169,5 @@ class SolidSection:
 
     @property
     def core_stress(self) -> Array:
-        """The greatest shear stress, in the middle: 3/2 of the mean, S gamma / t."""
+        """The greatest shear stress, in the middle: 3/2 of the mean, S γ / t."""
         return 1.5 * self.shear / self.thickness

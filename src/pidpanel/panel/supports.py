@@ -1,7 +1,7 @@
-"""What holds the panel: kinds of support along its edges and at points, as rows on a mesh.
+"""Supports of the panel along edges and at points, as conditions at the vertices of a mesh.
 
-Nothing here knows an element: a support becomes directions at the vertices of the outline, and
-the elements turn these into what their coordinates may not do.
+Nothing here depends on the element: a support becomes directions at the vertices of the outline,
+which the elements turn into constraints on their coordinates.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,9 +28,9 @@ class EdgeSupport:
 
     Attributes
     ----------
-    start, end : tuple of float
+    start, end
         Ends (x, y) [m].
-    kind : str
+    kind
         One of `EDGE_KINDS`.
     """
 
@@ -45,11 +45,11 @@ class PointSupport:
 
     Attributes
     ----------
-    position : tuple of float
+    position
         (x, y) [m], a vertex of the mesh.
-    kind : str
+    kind
         "hinge" or "hold_down".
-    radius : float
+    radius
         Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is
         a little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
         deflection of a panel with core shear there depends on the mesh, like a logarithm.
@@ -66,13 +66,14 @@ class Supports:
 
     Attributes
     ----------
-    outline : str
+    outline
         Kind of the outer boundary, one of `EDGE_KINDS`.
-    holes : str
+    holes
         Kind of the rims of holes.
-    edges : sequence of EdgeSupport
+    edges
         Straight parts of the boundary that differ; later ones win.
-    points : mapping of str to PointSupport
+    points
+        Hinges and hold-downs, by name.
     """
 
     outline: str = "simply_supported"
@@ -83,12 +84,13 @@ class Supports:
 
 @dataclass(frozen=True)
 class HeldVertex:
-    """What the boundary does to one of its vertices.
+    """The supported edges that meet at a vertex of the boundary.
 
     Attributes
     ----------
-    vertex : int
-    edges : list of tuple
+    vertex
+        Its number.
+    edges
         One or two supported edges: kind, unit tangent t, and the rate dt/ds at which it turns
         [1/m] (zero but on a curve).
     """
@@ -98,14 +100,14 @@ class HeldVertex:
 
 
 def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
-    """Closed chains of vertices round a set of cells, outer boundaries and holes.
+    """Return the closed chains of vertices round a set of cells, outer boundaries and holes.
 
     Parameters
     ----------
-    vertices : ndarray, shape (n_vertices, 2)
-        [m].
-    cells : ndarray of int, shape (n_cells, 3) or (n_cells, 4)
-        Counter-clockwise.
+    vertices
+        (n_vertices, 2) [m].
+    cells
+        (n_cells, 3) or (n_cells, 4) counter-clockwise.
 
     Returns
     -------
@@ -134,17 +136,20 @@ def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
 
 
 def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:
-    """Supported vertices of the boundary, and the kind of each supported edge.
+    """Return the supported vertices of the boundary and the kind of each supported edge.
 
     Parameters
     ----------
-    mesh : PanelMesh
-    supports : Supports
+    mesh
+        The mesh of the panel.
+    supports
+        What holds the panel.
 
     Returns
     -------
-    held : list of HeldVertex
-    edges : dict of (int, int) to (str, ndarray)
+    held
+        The supported vertices.
+    edges
         Kind and unit tangent of each supported edge by its vertices, the smaller first.
 
     Raises
@@ -194,7 +199,7 @@ def _mark(
     kinds: Sequence[NDArray[np.object_]],
     support: EdgeSupport,
 ) -> None:
-    """Give the edges of the boundary that lie between two points the kind of a support."""
+    """Mark the edges of the boundary between two points with the kind of a support."""
     start, end = np.array(support.start), np.array(support.end)
     length = float(np.linalg.norm(end - start))
     covered = 0.0
@@ -218,7 +223,7 @@ def _mark(
 
 
 def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
-    """Number of the vertex at a position.
+    """Return the number of the vertex at a position.
 
     Raises
     ------
@@ -237,23 +242,24 @@ def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
 
 
 def foot_cells(mesh: PanelMesh, support: PointSupport) -> Index:
-    """Cells whose centre lies within the foot of a support."""
+    """Return the cells whose centre lies within the foot of a support."""
     centre = mesh.vertices[mesh.cells].mean(axis=1)
     return np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
 
 
 def foot_motion(rigid: Array, foot: PointSupport) -> Array:
-    """Rigid motions that a foot allows: turning about its centre for a hinge, none otherwise.
+    """Return the rigid motions that a foot allows: rotation about its centre, or none.
 
     Parameters
     ----------
-    rigid : ndarray, shape (n, 3)
-        Coordinates of the deflections 1, x and y.
-    foot : PointSupport
+    rigid
+        (n, 3) coordinates of the deflections 1, x and y.
+    foot
+        The support.
 
     Returns
     -------
-    ndarray, shape (n, 2) or (n, 0)
+    (n, 2), or (n, 0) for a hold-down.
     """
     if foot.kind == "hold_down":
         return rigid[:, :0]
@@ -261,7 +267,7 @@ def foot_motion(rigid: Array, foot: PointSupport) -> Array:
 
 
 def vertex_spacing(mesh: PanelMesh) -> Array:
-    """Mean length of the cell edges at each vertex [m]."""
+    """Return the mean length of the cell edges at each vertex [m]."""
     after = np.roll(mesh.cells, -1, axis=1)
     ends = np.concatenate([mesh.cells.ravel(), after.ravel()])
     both = np.concatenate([edge_lengths(mesh.vertices, mesh.cells).ravel()] * 2)
@@ -274,10 +280,12 @@ class Block:
 
     Attributes
     ----------
-    name : str
+    name
         What holds them, for messages.
-    dofs : ndarray of int, shape (n,)
-    columns : ndarray, shape (n, m)
+    dofs
+        (n,) numbers of the coordinates.
+    columns
+        (n, m) what they may do: any combination of these columns.
     """
 
     name: str
@@ -286,7 +294,7 @@ class Block:
 
 
 def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
-    """Matrix (n_dofs, n) from the free coordinates to those of the elements.
+    """Return the matrix (n_dofs, n) from the free coordinates to those of the elements.
 
     Raises
     ------
@@ -311,7 +319,7 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
 
 
 def null_space(rows: Array) -> Array:
-    """Orthonormal null space, shape (n_columns, n_free), of a few rows of order one.
+    """Return the orthonormal null space (n_columns, n_free) of a few rows of order one.
 
     Two edges of the outline count as one straight line if their directions differ by less
     than 1e-6: beyond what a mesh file rounds, below any corner meant.

@@ -1,4 +1,4 @@
-"""Tables of the panel stage: its modes, and what its section came out as."""
+"""Tables of the modes and of the section of a panel."""
 
 import numpy as np
 import pandas as pd
@@ -18,14 +18,16 @@ from pidpanel.panel.section import ThinSection
 def mode_table(
     basis: PanelBasis, size: tuple[float, float] | None, section: ThinSection | ShearSection
 ) -> pd.DataFrame:
-    """Modes with their frequencies, beside the closed form where there is one.
+    """Return the modes with their frequencies and the closed form where there is one.
 
     Parameters
     ----------
-    basis : PanelBasis
-    size : tuple of float or None
+    basis
+        Modes and residual vectors.
+    size
         Edge lengths [m] of a simply supported rectangle without holes, masses and springs.
-    section : ThinSection or ShearSection
+    section
+        Of the panel.
 
     Returns
     -------
@@ -57,12 +59,13 @@ def mode_table(
 
 
 def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFrame:
-    """Matrices and masses of the section, an entry a row; total mass and area of the panel.
+    """Return matrices and masses of the section and of the panel, one entry per row.
 
     Parameters
     ----------
-    section : ThinSection or ShearSection
-    area : float
+    section
+        Of the panel.
+    area
         Of the panel [m²].
 
     Returns

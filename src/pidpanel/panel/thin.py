@@ -46,19 +46,19 @@ from pidpanel.panel.supports import (
 # Exact integration: of products of two bicubics (degree 6 in each of x and y), of two quintics.
 EXACT_ORDER = {"quadrilaterals": 6, "triangles": 10}
 SIMPLY_SUPPORTED = Supports()
-# int v, int x v, int y v: loads that find the coordinates of the deflections 1, x and y
+# ∫ v, ∫ x v, ∫ y v: loads that find the coordinates of the deflections 1, x and y
 RIGID_LOADS = (lambda v, w: v, lambda v, w: w.x[0] * v, lambda v, w: w.x[1] * v)
 DERIVATIVES = ("u", "u_x", "u_y", "u_xx", "u_xy", "u_yy")
 
 
 @BilinearForm
 def bending_form(w, v, section):  # type: ignore[no-untyped-def]
-    """int kappa(v) . D kappa(w) dA: virtual work of bending."""
+    """Return the virtual work of bending, ∫ κ(v)·D κ(w) dA."""
     return np.einsum("i...,ij,j...->...", _bent(v), section.bending, _bent(w))
 
 
 def _bent(w):  # type: ignore[no-untyped-def]
-    """-kappa = (w_,xx, w_,yy, 2 w_,xy)."""
+    """Return −κ = (w_,xx, w_,yy, 2 w_,xy)."""
     H = dd(w)
     return np.array([H[0, 0], H[1, 1], 2 * H[0, 1]])
 
@@ -74,10 +74,11 @@ def assemble_thin_plate(
 
     Parameters
     ----------
-    mesh : PanelMesh
+    mesh
         Quadrilaterals must be axis-parallel rectangles.
-    section : ThinSection
-    supports : Supports, optional
+    section
+        Of the whole panel.
+    supports
         By default the whole outline is simply supported, holes are free.
 
     Returns
@@ -116,7 +117,7 @@ def assemble_thin_plate(
 def _curvature_at_vertices(
     mesh: Mesh, element: Element, free: sp.csr_array
 ) -> tuple[sp.csr_array, ...]:
-    """kappa = -(w_,xx, w_,yy, 2 w_,xy) at the vertices."""
+    """Return the matrices of κ = −(w_,xx, w_,yy, 2 w_,xy) at the vertices."""
     corners = corner_basis(mesh, element)
     mean = corner_mean(mesh)
     return tuple(
@@ -132,7 +133,7 @@ def _curvature_at_vertices(
 
 
 class _CellCentred:
-    """Let scikit-fem build a global C1 element in coordinates centred on each cell.
+    """A global C1 element of scikit-fem, built in coordinates centred on each cell.
 
     scikit-fem inverts, cell by cell, a Vandermonde matrix of monomials in the global x and y.
     Away from the origin the monomials of a small cell are nearly dependent: for cells of 0.1 m
@@ -141,12 +142,12 @@ class _CellCentred:
     """
 
     def gdof(self, F, w, i):  # type: ignore[no-untyped-def]
-        """Degree of freedom i, with vertices v and edge midpoints e seen from the centre."""
+        """Return degree of freedom i, with vertices v and edge midpoints e seen from the centre."""
         centre = w["v"].mean(axis=0)
         return super().gdof(F, {**w, "v": w["v"] - centre, "e": w["e"] - centre}, i)
 
     def gbasis(self, mapping, X, i, tind=None):  # type: ignore[no-untyped-def]
-        """Basis function i at the local points X, seen from the centre."""
+        """Return basis function i at the local points X, seen from the centre."""
         return super().gbasis(_CentredMapping(mapping), X, i, tind)
 
 
@@ -172,7 +173,7 @@ class _CentredArgyris(_CellCentred, ElementTriArgyris):
 
 
 def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
-    """Blocks of coordinates that the supports hold."""
+    """Return the blocks of coordinates that the supports hold."""
     at_vertex = {name: basis.nodal_dofs[k] for k, name in enumerate(basis.elem.dofnames[:6])}
     names = [name for name in DERIVATIVES if name in at_vertex]
     columns = [DERIVATIVES.index(name) for name in names]
@@ -213,10 +214,10 @@ def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
 
 
 def _forbidden(held: HeldVertex, h: float) -> Array:
-    """Rows on (w, h w_x, h w_y, h^2 w_xx, h^2 w_xy, h^2 w_yy) that vanish at a vertex.
+    """Return the rows on (w, h w_x, h w_y, h² w_xx, h² w_xy, h² w_yy) that vanish at a vertex.
 
     With t along the edge and s the length along it: w = 0, so w_,t = 0 and
-    d^2 w/ds^2 = w_,ab t_a t_b + w_,a dt_a/ds = 0. Clamped, grad w = 0, so w_,ab t_b = 0.
+    d² w/ds² = w_,ab t_a t_b + w_,a dt_a/ds = 0. Clamped, grad w = 0, so w_,ab t_b = 0.
     """
     rows = [[1.0, 0, 0, 0, 0, 0]]
     for kind, (tx, ty), turn in held.edges:

@@ -48,21 +48,23 @@ def mesh_triangles(
 
     Parameters
     ----------
-    path : Path
+    path
         The ``.msh`` file to write.
-    outline : Shape
-    element_size : float
+    outline
+        The outer edge.
+    element_size
         Target length of the element edges [m].
-    patches : mapping of str to Shape
+    patches
         Damper patches; they may touch the outline and each other, or overlap.
-    points : mapping of str to tuple of float
+    points
         Response points (x, y) [m] anywhere on the panel.
-    holes : mapping of str to Shape, optional
-    imprints : mapping of str to Shape, optional
+    holes
+        Cut-outs, by name.
+    imprints
         Shapes whose edges elements follow, such as the feet of supports.
-    anchors : mapping of str to tuple of float, optional
+    anchors
         Positions [m] of further vertices, such as ends of supported edges.
-    corner_size : float, optional
+    corner_size
         Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
 
     Returns
@@ -126,23 +128,22 @@ def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: 
         asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
         if abs(found / asked - 1) > tolerance:
             raise ValueError(
-                f"patch {name!r} = {patch}: its cells cover {found:g} m2 of its {asked:g} m2;"
+                f"patch {name!r} = {patch}: its cells cover {found:g} m² of its {asked:g} m²;"
                 " the mesh must follow its edges"
             )
 
 
 def reentrant_corners(shapes: Iterable[Shape]) -> Array:
-    """Corners of an outline and its holes at which the panel spans more than 180 degrees.
+    """Return the corners of an outline and its holes at which the panel spans more than 180°.
 
     Parameters
     ----------
-    shapes : iterable of Shape
+    shapes
         The outline, then the holes. Turns below 30 degrees are those of a smooth curve.
 
     Returns
     -------
-    ndarray, shape (n, 2)
-        [m].
+    (n, 2) [m].
     """
     found = [np.zeros((0, 2))]
     for number, shape in enumerate(shapes):
@@ -159,7 +160,7 @@ def reentrant_corners(shapes: Iterable[Shape]) -> Array:
 
 
 def _draw_loop(shape: Shape) -> int:
-    """Draw the edges of a polygon; the gmsh curve loop."""
+    """Draw the edges of a polygon and return the gmsh curve loop."""
     occ = gmsh.model.occ
     corners = [occ.addPoint(x, y, 0.0) for x, y in shape.corners]
     return int(

@@ -1,4 +1,4 @@
-"""Natural frequencies of panels held to closed forms and published targets."""
+"""Natural frequencies of panels compared with closed forms and published values."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ UNIT_PLATE = ThinSection(bending_stiffness=1.0, mass_per_area=1.0, poissons_rati
 
 
 def rectangle(a: float, b: float) -> Polygon:
-    """Outline of [0, a] x [0, b] m."""
+    """Return the outline of [0, a] × [0, b] m."""
     return Polygon(((0.0, 0.0), (a, 0.0), (a, b), (0.0, b)))
 
 
@@ -35,20 +35,21 @@ class Known:
 
     Attributes
     ----------
-    name : str
-    source : str
+    name
+        What the panel is.
+    source
         Where the references come from.
-    plate : callable
+    plate
         Assembles the plate; takes the ``.msh`` file to write.
-    element : str
+    element
         Name of the finite element.
-    reference : tuple of float
+    reference
         The lowest frequencies above 0, in the unit of `scale`.
-    tolerance : float
+    tolerance
         Relative, of the larger of the mesh's error and the rounding of the references.
-    scale : float
-        Unit of the references over Hz, such as 1 / (2 pi) for angular frequencies.
-    rigid : int
+    scale
+        Unit of the references over Hz, such as 1 / (2π) for angular frequencies.
+    rigid
         Modes at 0 Hz.
     """
 
@@ -108,11 +109,11 @@ KNOWN = {
     ),
     "isotropic_core": Known(
         "sandwich 1.5 m x 1 m, isotropic core, hard simple support",
-        "w^2 = D k^4 / (m'' (1 + D k^2 / S)), without rotary inertia",
+        "ω² = D k⁴ / (m″ (1 + D k² / S)), without rotary inertia",
         lambda path: _sandwich(path, 90e6, 90e6),
         "Reissner-Mindlin P3/P2 triangles",
         _isotropic_core(),
-        # the computed one has rotary inertia: 0.5 I k^2 / m'' of it, 0.2 % at (2, 2)
+        # the computed one has rotary inertia: 0.5 I k²/m″, 0.2 % at (2, 2)
         3e-3,
     ),
     "nafems_13": Known(
@@ -172,12 +173,13 @@ KNOWN = {
 
 
 def frequency_rows(known: Known, folder: Path) -> list[Row]:
-    """The lowest frequencies of a panel beside the known ones.
+    """Return the lowest frequencies of a panel with the known ones.
 
     Parameters
     ----------
-    known : Known
-    folder : Path
+    known
+        The panel.
+    folder
         For the mesh.
 
     Returns

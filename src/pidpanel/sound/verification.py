@@ -1,4 +1,4 @@
-"""Modal force and added mass of sine shapes held to independent integrals."""
+"""Modal force and added mass of sine shapes compared with independent integrals."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ ADDED_VOLUME = {(1, 1): 0.18613, (3, 2): 0.04819}
 
 
 def sine_panel(modes: list[tuple[int, int]]) -> PanelQuadrature:
-    """Products of sines at 3 × 3 Gauss points of each element of the paper's panel."""
+    """Return products of sines at 3 × 3 Gauss points of each element of the paper's panel."""
     node, weight = np.polynomial.legendre.leggauss(3)
     axes = []
     for side, count in zip(SIDES, ELEMENTS, strict=True):
@@ -44,7 +44,7 @@ def sine_panel(modes: list[tuple[int, int]]) -> PanelQuadrature:
 
 
 def field_rows(folder: Path) -> list[Row]:
-    """Joint acceptances, a radiation efficiency and added masses of a 1.5 m × 1 m panel."""
+    """Return joint acceptances, a radiation efficiency and added masses of a 1.5 m × 1 m panel."""
     case = "Simply supported panel of 1.5 m × 1 m in a diffuse field"
     method = "plane waves, order-5 load quadrature on 30 × 20 elements"
     source = "double integral by the autocorrelation of sines"
