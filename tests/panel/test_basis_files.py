@@ -60,7 +60,7 @@ def test_a_file_that_is_no_basis_says_what_is_missing(tmp_path, paper_basis):
     write_basis(tmp_path / "basis.nc", paper_basis, {})
     with xr.open_dataset(tmp_path / "basis.nc", engine="scipy") as dataset:
         dataset.drop_vars("modal_mass").to_netcdf(tmp_path / "less.nc", engine="scipy")
-    with pytest.raises(ValueError, match=r"less.nc: no basis of a panel, \['modal_mass'\]"):
+    with pytest.raises(ValueError, match=r"less.nc: not the basis of a panel: \['modal_mass'\]"):
         read_basis(tmp_path / "less.nc")
 
 

@@ -255,7 +255,7 @@ def test_supports_that_hold_one_place_twice_are_named():
         "H": PointSupport((0.5, 0.5), "hold_down", 0.3),
         "I": PointSupport((0.5, 0.5), "hinge"),
     }
-    with pytest.raises(ValueError, match="H and I hold the same place"):
+    with pytest.raises(ValueError, match="H and I hold the same coordinate"):
         assemble_thin_plate(mesh, THIN, Supports("free", points=points))
 
 

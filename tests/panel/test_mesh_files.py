@@ -132,7 +132,7 @@ def test_exponents_without_their_e_are_read(tmp_path):
         ("GRID           3", "GRID           a", "deck.bdf:5: GRID: a is not allowed; a number from 1 is needed"),
         ("GRID           3", "GRID           2", "node 2 appears twice"),
         ("CQUAD4         2", "CQUAD4         1", "element 1 appears twice"),
-        ("2       3       6       5", "2       3       9       5", "element 2: node 9 is not there"),
+        ("2       3       6       5", "2       3       9       5", "element 2: node 9 is missing"),
         ("2       3       6       5", "2       3       3       5", "element 2: a node appears twice in it"),
         ("2       3       6       5", "2       6       3       5", "element 2: its corners do not go round"),
         ("2       3       6       5", "5       6       3       2", "element 2 is inverted"),
@@ -184,7 +184,7 @@ def test_places_that_a_foreign_mesh_does_not_have_are_refused(tmp_path):
     path.write_text(DECK)
     flat = read_nastran(path)
     for patches, points, message in (
-        ({"P": "9"}, {}, "has no group 9, but 7, 8"),
+        ({"P": "9"}, {}, "has no group 9; it has 7, 8"),
         ({"P": Rectangle((1.0, 0.5), (0.5, 0.5))}, {}, "cover 0 m² of its 0.25 m²"),
         ({}, {"A": (0.1, 0.0)}, r"point 'A' = \(0.1, 0\) m: no node is there; the nearest is 1"),
     ):

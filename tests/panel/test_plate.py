@@ -244,7 +244,7 @@ def test_the_plate_is_the_same_wherever_it_lies(shift):
 def test_a_skew_quadrilateral_is_refused():
     vertices = np.array([[0.0, 0.0], [1.0, 0.0], [1.1, 1.0], [0.0, 1.0]])
     mesh = PanelMesh(vertices, np.array([[0, 1, 2, 3]]), "quadrilaterals", {}, {})
-    with pytest.raises(ValueError, match=r"cell 0 with corners .* is no axis-parallel rectangle"):
+    with pytest.raises(ValueError, match=r"cell 0 with corners .* is not an axis-parallel rectangle"):
         assemble_thin_plate(mesh, SECTION)
 
 
@@ -254,7 +254,7 @@ def test_a_skew_quadrilateral_is_refused():
         ((0.0, 4.0), "bending_stiffness is 0; it must be positive"),
         ((3273.0, -4.0), "mass_per_area is -4; it must be positive"),
         ((3273.0, float("nan")), "mass_per_area is nan; it must be positive"),
-        ((3273.0, 4.0, 0.6), "poissons_ratio is 0.6; allowed is -1 < nu <= 0.5"),
+        ((3273.0, 4.0, 0.6), "poissons_ratio is 0.6; allowed is -1 < ν ≤ 0.5"),
     ],
 )
 def test_a_section_that_is_no_plate_is_refused(arguments, message):

@@ -4,25 +4,10 @@ import numpy as np
 import pytest
 
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.field import PanelQuadrature
+from pidpanel.sound.verification import SIDES, sine_panel
 from pidpanel.sound.wavenumber_table import FieldError
 
-SIDES = (1.5, 1.0)
 MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
-
-
-def sine_panel(elements):
-    """Products of sines at 3 × 3 Gauss points of each element."""
-    node, weight = np.polynomial.legendre.leggauss(3)
-    axes = []
-    for side, count in zip(SIDES, elements, strict=True):
-        edge = side / count
-        at = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
-        axes.append((at, np.tile(weight * edge / 2, count)))
-    x, y = (one.ravel() for one in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
-    shape = [np.sin(m * np.pi * x / SIDES[0]) * np.sin(n * np.pi * y / SIDES[1]) for m, n in MODES]
-    area = np.outer(axes[0][1], axes[1][1]).ravel()
-    return PanelQuadrature(np.stack([x, y], axis=1), area, np.stack(shape, axis=1))
 
 
 def autocorrelation(apart, side, m):
@@ -50,7 +35,7 @@ def double_integral(mode, k):
 
 @pytest.fixture(scope="module")
 def table():
-    return tabulate_added_mass(20.0, sine_panel((30, 20)))
+    return tabulate_added_mass(20.0, sine_panel(MODES))
 
 
 @pytest.mark.parametrize("k", [0.0, 1.19, 8.0, 20.0])
@@ -84,4 +69,4 @@ def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
 )
 def test_what_cannot_be_integrated_is_refused_by_name(k_max, elements, message):
     with pytest.raises(FieldError, match=message):
-        tabulate_added_mass(k_max, sine_panel(elements))
+        tabulate_added_mass(k_max, sine_panel(MODES, elements))

@@ -92,7 +92,7 @@ def read_basis(path: Path) -> PanelBasis:
     with xr.open_dataset(path, engine="scipy") as dataset:
         missing = [name for name in VARIABLES if name not in dataset]
         if missing:
-            raise ValueError(f"{path}: no basis of a panel, {missing} are missing")
+            raise ValueError(f"{path}: not the basis of a panel: {missing} missing")
         values: dict[str, Any] = {}
         for name in VARIABLES:
             value = dataset[name].to_numpy()

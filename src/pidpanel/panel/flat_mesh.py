@@ -104,7 +104,7 @@ class FlatMesh:
         for k, nodes in enumerate(corners):
             for number in nodes:
                 if number not in index:
-                    raise ValueError(f"{path}: element {element[k]}: node {number} is not there")
+                    raise ValueError(f"{path}: element {element[k]}: node {number} is missing")
             places = [index[number] for number in nodes]
             triangles += _cut(path, element[k], places, position[places, :2])
             origin += [k] * (len(nodes) - 2)
@@ -165,7 +165,7 @@ class FlatMesh:
                 if not members.any():
                     known = ", ".join(sorted(set(self.groups)))
                     raise ValueError(
-                        f"patch {name!r}: {self.path} has no group {patch}, but {known}"
+                        f"patch {name!r}: {self.path} has no group {patch}; it has {known}"
                     )
             else:
                 members = location(centre, patch.corners, 0.0) > 0
@@ -212,7 +212,7 @@ def read_gmsh(path: Path) -> FlatMesh:
         try:
             gmsh.merge(str(path))
         except Exception as error:
-            raise ValueError(f"{path}: no gmsh mesh: {error}") from None
+            raise ValueError(f"{path}: not a gmsh mesh: {error}") from None
         node, position, _ = gmsh.model.mesh.getNodes()
         element, corners, group = [], [], []
         for dimension, surface in gmsh.model.getEntities():

@@ -15,9 +15,9 @@ import numpy as np
 from pidpanel.panel.flat_mesh import FlatMesh
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
-PASSED_OVER = ("PSHELL", "MAT1")
+IGNORED = ("PSHELL", "MAT1")
 DELIMITERS = ("BEGIN BULK", "ENDDATA")
-ALLOWED = ", ".join(("GRID", *CORNERS, *PASSED_OVER, *DELIMITERS))
+ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, *DELIMITERS))
 # Nastran may leave out the E of an exponent: 1.5-3 is 0.0015
 SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
@@ -91,12 +91,12 @@ def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
                 raise ValueError(f"{path}:{number}: a continuation without a card")
             pending[2].extend(fields)
             continue
-        if pending is not None and pending[1] not in PASSED_OVER:
+        if pending is not None and pending[1] not in IGNORED:
             yield pending
-        if name not in ("GRID", *CORNERS, *PASSED_OVER):
+        if name not in ("GRID", *CORNERS, *IGNORED):
             raise ValueError(f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}")
         pending = number, name, fields
-    if pending is not None and pending[1] not in PASSED_OVER:
+    if pending is not None and pending[1] not in IGNORED:
         yield pending
 
 

@@ -88,7 +88,7 @@ class ThinSection:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
         if not -1 < self.poissons_ratio <= 0.5:
             raise ValueError(
-                f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < nu <= 0.5"
+                f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < ν ≤ 0.5"
             )
 
     @property

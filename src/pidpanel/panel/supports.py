@@ -307,7 +307,7 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
         for block in blocks:
             for dof in block.dofs.tolist():
                 if dof in taken:
-                    raise ValueError(f"{block.name} and {taken[dof]} hold the same place")
+                    raise ValueError(f"{block.name} and {taken[dof]} hold the same coordinate")
                 taken[dof] = block.name
     untouched = np.setdiff1d(np.arange(n_dofs), held)
     identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])

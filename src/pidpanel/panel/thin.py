@@ -239,6 +239,6 @@ def _check_rectangles(mesh: PanelMesh) -> None:
     worst = int(np.argmax(skew))
     if skew[worst] > 1e-9:
         raise ValueError(
-            f"cell {worst} with corners {corners[worst].tolist()} m is no axis-parallel"
+            f"cell {worst} with corners {corners[worst].tolist()} m is not an axis-parallel"
             " rectangle; quadrilaterals of a thin plate must be, or use triangles"
         )

@@ -1,7 +1,20 @@
-"""The sound on the panel: from a table of band levels to modal forces.
+"""The sound on the panel: from a table of band levels to modal forces, and the air it moves.
 
-`table` reads a table of band levels from a file, `spectrum` turns band levels into a one-sided
-pressure PSD, and `field` turns the coherence of the sound field over the panel into the modal
-force matrix G, so that the cross-PSD of the modal forces is S_p(f) G(k). Nothing here knows of
-dampers; mode shapes enter as arrays of values at quadrature points.
+Nothing here depends on dampers; mode shapes enter as arrays of values at quadrature points.
+
+`from_study`
+    The sound of a study; the one module here that knows what a study is.
+`table`, `spectrum`
+    Tables of band levels; the one-sided pressure PSD equivalent to them.
+`field`
+    The coherence of the sound over the panel as the modal force matrix G, so that the cross-PSD of
+    the modal forces is S_p(f) G(k).
+`added_mass`
+    The mass of the air that moves with the panel.
+`wavenumber_table`
+    Matrices tabulated over the wavenumber and interpolated.
+`field_files`
+    The NetCDF files of these tables.
+`verification`
+    Modal force and added mass compared with independent integrals.
 """

@@ -22,6 +22,7 @@ from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
+    checked_maximum,
     even_interpolation,
     node_count,
 )
@@ -58,9 +59,7 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     FieldError
         Where k_max is not positive, or the quadrature is too coarse for the shapes.
     """
-    k_max = float(wavenumber_max)
-    if not (np.isfinite(k_max) and k_max > 0):
-        raise FieldError(f"wavenumber_max = {wavenumber_max!r} rad/m must be positive")
+    k_max = checked_maximum(wavenumber_max)
     finest = FINEST / np.sqrt(panel.weight.sum() / panel.weight.size)
     reach = 2 * k_max
     while True:

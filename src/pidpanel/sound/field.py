@@ -12,7 +12,7 @@ where γ is the coherence of the field and k = 2πf/c₀ the wavenumber [rad/m].
 - uniform: γ = 1, one pressure everywhere;
 - plane wave: γ = exp(−i k·(x − x′)), `plane_wave_modal_force` and `tabulate_plane_wave`; along
   the panel (grazing) it is the field of a progressive-wave tube;
-- uncorrelated: the unit matrix that the paper puts in the place of Eq. 22, which depends on the
+- uncorrelated: the unit matrix that the paper uses in place of Eq. 22, which depends on the
   mesh.
 
 The panel is given by a quadrature: positions (nq, 2) [m], weights (nq,) [m²] and the values of
@@ -31,6 +31,7 @@ from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
+    checked_maximum,
     checked_wavenumber,
     even_interpolation,
     node_count,
@@ -179,9 +180,7 @@ def tabulate_diffuse(
     FieldError
         Where k_max is not positive.
     """
-    k_max = float(wavenumber_max)
-    if not (np.isfinite(k_max) and k_max > 0):
-        raise FieldError(f"wavenumber_max = {wavenumber_max!r} rad/m must be positive")
+    k_max = checked_maximum(wavenumber_max)
     diameter = panel.diameter
     count = nodes_in_k or node_count(k_max, diameter)
     nodes = chebyshev_nodes(k_max, count)
@@ -252,7 +251,7 @@ def tabulate_plane_wave(
 
     Parameters and errors are those of `plane_wave_modal_force` and `tabulate_diffuse`.
     """
-    k_max = float(wavenumber_max)
+    k_max = checked_maximum(wavenumber_max)
     nodes = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
     modal_force = plane_wave_modal_force(nodes, incidence, azimuth, panel)
     even = np.asarray(modal_force.real, np.float64)
@@ -266,11 +265,11 @@ def tabulate_plane_wave(
 def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Array:
     """Return G of pressures lumped on elements or nodes, independent of one another (the paper's).
 
-    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in the place of Eq. 22. It does not
-    depend on frequency but **on the mesh**: each halving of the element edge takes 6.02 dB away,
-    so it has no limit and is no sound field. For 30 × 20 elements on 1.5 m × 1.0 m and
+    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in place of Eq. 22. It does not
+    depend on frequency but **on the mesh**: each halving of the element edge lowers it by
+    6.02 dB, so it has no limit and is no sound field. For 30 × 20 elements on 1.5 m × 1.0 m and
     c₀ = 343 m/s its PSD is below that of the diffuse field by 25.6 dB in mode (1,1) at its own
-    frequency, by 14.6 dB in (3,1) and by 5.4 dB in (9,1). It is here to repeat the paper.
+    frequency, by 14.6 dB in (3,1) and by 5.4 dB in (9,1). It serves to reproduce the paper.
 
     Parameters
     ----------

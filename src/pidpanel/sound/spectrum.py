@@ -1,4 +1,4 @@
-"""Band levels and the one-sided pressure PSD that they stand for.
+"""Band levels and the one-sided pressure PSD equivalent to them.
 
 Levels are in dB re 20 µPa, frequencies in Hz, PSDs one-sided in Pa²/Hz.
 """
@@ -24,7 +24,7 @@ BAND_WIDTH: dict[BandKind, int] = {"third octave": 1, "octave": 3}
 PRESSURE_FACTOR: dict[PressureReference, float] = {"surface": 1.0, "room": 2.0, "incident": 4.0}
 """PSD of the pressure on the face over the PSD of the stated pressure.
 
-`surface`: the level is that of the blocked pressure on the face, taken as it stands.
+`surface`: the level is that of the blocked pressure on the face, used as stated.
 `room`: the level is the average over the volume of a diffuse field; a rigid face doubles its PSD.
 `incident`: the level is that of an incoming wave alone; a rigid face doubles its pressure.
 """
@@ -144,7 +144,7 @@ def pressure_psd(
     frequency
         (nf,) [Hz], each within the bands; the last edge belongs to the last band.
     pressure_reference
-        What the levels speak of: `surface`, `room` or `incident`.
+        What the levels refer to: `surface`, `room` or `incident`.
     loaded_sides
         2 doubles the PSD: fields of that level on both faces, independent of one another. (Where
         the wave is longer than the way round the panel the two are not, and partly cancel.)
@@ -156,8 +156,8 @@ def pressure_psd(
     Raises
     ------
     SpectrumError
-        Where a frequency lies outside the bands (the table says nothing there, so nothing is
-        extrapolated), or the reference or the number of sides is unknown.
+        Where a frequency lies outside the bands (nothing is extrapolated), or the reference or the
+        number of sides is unknown.
 
     Examples
     --------

@@ -23,7 +23,7 @@ Nominal centres (ISO 266) lie within 0.95 % of 10^(N/10), base-2 ones within 1.4
 """
 
 LEVEL_RANGE = (0.0, 200.0)
-"""Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a slip of the pen."""
+"""Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error."""
 
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
 """How a comment line `# band: …` may state the kind, which must be what the centres say."""

@@ -29,11 +29,13 @@ ADDED_VOLUME = {(1, 1): 0.18613, (3, 2): 0.04819}
 """Mode → V at k = 0 [m³] by the same; five figures."""
 
 
-def sine_panel(modes: list[tuple[int, int]]) -> PanelQuadrature:
+def sine_panel(
+    modes: list[tuple[int, int]], elements: tuple[int, int] = ELEMENTS
+) -> PanelQuadrature:
     """Return products of sines at 3 × 3 Gauss points of each element of the paper's panel."""
     node, weight = np.polynomial.legendre.leggauss(3)
     axes = []
-    for side, count in zip(SIDES, ELEMENTS, strict=True):
+    for side, count in zip(SIDES, elements, strict=True):
         edge = side / count
         at = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
         axes.append((at, np.tile(weight * edge / 2, count)))

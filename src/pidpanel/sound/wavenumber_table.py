@@ -85,6 +85,14 @@ def checked_wavenumber(k: Array) -> Array:
     return k
 
 
+def checked_maximum(wavenumber_max: float) -> float:
+    """Return k_max; raise `FieldError` where it is not finite or not positive."""
+    k_max = float(wavenumber_max)
+    if not (np.isfinite(k_max) and k_max > 0):
+        raise FieldError(f"wavenumber_max = {wavenumber_max!r} rad/m must be positive")
+    return k_max
+
+
 def node_count(wavenumber_max: float, diameter: float) -> int:
     """Return the nodes that a table to k_max [rad/m] of a panel of that diameter [m] needs."""
     return int(np.ceil(wavenumber_max * diameter / 2)) + SPARE_NODES
