@@ -244,7 +244,9 @@ def test_the_plate_is_the_same_wherever_it_lies(shift):
 def test_a_skew_quadrilateral_is_refused():
     vertices = np.array([[0.0, 0.0], [1.0, 0.0], [1.1, 1.0], [0.0, 1.0]])
     mesh = PanelMesh(vertices, np.array([[0, 1, 2, 3]]), "quadrilaterals", {}, {})
-    with pytest.raises(ValueError, match=r"cell 0 with corners .* is not an axis-parallel rectangle"):
+    with pytest.raises(
+        ValueError, match=r"cell 0 with corners .* is not an axis-parallel rectangle"
+    ):
         assemble_thin_plate(mesh, SECTION)
 
 

@@ -87,9 +87,7 @@ class ThinSection:
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
         if not -1 < self.poissons_ratio <= 0.5:
-            raise ValueError(
-                f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < ν ≤ 0.5"
-            )
+            raise ValueError(f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < ν ≤ 0.5")
 
     @property
     def bending(self) -> Array:
