@@ -77,8 +77,11 @@ HOLE = {"H": Circle((0.25, 0.25), 0.1)}
         (Polygon(((0, 0), (1, 1), (1, 0), (0, 1))), {}, {}, {}, "encloses no area"),
         (Polygon(((0, 0), (1, 1), (1, 0), (0, 2))), {}, {}, {}, "outline crosses itself: the edge from (0, 0) m meets"),
         (Polygon(((0, 0), (2, 0), (2, 2), (1, 0), (0, 2))), {}, {}, {}, "outline touches itself at (1, 0) m"),
+        (Polygon(((0, 0), (2, 0), (2, 2), (1, 1e-10), (0, 2))), {}, {}, {}, "outline touches itself at (1, 1e-10) m"),
         (L_SHAPE, {"H": Circle((0.75, 0.75), 0.1)}, {}, {}, "hole 'H' = circle of radius 0.1 m about (0.75, 0.75) m is not inside"),
         (L_SHAPE, {"H": Rectangle((0.25, 0.1), (0.2, 0.2))}, {}, {}, "hole 'H' = [0.15, 0.35] x [0, 0.2] m is not inside"),
+        # touches the re-entrant corner with the inside of an edge
+        (L_SHAPE, {"H": Polygon(((0.1, 0.2), (0.8, 0.2), (0.1, 0.9)))}, {}, {}, "is not inside the panel"),
         (L_SHAPE, HOLE | {"I": Circle((0.3, 0.3), 0.1)}, {}, {}, "holes 'H' and 'I' meet"),
         (L_SHAPE, HOLE, {"P": Rectangle((0.5, 0.5), (0.2, 0.2))}, {}, "patch 'P' = [0.4, 0.6] x [0.4, 0.6] m leaves the panel"),
         (L_SHAPE, HOLE, {"P": Rectangle((0.35, 0.25), (0.2, 0.2))}, {}, "patch 'P' = [0.25, 0.45] x [0.15, 0.35] m lies over hole 'H'"),
