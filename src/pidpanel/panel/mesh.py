@@ -21,6 +21,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.plane_mesh import cell_areas
+from pidpanel.polygon import Shape, signed_area
 
 PANEL_GROUP = "panel"
 CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}
@@ -168,6 +169,33 @@ def row_order(positions: Array) -> Index:
 def counter_clockwise(vertices: Array, cells: Index) -> Index:
     """Return the cells with every one counter-clockwise."""
     return np.where(cell_areas(vertices, cells)[:, None] > 0, cells, cells[:, ::-1])
+
+
+def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: float) -> None:
+    """Refuse cells that do not add up to the area of a patch.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, with the cells of these patches.
+    patches
+        Shapes by name.
+    tolerance
+        Relative difference of the areas allowed.
+
+    Raises
+    ------
+    ValueError
+        One line: the patch, the area of its cells and its own.
+    """
+    area = cell_areas(mesh.vertices, mesh.cells)
+    for name, patch in patches.items():
+        asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
+        if abs(found / asked - 1) > tolerance:
+            raise ValueError(
+                f"patch {name!r} = {patch}: its elements cover {found:.4g} m² of its {asked:.4g}"
+                " m²; it must lie on the panel and the mesh must follow its edges"
+            )
 
 
 def check_names(patches: Mapping[str, object], points: Mapping[str, object]) -> None:

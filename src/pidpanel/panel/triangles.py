@@ -13,12 +13,12 @@ from pidpanel.panel.mesh import (
     PanelMesh,
     add_group,
     check_names,
+    check_patch_areas,
     gmsh_session,
     read_mesh,
     write_mesh,
 )
 from pidpanel.panel.supports import SMOOTH_TURN
-from pidpanel.plane_mesh import cell_areas
 from pidpanel.polygon import Position, Shape, check_panel, signed_area
 
 # Element edges grow by this times the distance from a re-entrant corner.
@@ -114,23 +114,6 @@ def mesh_triangles(
     mesh = read_mesh(path, patches, points)
     check_patch_areas(mesh, patches, 1e-6)
     return mesh
-
-
-def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: float) -> None:
-    """Refuse cells that do not add up to the area of a patch.
-
-    Raises
-    ------
-    ValueError
-    """
-    area = cell_areas(mesh.vertices, mesh.cells)
-    for name, patch in patches.items():
-        asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
-        if abs(found / asked - 1) > tolerance:
-            raise ValueError(
-                f"patch {name!r} = {patch}: its cells cover {found:g} m² of its {asked:g} m²;"
-                " the mesh must follow its edges"
-            )
 
 
 def reentrant_corners(shapes: Iterable[Shape]) -> Array:
