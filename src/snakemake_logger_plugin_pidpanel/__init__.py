@@ -61,6 +61,7 @@ class LogHandler(LogHandlerBase):
     needs_rulegraph = False
 
     def __post_init__(self) -> None:
+        """Prepare the bar; Snakemake calls this once its settings are known."""
         settings = self.common_settings
         self.console = Console(
             stderr=not settings.stdout, no_color=settings.nocolor, highlight=False, soft_wrap=True

@@ -208,10 +208,10 @@ def only_line(result):
     ("change", "line"),
     [
         (("fill_fraction: [0.4, 0.8]\n    frequency", "fill_fraction: [0.4, 1.4]\n    frequency"),
-         "coupon.sweep.fill_fraction[1] = 1.4: less than or equal to 1"),
+         "coupon.sweep.fill_fraction[1] = 1.4: must be less than or equal to 1"),
         (("speed_m_s: 343", "sped_m_s: 343"), "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?"),
         (("[100, 400], damper_mass", "[10, 400], damper_mass"),
-         "response.frequency_hz = [10, 400]: within the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
+         "response.frequency_hz = [10, 400]: must be in the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
         (("centre_m: [0.75, 0.50]", "centre_m: [0.72, 0.50]"), "patch 'PID-1'"),
         (("centre: [0.7, 0.5]", "centre: [0.71, 0.5]"), "point 'centre'"),
     ],
@@ -260,5 +260,5 @@ def test_a_results_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "results").write_text("a file where the folder should be")
     result = snakemake(tmp_path, STUDIES / "smoke.yaml")
     assert result.returncode != 0
-    assert "results: cannot be written" in said(result)
+    assert "results: must be a writable folder" in said(result)
     assert (tmp_path / "results").read_text() == "a file where the folder should be"

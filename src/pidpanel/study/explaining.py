@@ -26,7 +26,8 @@ PYDANTIC_WORDS = {
     "bool_parsing": "must be true or false",
     "finite_number": "must be a finite number",
     "literal_error": "must be {expected}",
-    "string_pattern_mismatch": "must match {pattern}",
+    "too_short": "must have at least {min_length} value(s), not {actual_length}",
+    "too_long": "must have at most {max_length} value(s), not {actual_length}",
 }
 """Words for the types of mistake that pydantic finds; all others are given in its own."""
 
@@ -44,10 +45,6 @@ def in_words(error: ErrorDetails) -> str:
     'must be a whole number'
     """
     context = error.get("ctx", {})
-    if error["type"] == "too_short":
-        return f"must have at least {context['min_length']} values, not {context['actual_length']}"
-    if error["type"] == "too_long":
-        return f"must have at most {context['max_length']} values, not {context['actual_length']}"
     if error["type"] in PYDANTIC_WORDS:
         return PYDANTIC_WORDS[error["type"]].format(**context)
     message = error["msg"].removeprefix("Value error, ")

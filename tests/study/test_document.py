@@ -1,0 +1,134 @@
+"""What is no study at all, and what YAML allows beside plain keys and values."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pidpanel.study import StudyError, load_any_study, load_study
+from pidpanel.study.document import Document
+
+STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
+SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+
+
+def refused(tmp_path, text):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(StudyError) as caught:
+        load_any_study(path)
+    return str(caught.value).replace(f"{tmp_path}/", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "mine.yaml: must be a mapping with keys such as name, coupon, panel"),
+        ("- 1", "mine.yaml: must be a mapping with keys such as name, coupon, panel"),
+        ("a: [1,", "mine.yaml:1: not YAML: expected the node content, but found '<stream end>'"),
+        ("a: 1\nb: *c\n", "mine.yaml:2: not YAML: found undefined alias 'c'"),
+        ("a: 1\n[b, c]: 1\n", "mine.yaml:2: not YAML: a key must be text"),
+        ("a: \x01", "mine.yaml: not YAML: unacceptable character #x0001: special characters are not allowed"),
+        (b"a: \xe4", "mine.yaml: must be UTF-8 text (unexpected end of data)"),
+    ],
+)  # fmt: skip
+def test_what_is_no_mapping_is_refused_in_one_line(tmp_path, text, message):
+    # red: UnicodeDecodeError, yaml.reader.ReaderError let through
+    told = refused(tmp_path, text)
+    assert told.startswith(message)
+    assert "\n" not in told
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    # red: OSError let through
+    with pytest.raises(StudyError, match=r"none\.yaml: cannot be read: No such file or directory"):
+        load_study(tmp_path / "none.yaml")
+
+
+def test_every_duplicate_key_is_refused_with_its_line(tmp_path):
+    # red: `names.add` before the comparison; raise at the first
+    told = refused(tmp_path, "name: a\ntitle: b\nname: c\ncoupon:\n  cell: {count: 1, count: 2}\n")
+    assert told.split("\n")[:2] == [
+        "mine.yaml:3: name: duplicate key",
+        "mine.yaml:5: count: duplicate key",
+    ]
+
+
+def test_a_duplicate_key_is_refused_though_all_values_are_good(tmp_path):
+    # red: study_in returns without the look at document.duplicates
+    text = yaml.safe_dump(SMOKE) + "title: once more\n"
+    assert refused(tmp_path, text) == f"mine.yaml:{text.count(chr(10))}: title: duplicate key"
+
+
+def test_a_number_and_the_same_text_are_one_key(tmp_path):
+    # red: construct_object(key) in place of key.value
+    told = refused(tmp_path, "panel:\n  points: {7: [0, 0], '7': [1, 1]}\n")
+    assert told.startswith("mine.yaml:2: 7: duplicate key")
+
+
+def test_a_mistake_in_a_merged_mapping_is_told_where_it_is(tmp_path):
+    # red: no flatten_mapping; `node.value` without reversed in _entry
+    text = (
+        "coupon:\n"
+        "  cell: &cell\n"
+        "    depth_mm: 20\n"
+        "    count: 2\n"
+        "  walls:\n"
+        "    <<: *cell\n"
+        "    count: 3\n"
+        "  sweep: {frequency_hz: [100], acceleration_g: [1]}\n"
+    )
+    told = refused(tmp_path, text).split("\n")
+    allowed = "youngs_modulus_mpa, poissons_ratio, restitution, friction, rolling_friction"
+    assert told == [
+        f"mine.yaml:3: coupon.walls.depth_mm = 20: unknown key; allowed are {allowed}",
+        f"mine.yaml:7: coupon.walls.count = 3: unknown key; allowed are {allowed}",
+    ]
+
+
+def test_a_merged_mapping_has_the_values_of_both(tmp_path):
+    # red: no flatten_mapping
+    path = tmp_path / "mine.yaml"
+    path.write_text("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\n")
+    assert Document(path).data["b"] == {"x": 1, "y": 3}
+
+
+def test_a_value_that_holds_itself_is_refused(tmp_path):
+    # red: _in_a_line without depth
+    told = refused(tmp_path, "coupon: {cell: &a [*a]}\n").split("\n")
+    assert told[0] == (
+        "mine.yaml:1: coupon.cell = [[[…]]]: must be a mapping with keys "
+        "shape, across_flats_mm, depth_mm, count"
+    )
+
+
+def test_a_study_of_the_coupon_alone_has_the_name_of_its_file(tmp_path):
+    # red: document.path.name in place of stem
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump({"coupon": SMOKE["coupon"]}))
+    study = load_any_study(path)
+    assert study.name == "mine"
+    assert study.coupon is not None
+    with pytest.raises(StudyError, match=r"mine\.yaml: panel: missing; this is a study of the cou"):
+        load_study(path)
+
+
+def test_an_unknown_key_beside_a_coupon_is_no_panel(tmp_path):
+    # red: `alone` if there is no key but those of a CouponStudy
+    told = refused(tmp_path, yaml.safe_dump({"coupon": SMOKE["coupon"], "titel": "x"}))
+    assert told.endswith("titel = x: unknown key; did you mean title?")
+    assert "\n" not in told
+
+
+def test_a_file_named_by_its_place_beside_the_study_or_in_the_working_folder(tmp_path, monkeypatch):
+    # red: (Path.cwd(), folder, shipped) in files.found_file
+    study = tmp_path / "mine.yaml"
+    study.write_text(yaml.safe_dump({"coupon": {**SMOKE["coupon"], "deck": "shake.in.j2"}}))
+    working = tmp_path / "working"
+    working.mkdir()
+    monkeypatch.chdir(working)
+    assert load_any_study(study).coupon.deck == STUDIES.parents[1] / "templates" / "shake.in.j2"
+    (working / "shake.in.j2").touch()
+    assert load_any_study(study).coupon.deck == working / "shake.in.j2"
+    (tmp_path / "shake.in.j2").touch()
+    assert load_any_study(study).coupon.deck == tmp_path / "shake.in.j2"

@@ -1,0 +1,146 @@
+"""What is wrong with a study is told at its line before anything runs."""
+
+import copy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pidpanel.check import check_machine, checked_study
+from pidpanel.study import StudyError, load_any_study
+
+STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+TEMPLATES = Path(__file__).parents[1] / "templates"
+SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+COUPON = {key: value for key, value in SMOKE["coupon"].items() if key != "deck"}
+
+
+def refused(tmp_path, values):
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    with pytest.raises(StudyError) as caught:
+        checked_study(path)
+    lines = path.read_text().splitlines()
+    told = str(caught.value).replace(f"{tmp_path}/", "").split("\n")
+    return [(lines[int(one.split(":")[1]) - 1].strip(), one.split(": ", 1)[1]) for one in told]
+
+
+def changed(study, way, value):
+    values = copy.deepcopy(yaml.safe_load((STUDIES / f"{study}.yaml").read_text()))
+    section = values
+    for key in way[:-1]:
+        section = section[key]
+    section[way[-1]] = value
+    if study == "bdf_panel":
+        section = values["panel"]["mesh"]
+        section["file"] = str(STUDIES / "bdf_panel.bdf")
+    return values
+
+
+def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path):
+    # red: shipped before folder in files.found_file
+    (tmp_path / "shake.in.j2").write_text((TEMPLATES / "shake.in.j2").read_text())
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump({"coupon": {**COUPON, "deck": "shake.in.j2"}}))
+    assert checked_study(path).coupon.deck == tmp_path / "shake.in.j2"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{{ cycles_file }} {{ steps_per_cycle }} {{ viscosity }}", "unknown variable viscosity; allowed are acceleration, "),
+        ("{{ cycles_file }}", "must use the variable steps_per_cycle; a deck writes one row per cycle"),
+        ("\n{% if %}", "{folder}/own.in.j2:2: Expected an expression"),
+    ],
+)  # fmt: skip
+def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, says):
+    # red: check_decks returns at once
+    (tmp_path / "own.in.j2").write_text(text)
+    ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "deck": "own.in.j2"}})
+    assert line == "deck: own.in.j2"
+    assert told.startswith(f"coupon.deck = own.in.j2: {says}".replace("{folder}/", ""))
+
+
+def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path):
+    # red: keys = ("coupon", "deck") always
+    (tmp_path / "own.in.j2").write_text("{{ cycles_file }}")
+    vary = {"deck": ["shake.in.j2", "own.in.j2"]}
+    ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "vary": vary}})
+    assert line == "- own.in.j2"
+    assert told.startswith("coupon.vary.deck[1] = own.in.j2: must use the variable steps_per_")
+
+
+@pytest.mark.parametrize(
+    ("study", "way", "value", "at", "told"),
+    [
+        ("smoke", ("response", "frequency_hz"), [10, 400], "frequency_hz:",
+         "response.frequency_hz = [10, 400]: must be in the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
+        ("paper", ("response", "frequency_hz"), [30, 2001], "frequency_hz:",
+         "response.frequency_hz = [30, 2001]: must be in the range of the paper's law, 5 to 2000 Hz"),
+        ("smoke", ("panel", "patches", "PID-1", "centre_m"), [0.72, 0.5], "PID-1:", "panel.patches.PID-1 = {centre_m: [0.72, 0.5], size_m: [0.3, 0.2]}: patch 'PID-1'"),
+        ("smoke", ("panel", "points", "centre"), [0.71, 0.5], "centre:", "panel.points.centre = [0.71, 0.5]: point 'centre'"),
+        ("sandwich_hole_hinge", ("panel", "supports", "points", "hinge 1", "at_m"), [1.05, 0.65], "radius_m: 0.02", "panel.supports.points.hinge 1.radius_m = 0.02: patch 'foot of hinge 1'"),
+        ("sandwich_hole_hinge", ("panel", "supports", "points", "hinge 1", "radius_m"), 0.2, "radius_m: 0.2", "panel.supports.points.hinge 1.radius_m = 0.2: patch 'foot of hinge 1'"),
+        ("sandwich_hole_hinge", ("panel", "supports", "points", "hinge 1"), {"at_m": [1.05, 0.65], "kind": "hinge"}, "at_m:", "panel.supports.points.hinge 1.at_m = [1.05, 0.65]: point 'support hinge 1'"),
+        ("sandwich_hole_hinge", ("panel", "masses", "connector", "at_m"), [3, 3], "at_m:", "panel.masses.connector.at_m = [3, 3]: point 'connector'"),
+        ("sandwich_hole_hinge", ("panel", "masses", "P1"), {"at_m": [3, 3], "mass_kg": 1}, "at_m:", "panel.masses.P1.at_m = [3, 3]: point 'P1'"),
+        ("sandwich_hole_hinge", ("panel", "masses", "harness", "to_m"), [3, 3], "to_m:", "panel.masses.harness.to_m = [3, 3]: point 'harness to_m'"),
+        ("sandwich_hole_hinge", ("panel", "mesh", "size_m"), 0.2, "mesh:", "panel.mesh = {kind: triangles, size_m: 0.2}: element edges of 0.2 m are too coarse for 2000 Hz"),
+        ("sandwich_hole_hinge", ("panel", "points", "centre"), [0.3, 0.3], "centre:", "panel.points.centre = [0.3, 0.3]: 'centre' names both a patch and a point"),
+        ("l_panel", ("panel", "supports"), {"outline": "free", "edges": [{"from_m": [0, 0], "to_m": [9, 0], "kind": "clamped"}]}, "to_m:", "panel.supports.edges[0].to_m = [9, 0]: point 'supports.edges 1 to_m'"),
+        ("bdf_panel", ("panel", "points", "left", "grid"), 99, "grid: 99", "panel.points.left.grid = 99: {studies}/bdf_panel.bdf: no node 99"),
+        ("bdf_panel", ("panel", "supports", "points", "H2", "grid"), 98, "grid: 98", "panel.supports.points.H2.grid = 98: {studies}/bdf_panel.bdf: no node 98"),
+        ("bdf_panel", ("panel", "patches", "side", "centre_m"), [1.1, 0.7], "side:", "panel.patches.side = {centre_m: [1.1, 0.7], size_m: [0.2, 0.2]}: patch 'side'"),
+    ],
+)  # fmt: skip
+def test_what_the_stages_refuse_is_told_at_the_key_that_they_name(
+    tmp_path, study, way, value, at, told
+):
+    # red: named_place without the place; min in place of max of the beginnings
+    ((line, message),) = refused(tmp_path, changed(study, way, value))
+    assert line.startswith(at)
+    assert message.startswith(told.replace("{studies}", str(STUDIES)))
+
+
+def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
+    # red: no try round read_spl_table, read_surface
+    (tmp_path / "mine.csv").write_text("center_hz,spl_db\n100,120\n160,121\n125,122\n")
+    values = changed("smoke", ("sound", "spectrum"), "mine.csv")
+    values["damping"] = {"readings": ["table"], "table": "lab.csv"}
+    (tmp_path / "lab.csv").write_text("fill_fraction\n1\n")
+    table, spectrum = refused(tmp_path, values)
+    assert table[0] == "table: lab.csv"
+    assert "lab.csv: " in table[1].removeprefix("damping.table = lab.csv: ")
+    assert spectrum[0] == "spectrum: mine.csv"
+    assert "mine.csv, line 4: " in spectrum[1].removeprefix("sound.spectrum = mine.csv: ")
+
+
+def test_a_results_folder_that_is_not_writable_is_named(tmp_path):
+    # red: no branch of OSError
+    path = tmp_path / "results"
+    path.write_text("a file")
+    study = load_any_study(STUDIES / "l_panel.yaml")
+    with pytest.raises(StudyError, match=r"results: must be a writable folder \(File exists\)"):
+        check_machine(study, path)
+
+
+def test_a_study_without_a_coupon_needs_no_liggghts(tmp_path, monkeypatch):
+    # red: check_installed() always
+    monkeypatch.setenv("PATH", str(tmp_path))
+    check_machine(load_any_study(STUDIES / "l_panel.yaml"), tmp_path / "results")
+    with pytest.raises(StudyError, match="apt-get install liggghts"):
+        check_machine(load_any_study(STUDIES / "smoke.yaml"), tmp_path / "results")
+
+
+def test_a_study_of_the_coupon_alone_imports_no_panel():
+    # red: `from pidpanel.panel.from_study import StudiedPanel` at the head of check.py
+    code = (
+        "import sys; from pidpanel.check import checked_study;"
+        f"checked_study({str(STUDIES / 'coupon_friction.yaml')!r});"
+        "print([name for name in ('gmsh', 'skfem', 'scipy.sparse', 'pandas', 'xarray')"
+        " if name in sys.modules])"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout == "[]\n"
