@@ -1,5 +1,6 @@
 """What the studies that come with pidpanel say, in SI, and which scenarios they ask for."""
 
+import ast
 import math
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from pidpanel.study.panel import Panel
 from pidpanel.study.section import Material
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
+PACKAGE = STUDIES.parents[1] / "src" / "pidpanel"
 SWEEP = {"frequency_hz": [100], "acceleration_g": [10]}
 
 
@@ -30,6 +32,15 @@ def test_the_units_of_the_coupon_become_si():
     assert coupon.stiffness.choices == (50e6, 200e6, 800e6)
     assert coupon.stiffness.from_acceleration == 10 * STANDARD_GRAVITY
     assert coupon.gravity == STANDARD_GRAVITY
+    assert coupon.diameters == (0.002,)
+    assert coupon.sweep.accelerations == tuple(g * STANDARD_GRAVITY for g in (4, 20, 120, 700))
+    assert coupon.sweep.displacements == ()
+    sweep = {"frequency_hz": [100], "displacement_mm": [0.5], "diameter_mm": [1, 2]}
+    swept = Coupon.model_validate({"sweep": sweep})
+    assert swept.sweep.displacements == (0.5e-3,)
+    assert swept.diameters == (0.001, 0.002)
+    assert swept.walls.youngs_modulus is None
+    assert swept.walls.model_copy(update={"youngs_modulus_mpa": 200}).youngs_modulus == 200e6
 
 
 def test_the_units_of_the_panel_become_si():
@@ -47,6 +58,15 @@ def test_the_units_of_the_panel_become_si():
     assert section.materials["tape"].youngs_modulus is None
     isotropic = Material(youngs_modulus_gpa=60, poissons_ratio=0.3, density_kg_m3=1600)
     assert isotropic.youngs_modulus == 60e9
+
+
+def test_the_units_of_a_study_become_si_nowhere_else():
+    # red: `spec.core.thickness_mm * 1e-3` in panel/from_study.py
+    for stage in ("coupon", "damping", "panel", "sound", "response"):
+        for path in (PACKAGE / stage).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text())):
+                name = getattr(node, "attr", "")
+                assert not name.endswith(("_mm", "_mpa", "_gpa", "_deg")), f"{path}: {name}"
 
 
 def test_angles_of_waves_become_radians():
@@ -72,7 +92,7 @@ def test_angles_of_waves_become_radians():
 def test_distributions_have_their_sizes_in_m(distribution, sizes):
     # red: `reach = self.deviation_mm` in Normal; share not turned in Binary
     coupon = Coupon.model_validate({"sweep": SWEEP, "particles": {"distribution": distribution}})
-    found = coupon.particles.distribution.sizes(2.0)
+    found = coupon.particles.distribution.sizes(2.0 * 1e-3)
     assert (found.kind, found.large_share) == (sizes[0], sizes[3])
     assert (found.smallest, found.largest) == pytest.approx(sizes[1:3])
 
@@ -81,7 +101,7 @@ def test_a_hollow_particle_has_the_density_of_its_mass_over_its_outer_volume():
     # red: exponent 2
     shell = {"diameter_mm": 2, "shell_mm": 0.3, "density_kg_m3": 1000}
     particles = Coupon.model_validate({"sweep": SWEEP, "particles": shell}).particles
-    assert particles.effective_density(2.0) == pytest.approx(1000 * (2**3 - 1.4**3) / 2**3)
+    assert particles.effective_density(2.0 * 1e-3) == pytest.approx(1000 * (2**3 - 1.4**3) / 2**3)
 
 
 def test_a_variant_is_the_coupon_with_the_values_of_vary():

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
@@ -58,7 +57,7 @@ def _plain(value: Any) -> Any:
 def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
     sweep, accuracy = coupon.sweep, coupon.accuracy
     seeds = range(1, accuracy.seeds + 1)
-    diameters = sweep.diameter_mm or (coupon.particles.diameter_mm,)
+    diameters = coupon.diameters
     beds = {
         (fill, diameter, seed): _bed(coupon, packing, fill)
         for diameter in diameters
@@ -93,11 +92,11 @@ def _drives(coupon: Coupon) -> Iterator[Drive]:
     """Every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
     for frequency in sweep.frequencies:
-        for amplitude_mm in sweep.displacement_mm:
+        for amplitude in sweep.displacements:
             omega = 2 * math.pi * frequency
-            yield from _slow_enough(coupon, Tone(frequency, omega**2 * amplitude_mm * 1e-3))
-        for gamma in sweep.acceleration_g:
-            yield from _slow_enough(coupon, Tone(frequency, gamma * STANDARD_GRAVITY))
+            yield from _slow_enough(coupon, Tone(frequency, omega**2 * amplitude))
+        for acceleration in sweep.accelerations:
+            yield from _slow_enough(coupon, Tone(frequency, acceleration))
 
 
 def _slow_enough(coupon: Coupon, drive: Drive) -> Iterator[Drive]:
@@ -110,16 +109,16 @@ def _either(own: float | None, other: float) -> float:
     return other if own is None else own
 
 
-def _packing(coupon: Coupon, diameter_mm: float, seed: int) -> Packing:
+def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
     spheres, walls = coupon.particles, coupon.walls
     return Packing(
         shape=coupon.cell.shape,
         across_flats=coupon.cell.across_flats,
         depth=coupon.cell.depth,
         count=coupon.cell.count,
-        diameter=diameter_mm * 1e-3,
-        sizes=spheres.distribution.sizes(diameter_mm),
-        density=spheres.effective_density(diameter_mm),
+        diameter=diameter,
+        sizes=spheres.distribution.sizes(diameter),
+        density=spheres.effective_density(diameter),
         poissons_ratio=spheres.poissons_ratio,
         friction=spheres.friction,
         wall_friction=_either(walls.friction, spheres.friction),
@@ -133,7 +132,7 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
     return Bed(
         packing=packing,
         fill_fraction=fill_fraction,
-        gravity=coupon.gravity_g * STANDARD_GRAVITY,
+        gravity=coupon.gravity,
         gravity_direction=(x, y, z),
         constants=_constants(coupon, packing, LOOSENING.drive),
     )
@@ -142,9 +141,9 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
 def _constants(coupon: Coupon, packing: Packing, drive: Drive) -> Constants:
     """The constants with both moduli softened alike, as the drive allows."""
     spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
-    thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
+    thrown = drive.acceleration >= stiffness.from_acceleration
     modulus = contact.softest_modulus(
-        tuple(choice * 1e6 for choice in stiffness.choices_mpa) if thrown else (),
+        stiffness.choices if thrown else (),
         spheres.youngs_modulus,
         radius=packing.sizes.largest / 2,
         density=packing.density,
@@ -154,10 +153,10 @@ def _constants(coupon: Coupon, packing: Packing, drive: Drive) -> Constants:
         contact_time_per_period=stiffness.contact_time_per_period,
         overlap_per_radius=stiffness.overlap_per_radius,
     )
-    stiffer = _either(walls.youngs_modulus_mpa, spheres.youngs_modulus_mpa)
+    stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus)
     return Constants(
         youngs_modulus=modulus,
-        wall_youngs_modulus=modulus * stiffer / spheres.youngs_modulus_mpa,
+        wall_youngs_modulus=modulus * stiffer / spheres.youngs_modulus,
         poissons_ratio=spheres.poissons_ratio,
         wall_poissons_ratio=_either(walls.poissons_ratio, spheres.poissons_ratio),
         restitution=spheres.restitution,

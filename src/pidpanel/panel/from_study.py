@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from pidpanel.panel import layup, supports, tables
@@ -38,7 +37,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
         )
     if spec.kind == "solid":
         return SolidSection(
-            spec.youngs_modulus_gpa * 1e9,
+            spec.youngs_modulus,
             spec.poissons_ratio,
             spec.density_kg_m3,
             spec.thickness,
@@ -47,10 +46,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
     shear_l, shear_w, density = spec.core.properties
 
     def face(plies: tuple[Ply, ...]) -> tuple[layup.Ply, ...]:
-        return tuple(
-            layup.Ply(materials[p.material], p.thickness_mm * 1e-3, np.radians(p.angle_deg))
-            for p in plies
-        )
+        return tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
 
     return layup.SandwichSection(
         face(spec.plies("top")),
@@ -59,20 +55,19 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
             shear_l,
             shear_w,
             density,
-            spec.core.thickness_mm * 1e-3,
-            np.radians(spec.core.ribbon_deg),
+            spec.core.thickness,
+            spec.core.ribbon,
         ),
         spec.extra_mass_per_area_kg_m2,
     )
 
 
 def _material(spec: Material) -> layup.Material:
-    if spec.youngs_modulus_gpa is not None and spec.poissons_ratio is not None:
+    if spec.youngs_modulus is not None and spec.poissons_ratio is not None:
         return layup.Material.isotropic(
-            spec.youngs_modulus_gpa * 1e9, spec.poissons_ratio, spec.density_kg_m3
+            spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3
         )
-    E1, E2, G12 = ((modulus or 0.0) * 1e9 for modulus in (spec.e1_gpa, spec.e2_gpa, spec.g12_gpa))
-    return layup.Material(E1, E2, G12, spec.nu12 or 0.0, spec.density_kg_m3)
+    return layup.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,9 @@ class Mono(Model):
 
     kind: Literal["mono"] = "mono"
 
-    def sizes(self, diameter_mm: float) -> Sizes:
-        """Return the sizes, in SI, for a nominal diameter [mm]."""
-        return Sizes("mono", diameter_mm * 1e-3, diameter_mm * 1e-3)
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a diameter [m]."""
+        return Sizes("mono", diameter, diameter)
 
 
 class Normal(Model):
@@ -62,10 +62,10 @@ class Normal(Model):
     kind: Literal["normal"]
     deviation_mm: Positive
 
-    def sizes(self, diameter_mm: float) -> Sizes:
-        """Return the sizes, in SI, for a mean diameter [mm]."""
-        reach = 2 * self.deviation_mm
-        return Sizes("normal", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a mean diameter [m]."""
+        reach = 2 * self.deviation_mm * 1e-3
+        return Sizes("normal", diameter - reach, diameter + reach)
 
 
 class Uniform(Model):
@@ -74,10 +74,10 @@ class Uniform(Model):
     kind: Literal["uniform"]
     half_width_mm: Positive
 
-    def sizes(self, diameter_mm: float) -> Sizes:
-        """Return the sizes, in SI, for a mean diameter [mm]."""
-        reach = self.half_width_mm
-        return Sizes("uniform", (diameter_mm - reach) * 1e-3, (diameter_mm + reach) * 1e-3)
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a mean diameter [m]."""
+        reach = self.half_width_mm * 1e-3
+        return Sizes("uniform", diameter - reach, diameter + reach)
 
 
 class Binary(Model):
@@ -87,14 +87,11 @@ class Binary(Model):
     second_mm: Positive
     second_share: Annotated[float, Field(gt=0, lt=1)]
 
-    def sizes(self, diameter_mm: float) -> Sizes:
-        """Return the sizes, in SI, for the first diameter [mm]."""
-        if self.second_mm < diameter_mm:
-            share = 1 - self.second_share
-        else:
-            share = self.second_share
-        small, large = sorted((diameter_mm, self.second_mm))
-        return Sizes("binary", small * 1e-3, large * 1e-3, share)
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for the first diameter [m]."""
+        second = self.second_mm * 1e-3
+        share = 1 - self.second_share if second < diameter else self.second_share
+        return Sizes("binary", min(diameter, second), max(diameter, second), share)
 
 
 Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
@@ -116,8 +113,8 @@ class Particles(Model):
     friction: Friction = 0.3
     rolling_friction: RollingFriction = 0.0
 
-    def effective_density(self, diameter_mm: float) -> float:
-        """Return mass over outer volume [kg/m³], for an outer diameter [mm].
+    def effective_density(self, diameter: float) -> float:
+        """Return mass over outer volume [kg/m³], for an outer diameter [m].
 
         Notes
         -----
@@ -125,12 +122,12 @@ class Particles(Model):
 
         Examples
         --------
-        >>> Particles(diameter_mm=2, shell_mm=0.5, density_kg_m3=800).effective_density(2)
+        >>> Particles(diameter_mm=2, shell_mm=0.5, density_kg_m3=800).effective_density(2e-3)
         700.0
         """
         if self.shell_mm is None:
             return self.density_kg_m3
-        return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm / diameter_mm) ** 3)
+        return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm * 1e-3 / diameter) ** 3)
 
     @property
     def youngs_modulus(self) -> float:
@@ -159,6 +156,11 @@ class Walls(Model):
     restitution: Restitution | None = None
     friction: Friction | None = None
     rolling_friction: RollingFriction | None = None
+
+    @property
+    def youngs_modulus(self) -> float | None:
+        """Young's modulus of the walls [Pa]; None for that of the particles."""
+        return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6
 
 
 class Stiffness(Model):
@@ -227,6 +229,16 @@ class Sweep(Model):
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
     max_velocity_m_s: Positive | None = None
     """Combinations with a velocity amplitude a/ω above this are left out [m/s]."""
+
+    @property
+    def accelerations(self) -> tuple[float, ...]:
+        """Amplitudes of the acceleration [m/s²]."""
+        return tuple(level * STANDARD_GRAVITY for level in self.acceleration_g)
+
+    @property
+    def displacements(self) -> tuple[float, ...]:
+        """Amplitudes of the displacement [m]."""
+        return tuple(amplitude * 1e-3 for amplitude in self.displacement_mm)
 
     @property
     def frequencies(self) -> tuple[float, ...]:
@@ -315,6 +327,11 @@ class Coupon(Model):
         return {**vary, "deck": tuple(decks)}
 
     @property
+    def diameters(self) -> tuple[float, ...]:
+        """Diameters of the particles [m]: those of the sweep, or the one of the particles."""
+        return tuple(d * 1e-3 for d in self.sweep.diameter_mm or (self.particles.diameter_mm,))
+
+    @property
     def gravity(self) -> float:
         """Acceleration of gravity [m/s²]."""
         return self.gravity_g * STANDARD_GRAVITY
@@ -329,16 +346,13 @@ class Coupon(Model):
         yield from self._mistakes_of_variants()
 
     def _mistakes_of_sizes(self) -> Iterator[Mistake]:
-        widest = 0.9 * min(self.cell.across_flats_mm, self.cell.depth_mm)
-        diameters: list[tuple[Keys, float]] = [
-            (("sweep", "diameter_mm", index), diameter)
-            for index, diameter in enumerate(self.sweep.diameter_mm)
-        ]
-        for keys, diameter in diameters or [
-            (("particles", "diameter_mm"), self.particles.diameter_mm)
-        ]:
+        widest = 0.9 * min(self.cell.across_flats, self.cell.depth)
+        for index, diameter in enumerate(self.diameters):
+            keys: Keys = ("particles", "diameter_mm")
+            if self.sweep.diameter_mm:
+                keys = ("sweep", "diameter_mm", index)
             sizes = self.particles.distribution.sizes(diameter)
-            if sizes.largest * 1e3 > widest:
+            if sizes.largest > widest:
                 yield Mistake(
                     keys,
                     f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 of "
