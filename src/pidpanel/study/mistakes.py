@@ -68,7 +68,7 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     --------
     >>> unknown_key("dept_mm", ["depth_mm", "count"])
     'unknown key; did you mean depth_mm?'
-    >>> unknown_key("colour", ["depth_mm", "count"])
+    >>> unknown_key("restitution", ["depth_mm", "count"])
     'unknown key; allowed are depth_mm, count'
     """
     near = difflib.get_close_matches(key, allowed, n=1, cutoff=0.5)

@@ -42,12 +42,9 @@ def place_of(location: Keys, model: type[BaseModel]) -> Place:
 
     Examples
     --------
-    >>> class Range(BaseModel):
-    ...     step: float
-    >>> class Sweep(BaseModel):
-    ...     ranges: Mapping[str, Range | tuple[float, ...]]
-    >>> place_of(("ranges", "Range", "Range", "step"), Sweep).keys
-    ('ranges', 'Range', 'step')
+    >>> from pidpanel.study.panel import Panel
+    >>> place_of(("points", "Node", "function-after[_refuse(), Node]", "grid"), Panel).keys
+    ('points', 'Node', 'grid')
     """
     place = Place((), (model,))
     for part in location:
