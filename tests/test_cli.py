@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pidpanel.cli import main
-from pidpanel.coupon.cases import cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import SNAKEFILE
 from pidpanel.study import load_any_study
 

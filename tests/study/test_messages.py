@@ -55,6 +55,7 @@ def told(refusal, study, key, value):
     ("key", "value", "message"),
     [
         ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: must be less than or equal to 1"),
+        ("coupon.sweep.fill_fraction", [7], "coupon.sweep.fill_fraction[0] = 7: must be less than or equal to 1"),
         ("coupon.sweep.fill_fraction", [], "coupon.sweep.fill_fraction = []: must have at least 1 value(s), not 0"),
         ("coupon.sweep.frequency_hz", [100, 100.0], "coupon.sweep.frequency_hz[1] = 100.0: duplicate value; its cases would have the same labels"),
         ("coupon.sweep.frequency_hz", [0.1], "coupon.sweep.frequency_hz[0] = 0.1: must be greater than or equal to 1"),
@@ -236,3 +237,21 @@ def test_all_that_sections_require_of_each_other_is_told(refusal):
         "scenarios.both.patch[0] = B",
         "scenarios.both.patch[2] = C",
     ]
+
+
+@pytest.mark.parametrize("name", ["a/b", "/", ""])
+@pytest.mark.parametrize("where", ["panel.patches", "panel.points", "scenarios"])
+def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, name):
+    # red: mistakes_of_names without one of its conditions; not called for one of the three
+    values = {
+        "panel.patches": {"centre_m": [0.7, 0.5], "size_m": [0.1, 0.1]},
+        "panel.points": [0.1, 0.1],
+        "scenarios": {"patch": "PID-1", "fill_fraction": [0.5]},
+    }
+    way = (*where.split("."), name)
+    lines, line = refusal(changed(SMOKE, way, values[where]))
+    assert len(lines) == 1
+    assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{name} = ")
+    assert lines[0].endswith(
+        "must have a name without '/' that is not empty: files are named after it"
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 Keys = tuple[str | int, ...]
@@ -59,6 +59,22 @@ def dotted(keys: Keys) -> str:
 def one_line(text: str) -> str:
     """Return a text with all that would break its line written as escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
+    """Yield the names under a key that cannot be part of the name of a file.
+
+    Examples
+    --------
+    >>> [mistake.keys for mistake in mistakes_of_names("points", ["A", "B/C", ""])]
+    [('points', 'B/C'), ('points', '')]
+    """
+    for name in names:
+        if not name or "/" in name or "\0" in name:
+            yield Mistake(
+                (key, name),
+                "must have a name without '/' that is not empty: files are named after it",
+            )
 
 
 def unknown_key(key: str, allowed: Sequence[str]) -> str:

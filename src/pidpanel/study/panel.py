@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, show
 from pidpanel.study.base import Model, Positive
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.section import CORE_GRADES_FILE, Section
 
 Position = tuple[float, float]
@@ -243,6 +243,8 @@ class Panel(Model):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
+        yield from mistakes_of_names("patches", self.patches)
+        yield from mistakes_of_names("points", self.points)
         first = [*_mistakes_of_radius(self.outline), *self._mistakes_of_mesh()]
         yield from first or self._mistakes_of_place()
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from pidpanel.study.base import Model, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import Damping
-from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Family, Response, Scenario
 from pidpanel.study.sound import Sound
@@ -59,6 +59,7 @@ class Study(CouponStudy):
                 yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
             elif self.coupon.vary:
                 yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+        yield from mistakes_of_names("scenarios", self.scenarios)
         for name, family in self.scenarios.items():
             yield from (one.below("scenarios", name) for one in self._mistakes_of(family))
         labels = [scenario.label for scenario in self.all_scenarios()]
