@@ -6,6 +6,7 @@ import pytest
 from pidpanel.coupon import balance
 
 MODULUS = 2.85e7
+WALL = balance.Material(effective_modulus=2 * MODULUS, friction=0.5)
 SOFT = balance.Material(effective_modulus=MODULUS, friction=0.3)
 FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 STEP = 1e-3
@@ -28,30 +29,32 @@ def contacts(frame=(), first=(), second=(), force=(), torque=None):
     )  # fmt: skip
 
 
-def closed(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0)):
+def closed(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0), planes=FLOOR):
     frames = len(moving.position)
     return balance.energy_balance(
-        moving, pairs or contacts(), touches or contacts(), FLOOR, (SOFT, SOFT),
+        moving, pairs or contacts(), touches or contacts(), planes, (SOFT, WALL),
         np.zeros(frames), np.array(gravity), STEP,
     )  # fmt: skip
 
 
-def hertz(relative_radius, depth):
-    return 4 / 3 * MODULUS * np.sqrt(relative_radius) * depth**1.5
+def hertz(relative_radius, depth, modulus=MODULUS):
+    return 4 / 3 * modulus * np.sqrt(relative_radius) * depth**1.5
 
 
-def test_a_sphere_that_a_wall_has_stopped_holds_its_kinetic_energy_as_elastic_energy():
-    # ½ m v² = (8/15) E* √R δ^(5/2) (Johnson, Contact Mechanics, eq. 11.22)
-    # red: 2 / 5 * hertz * depth → 3 / 5 in `contact_losses`
-    radius, mass, speed = 1e-3, 5e-6, 0.2
-    depth = (15 * mass * speed**2 / (16 * MODULUS * np.sqrt(radius))) ** 0.4
-    moving = spheres(
-        [radius],
-        [mass],
-        [[[0, 0, radius]], [[0, 0, radius - depth]]],
-        [[[0, 0, -speed]], [[0, 0, 0]]],
+@pytest.mark.parametrize("offset", [0.0, -7e-3, 4e-3])
+def test_a_sphere_that_a_wall_has_stopped_holds_its_kinetic_energy_as_elastic_energy(offset):
+    # ½ m v² = (8/15) E* √R δ^(5/2) (Johnson, Contact Mechanics, eq. 11.22), with the modulus of
+    # the wall, wherever that lies
+    # red: 2 / 5 * hertz * depth → 3 / 5 in `contact_losses`; radius + offset → radius - offset
+    radius, mass, speed, modulus = 1e-3, 5e-6, 0.2, 2 * MODULUS
+    depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
+    place = [[[0, 0, offset + radius]], [[0, 0, offset + radius - depth]]]
+    moving = spheres([radius], [mass], place, [[[0, 0, -speed]], [[0, 0, 0]]])
+    found = closed(
+        moving,
+        touches=contacts([1], [0], [0], [0, 0, hertz(radius, depth, modulus)]),
+        planes=np.array([[0.0, 0.0, 1.0, offset]]),
     )
-    found = closed(moving, touches=contacts([1], [0], [0], [0, 0, hertz(radius, depth)]))
     assert found.elastic_change == pytest.approx(0.5 * mass * speed**2)
     assert found.kinetic_change == pytest.approx(-0.5 * mass * speed**2)
     assert found.wall_normal == pytest.approx(0, abs=1e-9 * found.elastic_change)
@@ -138,6 +141,30 @@ def test_what_is_left_of_the_torque_is_rolling_friction_of_the_relative_spin():
     torque = [0, 0, -arm * force - resisting]
     found, _ = pair_in_touch([0, 0, 90.0], [0, 0, 30.0], np.zeros((2, 3)), [0, force, 0], torque)
     assert found.rolling == pytest.approx(resisting * 60.0 * 2 * STEP)
+
+
+def test_rolling_is_no_matter_of_a_force_along_the_normal():
+    # the torque of a normal force about the centre is none, however large; the one listed is all
+    # red: contacts.force - along[:, None] * normal → + in the torque of `contact_losses`
+    found, _ = pair_in_touch(
+        [0, 0, 90.0], [0, 0, 0], np.zeros((2, 3)), [-5e-3, 0, 0], [0, 0, -1e-9]
+    )
+    assert found.rolling == pytest.approx(1e-9 * 90.0 * 2 * STEP)
+
+
+def test_a_force_that_pulls_rubs_as_one_that_pushes():
+    # cohesive or damped contacts pull: μ |F_n| bounds their friction too
+    # red: np.abs(along) → along in `contact_losses`
+    pull = 3 * hertz(1e-3 * 2e-3 / 3e-3, 2e-6)
+    found, _ = pair_in_touch([0, 0, 0], [0, 0, 0], [[0, -0.2, 0], [0, 0, 0]], [-pull, 9.0, 0])
+    assert found.sphere_tangential == pytest.approx(0.3 * 2 / 3 * pull * 0.2 * 2 * STEP)
+
+
+def test_two_unlike_materials_are_springs_in_series():
+    # 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂: the softer decides, its Poisson's ratio counts
+    # red: 1 - n2**2 → 1 + n2**2 in `effective_modulus`
+    found = balance.effective_modulus((3e9, 5e7), (0.3, 0.4))
+    assert 1 / found == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
 
 
 def test_a_listed_force_beyond_coulomb_is_cut_back_to_it():
