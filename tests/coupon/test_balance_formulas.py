@@ -41,24 +41,27 @@ def hertz(relative_radius, depth, modulus=MODULUS):
     return 4 / 3 * modulus * np.sqrt(relative_radius) * depth**1.5
 
 
+@pytest.mark.parametrize("pressed", [2, 0])
 @pytest.mark.parametrize("offset", [0.0, -7e-3, 4e-3])
-def test_a_sphere_that_a_wall_has_stopped_holds_its_kinetic_energy_as_elastic_energy(offset):
+def test_a_sphere_that_a_wall_stops_trades_its_kinetic_energy_for_elastic(offset, pressed):
     # ½ m v² = (8/15) E* √R δ^(5/2) (Johnson, Contact Mechanics, eq. 11.22), with the modulus of
     # the wall, wherever that lies
     # red: 2 / 5 * hertz * depth → 3 / 5 in `contact_losses`; radius + offset → radius - offset
     radius, mass, speed, modulus = 1e-3, 5e-6, 0.2, 2 * MODULUS
     depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
-    place = [[[0, 0, offset + radius]], [[0, 0, offset + radius - depth]]]
-    moving = spheres([radius], [mass], place, [[[0, 0, -speed]], [[0, 0, 0]]])
+    place, velocity = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
+    place[..., 2], velocity[..., 2] = offset + radius, -speed
+    place[pressed, 0, 2], velocity[pressed] = offset + radius - depth, 0
     found = closed(
-        moving,
-        touches=contacts([1], [0], [0], [0, 0, hertz(radius, depth, modulus)]),
+        spheres([radius], [mass], place, velocity),
+        touches=contacts([pressed], [0], [0], [0, 0, hertz(radius, depth, modulus)]),
         planes=np.array([[0.0, 0.0, 1.0, offset]]),
     )
-    assert found.elastic_change == pytest.approx(0.5 * mass * speed**2)
-    assert found.kinetic_change == pytest.approx(-0.5 * mass * speed**2)
-    assert found.wall_normal == pytest.approx(0, abs=1e-9 * found.elastic_change)
-    assert found.residual == pytest.approx(0, abs=1e-9 * found.elastic_change)
+    energy = 0.5 * mass * speed**2 * (1 if pressed == 2 else -1)
+    assert found.elastic_change == pytest.approx(energy)
+    assert found.kinetic_change == pytest.approx(-energy)
+    assert found.wall_normal == pytest.approx(0, abs=1e-9 * abs(energy))
+    assert found.residual == pytest.approx(0, abs=1e-9 * abs(energy))
 
 
 def test_two_spheres_that_have_stopped_each_other_hold_theirs():
@@ -179,8 +182,8 @@ def test_a_listed_force_beyond_coulomb_is_cut_back_to_it():
 def test_gravity_works_on_what_falls_and_losses_and_work_close():
     # two spheres of two masses, one moved along gravity: m g h; all parts of the sum
     # red: self.work + self.gravity_work → -; spheres.position[-1] - spheres.position[0] → +
-    place = [[[1, 2, 3.0], [0, 0, 0]], [[1, 2, 2.5], [0, 0.1, 0]]]
-    moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((2, 2, 3)))
+    place = [[[1, 2, 3.0], [0, 0, 0]], [[1, 2, 9.0], [0, 5, 0]], [[1, 2, 2.5], [0, 0.1, 0]]]
+    moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((3, 2, 3)))
     found = closed(moving, gravity=(0.0, 1.0, -9.81))
     assert found.gravity_work == pytest.approx(2e-6 * 9.81 * 0.5 + 3e-6 * 0.1)
     parts = balance.Balance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
