@@ -1,10 +1,17 @@
-"""Small studies that need no LIGGGHTS, and what their stages leave."""
+"""What holds for all tests, and small studies that need no LIGGGHTS."""
 
 import copy
 from pathlib import Path
 
 import pytest
 import yaml
+from hypothesis import HealthCheck, settings
+
+# no test depends on how fast the machine is or on a draw of its own
+settings.register_profile(
+    "any machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("any machine")
 
 LAW = {
     "title": "A small panel with the paper's law",
