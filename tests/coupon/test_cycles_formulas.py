@@ -118,3 +118,11 @@ def test_seeds_are_combined_by_the_larger_of_within_and_between():
     assert mean == pytest.approx(3.0)
     assert error == pytest.approx(np.sqrt(7) / np.sqrt(3))
     assert cycles.combine(np.array([1.0]), np.array([0.3])) == pytest.approx((1.0, 0.3))
+
+
+def test_a_series_without_scatter_has_no_drift_to_speak_of():
+    # red: else 0.0 → else 1.0 in `estimate`; and → or
+    for series in (np.ones(40), np.repeat([1.0, 2.0], 20)):
+        found = cycles.estimate(series, start=0)
+        assert found.drift == 0.0
+    assert cycles.estimate(np.ones(40), start=0).error == np.inf

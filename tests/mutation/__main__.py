@@ -27,9 +27,10 @@ import random
 import resource
 import sys
 import tempfile
+import time
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from types import CodeType, FrameType
@@ -51,7 +52,7 @@ FORMULAS = {
 
 REQUIRED = 0.95
 RUNS_AWAY = 10.0
-"""Times the CPU time of its tests without it, plus ``--spare``, after which a mutant ends."""
+"""Times its CPU time without a mutant, plus ``--spare``, after which a test is ended."""
 MEMORY = 12 * 2**30
 """Bytes of address space of a mutant: one that asks for more fails."""
 
@@ -66,7 +67,8 @@ def in_forks(
 
     None is returned by a fork that was killed.
     """
-    waiting, running = list(work.items()), {}
+    waiting = list(work.items())
+    running: dict[int, tuple[Any, Path]] = {}
     while waiting or running:
         while waiting and len(running) < jobs:
             name, piece = waiting.pop(0)
@@ -156,11 +158,16 @@ def profile(source: Path, folder: Path, path: str) -> dict[str, Any]:
 
 
 class Chosen:
-    """Keeps to some tests, in an order, and remembers which one failed."""
+    """Keeps to some tests, in an order, ends what runs away, and remembers which one failed."""
 
-    def __init__(self, names: Sequence[str]) -> None:
-        self.rank = {name: number for number, name in enumerate(names)}
+    def __init__(self, seconds: Mapping[str, float]) -> None:
+        self.seconds = seconds
+        self.rank = {name: number for number, name in enumerate(seconds)}
         self.failed = ""
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        end = math.ceil(time.process_time() + self.seconds[nodeid])
+        resource.setrlimit(resource.RLIMIT_CPU, (end, -1))
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -190,16 +197,14 @@ class Mutated(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader
         return self.code
 
 
-def try_mutant(mutant: Mutant, path: Path, tests: Sequence[str], seconds: int, folder: Path) -> str:
-    """The test that fails with a mutant; empty where none does."""
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+def try_mutant(mutant: Mutant, path: Path, seconds: Mapping[str, float], folder: Path) -> str:
+    """The test that fails with a mutant, empty where none does; ``seconds`` of CPU for each."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     mutant.apply()
     code = compile(mutant.tree, str(path), "exec")
     sys.meta_path.insert(0, Mutated(mutant.module, str(path), code))
-    chosen = Chosen(tests)
-    files = dict.fromkeys(test.partition("::")[0] for test in tests)
-    ended = run_pytest(files, folder, chosen)
+    chosen = Chosen(seconds)
+    ended = run_pytest(dict.fromkeys(test.partition("::")[0] for test in seconds), folder, chosen)
     return chosen.failed or ("" if ended == 0 else f"pytest ends with {ended}")
 
 
@@ -282,7 +287,7 @@ def main() -> int:
     parser.add_argument("--sample", type=int, help="mutants drawn from each module")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--again", type=Path, help="only what survived in this earlier table")
-    parser.add_argument("--spare", type=float, default=20.0, help="seconds of CPU, see RUNS_AWAY")
+    parser.add_argument("--spare", type=float, default=5.0, help="seconds of CPU, see RUNS_AWAY")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--accepted", type=Path, default=Path(__file__).parent / "accepted.toml")
     parser.add_argument("--out", type=Path, default=Path("results/mutants.csv"))
@@ -327,7 +332,7 @@ def main() -> int:
         gc.freeze()  # what was imported is no litter
         left = survivors(options.again) if options.again else None
         readers = Readers(sorted(source.rglob("*.py")))
-        work, results = {}, []
+        trials, results = {}, []
         for module, path in paths.items():
             every = [m for m in mutants_of(module, path) if left is None or m.key in left]
             if options.sample and options.sample < len(every):
@@ -340,17 +345,16 @@ def main() -> int:
                 if not names:
                     results.append((mutant, "", "no test executes it"))
                     continue
-                clean = sum(executed[test]["cpu"] for test in names)
-                seconds = math.ceil(options.spare + RUNS_AWAY * clean)
-                work[mutant, number] = partial(try_mutant, mutant, path, names, seconds, folder)
+                limits = {n: options.spare + RUNS_AWAY * executed[n]["cpu"] for n in names}
+                trials[mutant, number] = partial(try_mutant, mutant, path, limits, folder)
         for count, ((mutant, _), by, seconds) in enumerate(
-            in_forks(work, folder, options.jobs), start=1
+            in_forks(trials, folder, options.jobs), start=1
         ):
             cpu += seconds
             by = "runs away" if by is None else by
             results.append((mutant, by, ""))
             if not by:
-                print(f"{count}/{len(work)} survives: {mutant.module} {mutant.function}: "
+                print(f"{count}/{len(trials)} survives: {mutant.module} {mutant.function}: "
                       f"{mutant.change}", flush=True)  # fmt: skip
     print(f"{cpu:.0f} s of CPU")
     return report(results, options.accepted, options.out)

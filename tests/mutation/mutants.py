@@ -9,7 +9,7 @@ condition before it, ``assert``), shapes of new arrays, and guards against round
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -153,16 +153,16 @@ class _Walk:
             case ast.BinOp(left, op, right) if not (_is_text(left) or _is_text(right)):
                 if type(op) in OPERATORS:
                     yield self._swap(node, node, "op", OPERATORS[type(op)]())
-            case ast.BoolOp(op=op):
-                yield self._swap(node, node, "op", OPERATORS[type(op)]())
+            case ast.BoolOp(op=joint):
+                yield self._swap(node, node, "op", OPERATORS[type(joint)]())
             case ast.Compare(left, ops, comparators):
                 sides = [left, *comparators]
-                for index, op in enumerate(ops):
-                    if type(op) not in OPERATORS or any(_is_text(side) for side in sides):
+                for index, kind in enumerate(type(relation) for relation in ops):
+                    if kind not in OPERATORS or any(_is_text(side) for side in sides):
                         continue
-                    yield self._swap(node, node, "ops", OPERATORS[type(op)](), index)
-                    if type(op) in BOUNDARIES and any(_is_whole(side) for side in sides):
-                        yield self._swap(node, node, "ops", BOUNDARIES[type(op)](), index)
+                    yield self._swap(node, node, "ops", OPERATORS[kind](), index)
+                    if kind in BOUNDARIES and any(_is_whole(side) for side in sides):
+                        yield self._swap(node, node, "ops", BOUNDARIES[kind](), index)
             case ast.UnaryOp(op=ast.USub() | ast.Invert() | ast.Not(), operand=operand):
                 yield instead(operand, parent if isinstance(parent, ast.expr) else node)
             case ast.Constant(value=value) if not isinstance(value, str | bytes | None):
@@ -172,17 +172,17 @@ class _Walk:
             case ast.Attribute(value=value, attr=attr) if field != "func":
                 if attr in ("real", "imag"):
                     yield instead(ast.Attribute(value, SWAPPED[attr], ast.Load()))
-            case ast.Call(func=func, args=args):
-                name = _name(func)
+            case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
                 if name in SWAPPED:
-                    renamed = (
-                        ast.Name(SWAPPED[name], ast.Load())
-                        if isinstance(func, ast.Name)
-                        else ast.Attribute(func.value, SWAPPED[name], ast.Load())
-                    )
-                    yield instead(ast.Call(renamed, args, node.keywords))
-                elif name in REMOVED and (args or isinstance(func, ast.Attribute)):
-                    yield instead(args[0] if args else func.value)
+                    yield instead(ast.Call(ast.Name(SWAPPED[name], ast.Load()), args, keywords))
+                elif name in REMOVED and args:
+                    yield instead(args[0])
+            case ast.Call(func=ast.Attribute(value, name), args=args, keywords=keywords):
+                if name in SWAPPED:
+                    other = ast.Attribute(value, SWAPPED[name], ast.Load())
+                    yield instead(ast.Call(other, args, keywords))
+                elif name in REMOVED:
+                    yield instead(args[0] if args else value)
         yield from self._expressions(node)
 
     def _swap(
@@ -199,26 +199,29 @@ class _Walk:
                 getattr(parent, field)[place] = value
             return old
 
-        before = _shown(shown)
+        before = _parts(shown)
         old = put(new)
-        after = _shown(new if shown is old else shown)
+        after = _parts(new if shown is old else shown)
         put(old)
+        if isinstance(shown, ast.arguments):  # the one default that differs
+            changed = [pair for pair in zip(before, after, strict=True) if pair[0] != pair[1]]
+            before, after = zip(*changed, strict=True)
 
         def apply() -> None:
             put(new)
             ast.fix_missing_locations(self.tree)
 
-        return Mutant(self.module, ".".join(self.function), f"{before} → {after}", self.lines,
+        return Mutant(self.module, ".".join(self.function), f"{before[0]} → {after[0]}", self.lines,
                       () if self.inside else self.constants, apply, self.tree)  # fmt: skip
 
 
-def _shown(node: ast.AST) -> str:
-    """Text of a node; of parameters only those with a default."""
-    if isinstance(node, ast.arguments):
-        given = [*zip(node.args[::-1], node.defaults[::-1], strict=False)][::-1]
-        given += [(a, d) for a, d in zip(node.kwonlyargs, node.kw_defaults, strict=True) if d]
-        return ", ".join(f"{parameter.arg}={ast.unparse(default)}" for parameter, default in given)
-    return ast.unparse(node)
+def _parts(node: ast.AST) -> Sequence[str]:
+    """Text of a node, or of each parameter with a default."""
+    if not isinstance(node, ast.arguments):
+        return [ast.unparse(node)]
+    given = [*zip(node.args[::-1], node.defaults[::-1], strict=False)]
+    given += [(a, d) for a, d in zip(node.kwonlyargs, node.kw_defaults, strict=True) if d]
+    return [f"{parameter.arg}={ast.unparse(default)}" for parameter, default in given]
 
 
 def _name(func: ast.expr) -> str:
@@ -240,7 +243,7 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(node, ast.Call) and _name(node.func) == "len"
 
 
-def _other_value(value: object, is_keyword: bool) -> object:
+def _other_value(value: object, is_keyword: bool) -> complex | None:
     if isinstance(value, bool):
         return not value if is_keyword else None
     if isinstance(value, complex):
