@@ -1,0 +1,97 @@
+"""Cells and spheres: areas, heights and counts by hand."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import geometry
+
+HEXAGON = geometry.cell_outline("hexagon", 6.35e-3)
+
+
+def test_the_corners_of_a_round_cell_stand_out_by_0_6_percent_of_its_radius():
+    # a polygon of the circle's area; red: 24 → 25 in `CORNERS`
+    outline = geometry.cell_outline("circle", 2.0)
+    assert np.hypot(*outline.T).max() == pytest.approx(1.00574, abs=1e-5)
+
+
+def test_cells_stand_in_a_square_three_widths_apart():
+    # red: index // columns → index * columns in `cell_centres`; CELL_SPACING = 3.3
+    centres = geometry.cell_centres(2.0, 5)
+    expected = [[0, 0], [6, 0], [12, 0], [0, 6], [6, 6]]
+    np.testing.assert_allclose(centres, expected)
+
+
+def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_reach():
+    # a square of 10 mm and spheres of 2 mm at most: centres reach (1 − 1/5)² of its area; two
+    # of the widest on top
+    # red: 2 * widest → 3 * widest; ** 2 left out of `reachable` in `chimney_height`
+    square = geometry.cell_outline("square", 10e-3)
+    diameters = np.array([2e-3] * 3 + [1e-3] * 5)
+    volume = np.pi / 6 * (3 * 8e-9 + 5 * 1e-9)
+    expected = volume / (0.18 * 0.64 * 1e-4) + 4e-3
+    assert geometry.chimney_height(square, diameters) == pytest.approx(expected)
+
+
+def test_of_two_sizes_none_is_drawn_large_unless_a_share_is_stated():
+    # red: large_share: float = 0.0 → 1.0
+    drawn = geometry.Sizes("binary", 1e-3, 2e-3).draw(50, np.random.default_rng(0))
+    assert (drawn == 1e-3).all()
+
+
+def test_what_is_poured_would_fill_the_cell_at_random_close_packing_and_one_more():
+    # 0.64 of the volume by equal spheres, then one; red: + 1 left out in `poured_sizes`
+    sizes = geometry.Sizes("mono", 2e-3, 2e-3)
+    poured = geometry.poured_sizes(sizes, 35e-6, 25e-3, np.random.default_rng(0))
+    enough = int(np.ceil(0.64 * 35e-6 * 25e-3 / (np.pi / 6 * 8e-9)))
+    assert len(poured) == enough + 1
+    mixed = geometry.Sizes("uniform", 1e-3, 2e-3)
+    poured = geometry.poured_sizes(mixed, 35e-6, 25e-3, np.random.default_rng(0))
+    volume = np.cumsum(np.pi / 6 * poured**3)
+    assert volume[-2] >= 0.64 * 35e-6 * 25e-3 > volume[-3]
+
+
+def test_a_mass_is_density_times_volume():
+    # red: diameters ** 3 → * 3 in `masses`
+    found = geometry.masses(np.array([1e-3, 2e-3]), 1190.0)
+    np.testing.assert_allclose(found, 1190.0 * 4 / 3 * np.pi * np.array([0.5e-3, 1e-3]) ** 3)
+
+
+def test_spheres_fill_a_low_prism_up_to_both_ends_and_keep_one_percent_clear():
+    # 1000 tries of one sphere at a time reach the ends of z: 0.51 of the diameter from either
+    # red: height - 0.51 * size[n] → height - 0.61 *; 1.01 → 1.111 in `scatter`
+    rng = np.random.default_rng(3)
+    d, height = 2e-3, 10e-3
+    z = [geometry.scatter(HEXAGON, height, np.array([d]), rng)[0, 2] for _ in range(1000)]
+    # the extremes of 1000 uniform draws lie a thousandth of the range from its ends; six of those
+    room = height - 1.02 * d
+    assert 0 <= min(z) - 0.51 * d < 6e-3 * room
+    assert 0 <= height - 0.51 * d - max(z) < 6e-3 * room
+    pairs = [geometry.scatter(HEXAGON, 2.1 * d, np.full(2, d), rng) for _ in range(300)]
+    apart = [np.linalg.norm(a - b) for a, b in pairs]
+    assert 1.01 * d <= min(apart) < 1.06 * d
+
+
+def test_spheres_come_back_in_the_order_of_their_sizes_as_given():
+    # the largest is placed first, and returned where it was; walls are as far as each asks
+    # red: kept[np.argsort(order)] → kept[order] in `scatter`
+    d = np.array([1e-3, 3e-3, 2e-3, 1.5e-3])
+    rng = np.random.default_rng(1)
+    nearest = np.full(4, np.inf)
+    for _ in range(200):
+        points = geometry.scatter(HEXAGON, 12e-3, d, rng)
+        nearest = np.minimum(nearest, np.minimum(points[:, 2], 12e-3 - points[:, 2]))
+    assert (nearest >= 0.51 * d).all()
+    assert (nearest < 0.51 * d + 2e-4).all()
+
+
+def test_the_deepest_overlap_is_found_whatever_lies_between_in_height():
+    # a hundred spheres by hand, every pair; red: range(1, …) → range(2, …) in `deepest_overlap`
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        places, d = rng.uniform(0, 12e-3, (100, 3)), rng.uniform(1e-3, 3e-3, 100)
+        apart = np.linalg.norm(places[:, None] - places, axis=2) + np.eye(100)
+        expected = ((d[:, None] + d) / 2 - apart).max()
+        assert geometry.deepest_overlap(places, d) == pytest.approx(max(expected, 0.0))
+        assert geometry.deepest_overlap(3 * places, d) == pytest.approx(
+            max(((d[:, None] + d) / 2 - 3 * (apart - np.eye(100)) - np.eye(100)).max(), 0.0)
+        )
