@@ -1,0 +1,158 @@
+"""Sections, their waves and frequencies: integrals over the depth, dispersion and limits."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pidpanel.panel import navier, resolution
+from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
+from pidpanel.panel.section import SolidSection, ThinSection
+
+HEAVY = Ply(Material.isotropic(70e9, 0.3, 2700.0), 0.6e-3)
+LIGHT = Ply(Material(E1=300e9, E2=6e9, G12=4.5e9, nu12=0.3, density=1600.0), 0.2e-3, 0.4)
+UNEVEN = SandwichSection((HEAVY,), (LIGHT, HEAVY, LIGHT), Core(186e6, 90e6, 32.0, 9.4e-3), 0.5)
+SOLID = SolidSection(70e9, 0.33, 2700.0, 8e-3)
+
+
+def test_rotary_inertia_is_the_second_moment_of_the_density_about_its_centre():
+    # layer by layer from the bottom, by the theorem of parallel axes
+    # red: second - first**2 / zeroth → +; max(u, v) ** k → min in `rotary_inertia`
+    parts = [(p.material.density, p.thickness) for p in UNEVEN.bottom] + [(32.0, 9.4e-3)]
+    parts += [(p.material.density, p.thickness) for p in UNEVEN.top[::-1]]
+    density, thickness = np.array(parts).T
+    middle = np.cumsum(thickness) - thickness / 2
+    mass = density * thickness
+    centre = mass @ middle / mass.sum()
+    expected = (mass * (thickness**2 / 12 + (middle - centre) ** 2)).sum()
+    assert UNEVEN.rotary_inertia == pytest.approx(expected, rel=1e-12)
+    assert UNEVEN.mass_per_area == pytest.approx(mass.sum() + 0.5, rel=1e-12)
+
+
+def test_uneven_faces_are_apart_by_the_core_and_half_of_each():
+    # S = G d²/t_c; red: faces / 2 → faces * 2 in `distance`
+    d = 9.4e-3 + 0.3e-3 + 0.5e-3
+    assert UNEVEN.distance == pytest.approx(d)
+    np.testing.assert_allclose(UNEVEN.shear, np.diag([186e6, 90e6]) * d**2 / 9.4e-3)
+
+
+def test_a_solid_plate_is_integrated_over_its_depth():
+    # stress by Hooke's law in plane stress; the shear stress is a parabola whose resultant is S γ
+    # red: 12 * z / thickness**3 → / 12; 1.5 → 1.65; 2 * (1 + nu) → 2 * (1 - nu)
+    E, nu, rho, t = 70e9, 0.33, 2700.0, 8e-3
+    z = np.linspace(-t / 2, t / 2, 20001)
+    hooke = E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    np.testing.assert_allclose(SOLID.bending, hooke * np.trapezoid(z**2, z), rtol=1e-7)
+    assert SOLID.rotary_inertia == pytest.approx(rho * np.trapezoid(z**2, z), rel=1e-7)
+    assert SOLID.mass_per_area == pytest.approx(rho * t)
+    for layer, side in zip(SOLID.layers, (t / 2, -t / 2), strict=True):
+        np.testing.assert_allclose(layer.strain, side * np.eye(3))
+        np.testing.assert_allclose(layer.stress, side * hooke, rtol=1e-12, atol=1e-6)
+    parabola = 1 - (2 * z / t) ** 2
+    resultant = SOLID.core_stress * np.trapezoid(parabola, z)
+    np.testing.assert_allclose(resultant, SOLID.shear, rtol=1e-7)
+    np.testing.assert_allclose(SOLID.shear, 5 / 6 * E / (2 * (1 + nu)) * t * np.eye(2))
+
+
+@pytest.mark.parametrize("section", [ThinSection(3273.07, 4.0), UNEVEN, SOLID])
+@pytest.mark.parametrize("frequency", [100.0, 2000.0])
+def test_half_a_wave_meets_the_dispersion_of_the_weaker_direction(section, frequency):
+    # D k⁴ = m″ω² (1 + D k²/S); red: softening**2 + → -; 2 * D → 3 * D in `half_wave`
+    D = min(section.bending[0, 0], section.bending[1, 1])
+    shear = getattr(section, "shear", np.diag([np.inf, np.inf]))
+    k = np.pi / resolution.half_wave(section, frequency)
+    inertia = section.mass_per_area * (2 * np.pi * frequency) ** 2
+    assert D * k**4 == pytest.approx(inertia * (1 + D * k**2 / min(np.diag(shear))), rel=1e-9)
+
+
+def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_does_not():
+    # red: LONGEST_EDGE[element] * half → / half in `check_resolution`
+    section = ThinSection(3273.07, 4.0)
+    half = resolution.half_wave(section, 500.0)
+    for element, share in (
+        ("thin quadrilaterals", 0.65),
+        ("thin triangles", 1.2),
+        ("triangles", 0.9),
+    ):
+        resolution.check_resolution(element, 0.999 * share * half, section, 500.0)
+        with pytest.raises(ValueError, match="too coarse"):
+            resolution.check_resolution(element, 1.001 * share * half, section, 500.0)
+
+
+SIZE = (1.5, 1.1)
+ORDERS = ([1, 2, 3, 1], [1, 1, 2, 4])
+
+
+@dataclasses.dataclass(frozen=True)
+class Given:
+    """A section by its numbers."""
+
+    bending: np.ndarray
+    shear: np.ndarray
+    mass_per_area: float
+    rotary_inertia: float
+
+
+ORTHOTROPIC = np.array([[5000.0, 700.0, 0], [700.0, 2000.0, 0], [0, 0, 900.0]])
+
+
+def test_a_rigid_core_leaves_the_orthotropic_thin_plate():
+    # ω² m″ = D₁₁p⁴ + 2(D₁₂ + 2D₆₆)p²q² + D₂₂q⁴ (Leissa, Vibration of Plates, eq. 9.12)
+    # red: any D or sign of K in `shear_plate_frequency`
+    section = Given(ORTHOTROPIC, 1e13 * np.eye(2), 4.0, 1e-12)
+    p, q = (np.pi * np.array(n) / side for n, side in zip(ORDERS, SIZE, strict=True))
+    D = ORTHOTROPIC
+    energy = D[0, 0] * p**4 + 2 * (D[0, 1] + 2 * D[2, 2]) * p**2 * q**2 + D[1, 1] * q**4
+    expected = np.sqrt(energy / 4.0) / (2 * np.pi)
+    found = navier.shear_plate_frequency(*ORDERS, SIZE, section)
+    # D k²/S is 1e-8, rounding of 1e13 beside 1e3 as much again
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test_rigid_faces_leave_a_shear_membrane():
+    # ω² m″ = S₁p² + S₂q²; red: S[1, 1] * q**2 → / q**2 in `shear_plate_frequency`
+    section = Given(1e12 * ORTHOTROPIC, np.diag([3e6, 1e6]), 4.0, 1e-3)
+    p, q = (np.pi * np.array(n) / side for n, side in zip(ORDERS, SIZE, strict=True))
+    expected = np.sqrt((3e6 * p**2 + 1e6 * q**2) / 4.0) / (2 * np.pi)
+    # the rotations are not all held: the membrane's own S over D is 1e-8
+    np.testing.assert_allclose(
+        navier.shear_plate_frequency(*ORDERS, SIZE, section), expected, rtol=1e-4
+    )
+
+
+def test_an_isotropic_sandwich_without_rotary_inertia_is_its_closed_form_and_inertia_slows_it():
+    # red: section.rotary_inertia → mass_per_area in `shear_plate_frequency`
+    thin = ThinSection(3273.07, 4.0)
+    section = Given(thin.bending, 2e5 * np.eye(2), 4.0, 1e-9)
+    closed = navier.sandwich_frequency(*ORDERS, SIZE, 3273.07, 2e5, 4.0)
+    found = navier.shear_plate_frequency(*ORDERS, SIZE, section)
+    np.testing.assert_allclose(found, closed, rtol=1e-6)
+    # to first order in I: ω²(1 + (I/m″) k² (1/(1 + Dk²/S))²), Rayleigh with the mode without I
+    heavy = navier.shear_plate_frequency(
+        *ORDERS, SIZE, dataclasses.replace(section, rotary_inertia=1e-3)
+    )
+    k2 = navier.wave_number_squared(*ORDERS, SIZE)
+    share = 1e-3 / 4.0 * k2 / (1 + 3273.07 * k2 / 2e5) ** 2
+    np.testing.assert_allclose((closed / heavy) ** 2 - 1, share, rtol=0.02)
+
+
+def test_bending_and_shear_of_a_sandwich_are_in_series():
+    # 1/ω² = 1/ω_b² + 1/ω_s², ω_s² = S k²/m″; red: D * k2 / S → D / k2 / S
+    k2 = navier.wave_number_squared(*ORDERS, SIZE)
+    bends = navier.thin_plate_frequency(*ORDERS, SIZE, 3273.07, 4.0)
+    shears = np.sqrt(2e5 * k2 / 4.0) / (2 * np.pi)
+    found = navier.sandwich_frequency(*ORDERS, SIZE, 3273.07, 2e5, 4.0)
+    np.testing.assert_allclose(found**-2, bends**-2.0 + shears**-2.0, rtol=1e-12)
+
+
+def test_a_section_is_aligned_where_nothing_couples():
+    # red: and → or in `is_aligned`; S[0, 1] → S[0, 0]
+    aligned = Given(ORTHOTROPIC, np.diag([3e6, 1e6]), 4.0, 1e-3)
+    assert navier.is_aligned(aligned)
+    twisted, sheared = ORTHOTROPIC.copy(), np.diag([3e6, 1e6])
+    twisted[1, 2] = twisted[2, 1] = 1.0
+    sheared[0, 1] = sheared[1, 0] = 1.0
+    assert not navier.is_aligned(dataclasses.replace(aligned, bending=twisted))
+    assert not navier.is_aligned(dataclasses.replace(aligned, shear=sheared))
+    with pytest.raises(ValueError, match="couple"):
+        navier.shear_plate_frequency(1, 1, SIZE, dataclasses.replace(aligned, shear=sheared))
