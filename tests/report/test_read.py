@@ -42,7 +42,7 @@ def folder(tmp_path):
         (tmp_path / name).mkdir()
     cases.to_csv(tmp_path / "coupon" / "cases.csv", index=False)
     surface.to_dataset().to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
-    law = fit.fit_levels(surface.cases).assign(form="paper")
+    law = fit.fit_accelerations(surface.cases).assign(form="paper")
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
     forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)
     Round(0, ("a", "b"), 2).write(tmp_path / "design" / "round0.json")

@@ -92,6 +92,14 @@ def test_a_number_that_must_be_exact_is_worst_only_where_it_is_not(rows):
     assert page.claims.rows[-1][3].startswith("x at 1")
 
 
+def test_errors_are_written_in_percent_with_powers_of_ten_where_small():
+    # red: an exponent as a computer writes it
+    errors = [row("Beam", 1 + error, 1.0, 0.01) for error in (0.02, -3.25e-5, 1.6e-8)]
+    written = [verification_page.percent(one, one.error, "+") for one in errors]
+    assert written == ["+2 %", "−0.0033 %", "+1.6·10⁻⁶ %"]
+    assert verification_page.percent(errors[0], 0.01) == "1 %"
+
+
 def test_the_difference_at_each_resolution_is_taken_over_the_held_points(rows):
     # red: all points taken, the one beyond the range included
     beyond = row(shaken.FLOOR, 0.0, 2.0, at=3.0, resolution=48)

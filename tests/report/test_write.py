@@ -146,9 +146,9 @@ def test_the_page_of_a_coupon_holds_its_figures_its_case_and_its_run(coupon):
     _, folder, case = coupon
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "8 particles of 2.5 mm in 1 hexagonal cells of 6.35 mm × 10 mm" in page
+    assert "8 particles of 2.5 mm in 1 hexagonal cell of 6.35 mm × 10 mm, r = 0.5" in page
     assert case.label in page
-    assert "1 cases, 1 of them ok" in page
+    assert "1 case, 1 of them ok" in page
     assert {"particles", "steadiness"} <= set(images(page))
     assert "results/cell/coupon/cases.csv" in page
 

@@ -39,7 +39,7 @@ def coupon_page(
         facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp))],
         assumptions=study.assumptions,
         summary=varied_findings(good, keys)
-        or [f"C_e from {damping.min():.3g} to {damping.max():.3g} N s/m³."],
+        or [f"C_e is {damping.min():.3g} to {damping.max():.3g} N s/m³ in these cases."],
         warnings=[
             *coupon_warnings(coupon.cases),
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),

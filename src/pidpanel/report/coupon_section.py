@@ -22,9 +22,10 @@ from pidpanel.report.coupon_figures import (
     sweep_figure,
 )
 from pidpanel.report.evidence import Spheres
+from pidpanel.report.facts import cases_text
 from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
-from pidpanel.report.text import number, percent, records, with_error
+from pidpanel.report.text import counted, number, percent, records, with_error
 
 CELLS_SHOWN = 5
 """Cells of a picture at most: in more of them a particle would be too small to see."""
@@ -66,7 +67,7 @@ def coupon_section(
     )
     blocks: list[Block] = [
         Paragraph(
-            f"{len(cases)} cases, {len(good)} of them ok; the median standard error of C_e is "
+            f"{cases_text(cases)}; the median standard error of C_e is "
             f"{percent(relative.median(), 1)}, the largest {percent(relative.max())}."
         ),
         particles_picture(coupon.spheres),
@@ -136,16 +137,15 @@ def particles_picture(spheres: Spheres) -> Picture:
     places = spheres.positions[inside]
     # from the grid of all cells to the grid of those shown
     places[:, :2] += (cell_centres(packing.across_flats, shown) - centres[:shown])[own[inside]]
-    side = "drawn side by side"
-    if shown < packing.count:
-        side = f"{shown} of them {side}"
+    side = f"{shown} of them drawn side by side" if shown < packing.count else "drawn side by side"
     limits = (0.0, float(spheres.speed.max()))
     shape = SHAPES[packing.shape].word
     where = (
-        f"{len(spheres.positions)} particles of {packing.diameter * 1e3:g} mm in {packing.count} "
-        f"{shape} cells of {packing.across_flats * 1e3:g} mm × {packing.depth * 1e3:g} mm "
-        f"({side}), r = {spheres.run.fill_fraction:g}, "
-        f"{spheres.run.drive.frequency:g} Hz, "
+        f"{counted(len(spheres.positions), 'particle')} of {packing.diameter * 1e3:g} mm in "
+        f"{counted(packing.count, f'{shape} cell')} of {packing.across_flats * 1e3:g} mm × "
+        f"{packing.depth * 1e3:g} mm"
+        + (f" ({side})" if packing.count > 1 else "")
+        + f", r = {spheres.run.fill_fraction:g}, {spheres.run.drive.frequency:g} Hz, "
         f"Γ = {spheres.run.drive.gamma:.4g} ({spheres.label})."
     )
     caption = f"{where} State after {spheres.cycles} cycles; colour: speed relative to the cell."
@@ -166,7 +166,7 @@ def particles_picture(spheres: Spheres) -> Picture:
         colormap="plasma",
         limits=limits,
         label="speed relative to the cell, m/s",
-        width=6.0,
+        width=min(6.0, 1 + 2 * shown),
     )
     return Picture("particles", style.png(figure), caption)
 
@@ -207,9 +207,8 @@ def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
         ]
         for row in records(cases)
     ]
-    good = int((cases["status"] == "ok").sum())
     return Table(
-        f"All {len(cases)} cases, {good} of them ok; ±: one standard error",
+        f"{cases_text(cases)}; ±: one standard error",
         columns,
         rows,
         folded=True,

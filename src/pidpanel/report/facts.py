@@ -10,7 +10,7 @@ import pandas as pd
 from pidpanel.paths import PROJECT
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
-from pidpanel.report.text import READINGS, number
+from pidpanel.report.text import READINGS, counted, number
 from pidpanel.study import Study
 
 
@@ -62,7 +62,7 @@ def read_at_text(study: Study) -> str:
 
 def cases_text(cases: pd.DataFrame) -> str:
     """Return how many cases of a coupon there are, and how many of them are ok."""
-    return f"{len(cases)} cases, {int((cases['status'] == 'ok').sum())} of them ok"
+    return f"{counted(len(cases), 'case')}, {int((cases['status'] == 'ok').sum())} of them ok"
 
 
 def software_text(stamp: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import pandas as pd
@@ -14,14 +15,6 @@ READINGS = {
     "table": "The study's table",
 }
 """Names of the readings of the damping."""
-
-UNITS = {
-    "m2": "m²",
-    "kg/m2": "kg/m²",
-    "microstrain": "µm/m",
-    "1": "–",
-}
-"""Units of the tables of results that a page writes in another form."""
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -86,10 +79,22 @@ def unit(name: str) -> str:
 
     Examples
     --------
-    >>> unit("kg/m2"), unit("N/m")
-    ('kg/m²', 'N/m')
+    >>> unit("kg/m2"), unit("N/m"), unit("microstrain"), unit("1")
+    ('kg/m²', 'N/m', 'µm/m', '–')
     """
-    return UNITS.get(name, name)
+    name = {"microstrain": "µm/m", "1": "–"}.get(name, name)
+    return re.sub(r"(?<=[A-Za-z])\d", lambda power: power[0].translate(_SUPERSCRIPT), name)
+
+
+def counted(count: int, one: str) -> str:
+    """Return a number of things in words.
+
+    Examples
+    --------
+    >>> counted(1, "case"), counted(90, "case")
+    ('1 case', '90 cases')
+    """
+    return f"{count} {one}" + "s" * (count != 1)
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:

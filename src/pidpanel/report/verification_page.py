@@ -54,7 +54,10 @@ class Shown:
 def percent(row: Row, value: float, sign: str = "") -> str:
     """Return an error or tolerance: relative in %, or in the unit where the reference is 0."""
     if row.reference:
-        text = f"{100 * value:{sign}.2g} %"
+        text = f"{100 * value:{sign}.2g}"
+        if "e" in text:
+            text = (sign if value > 0 else "") + number(100 * value, 2)
+        text += " %"
     else:
         plus = sign if value > 0 else ""
         text = plus + number(value, 2) + (f" {row.unit}" if row.unit != "1" else "")
