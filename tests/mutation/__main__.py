@@ -17,7 +17,6 @@ import argparse
 import ast
 import csv
 import gc
-import importlib.abc
 import importlib.machinery
 import importlib.util
 import json
@@ -25,6 +24,7 @@ import math
 import os
 import random
 import resource
+import shutil
 import sys
 import tempfile
 import time
@@ -75,33 +75,29 @@ def in_forks(
             answer = folder / f"{len(waiting)}.json"
             pid = os.fork()
             if pid == 0:
-                quiet = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(quiet, 1)
-                if "PIDPANEL_MUTATION_LOUD" not in os.environ:
+                ended = 1
+                try:
+                    quiet = os.open(os.devnull, os.O_WRONLY)
+                    os.dup2(quiet, 1)
                     os.dup2(quiet, 2)
-                answer.write_text(json.dumps(piece()))
-                os._exit(0)
+                    answer.write_text(json.dumps(piece()))
+                    ended = 0
+                finally:  # whatever happens, a fork never goes on as its parent
+                    os._exit(ended)
             running[pid] = name, answer
         pid, status, usage = os.wait4(-1, 0)
         if pid in running:
             name, answer = running.pop(pid)
             found = json.loads(answer.read_text()) if status == 0 else None
             answer.unlink(missing_ok=True)
+            shutil.rmtree(folder / str(pid), ignore_errors=True)
             yield name, found, usage.ru_utime + usage.ru_stime
 
 
 def run_pytest(paths: Iterable[str], folder: Path, *plugins: object) -> int:
-    options = [
-        "-q",
-        "-x",
-        "--tb=no",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "no:unraisableexception",
-        "-m",
-        "not liggghts",
-    ]
+    """Exit code of pytest on some paths, with its files in a folder of its own."""
+    options = ["-qx", "--tb=no", "-pno:cacheprovider", "-pno:unraisableexception"]
+    options += ["-mnot liggghts"]
     options += ["--hypothesis-seed=0", f"--basetemp={folder / str(os.getpid())}"]
     return int(pytest.main([*options, *paths], plugins=list(plugins)))
 
@@ -181,7 +177,7 @@ class Chosen:
             self.failed = report.nodeid
 
 
-class Mutated(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
+class Mutated(importlib.machinery.SourceFileLoader):
     """Hands out the code of one module, mutated."""
 
     def __init__(self, name: str, path: str, code: CodeType) -> None:
