@@ -61,7 +61,7 @@ rule cases:
     log:
         results("coupon/cases.log"),
     params:
-        chosen=lambda wildcards: last_round() if HAS_TARGET else "all",
+        chosen=lambda wildcards: last_round() if HAS_TARGET else "none",
         study=section("coupon"),
         code=code("cases"),
     shell:

@@ -31,7 +31,7 @@ def large_field_table(
     ...                                 np.array([0.01]))).replace(" ", "."))
     TABDMP1*...............1............CRIT................................
     *
-    *.........6.490000000E+01.1.000000000E-02............ENDT
+    *........6.490000000E+01.1.000000000E-02............ENDT
     <BLANKLINE>
     """
     fields = "".join(f"{option:>16}" for option in options)
