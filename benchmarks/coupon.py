@@ -165,7 +165,7 @@ def cost_of_steps(case: Case, bed: Path, folder: Path, steps: int = 400) -> floa
     for count in (10, 10 + steps):
         before = children()
         with Liggghts(folder, "cost") as solver:
-            solver.read_deck(deck.shake_text(run))
+            solver.read_deck(run.deck_text())
             solver.run(count)
             solver.finish()
         spent.append(children() - before)

@@ -67,7 +67,7 @@ def check_decks(coupon: Coupon) -> Iterator[Mistake]:
         # a varied deck is one of a list
         varied = [str(one) for one in coupon.vary.get("deck", ())]
         keys = ("coupon", "vary", "deck", varied.index(path)) if varied else ("coupon", "deck")
-        given = deck.shake_values(case.point, restart="none")
+        given = case.point.deck_values(restart="none")
         text = Path(path).read_text(encoding="utf-8")
         try:
             unknown = deck.undeclared(text, given)

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from pidpanel.cells import SHAPES
 from pidpanel.coupon import geometry
-from pidpanel.coupon.shapes import SHAPES
+from pidpanel.sizes import Sizes
 
 WIDTH = 6.35e-3
 
 
 HEXAGON = SHAPES["hexagon"].outline(WIDTH)
-MONO = geometry.Sizes("mono", 2e-3, 2e-3)
+MONO = Sizes("mono", 2e-3, 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -43,11 +44,11 @@ def test_a_cap_holds_the_whole_cell(shape):
 @pytest.mark.parametrize(
     ("sizes", "mean", "deviation"),
     [
-        (geometry.Sizes("mono", 2e-3, 2e-3), 2e-3, 0.0),
-        (geometry.Sizes("uniform", 1e-3, 3e-3), 2e-3, 2e-3 / np.sqrt(12)),
+        (Sizes("mono", 2e-3, 2e-3), 2e-3, 0.0),
+        (Sizes("uniform", 1e-3, 3e-3), 2e-3, 2e-3 / np.sqrt(12)),
         # cut at two deviations: σ² (1 − 2·2φ(2)/(2Φ(2) − 1)) = 0.7737 σ²
-        (geometry.Sizes("normal", 1e-3, 3e-3), 2e-3, 0.5e-3 * np.sqrt(0.77371)),
-        (geometry.Sizes("binary", 1e-3, 3e-3, 0.25), 1.5e-3, 2e-3 * np.sqrt(0.25 * 0.75)),
+        (Sizes("normal", 1e-3, 3e-3), 2e-3, 0.5e-3 * np.sqrt(0.77371)),
+        (Sizes("binary", 1e-3, 3e-3, 0.25), 1.5e-3, 2e-3 * np.sqrt(0.25 * 0.75)),
     ],
 )
 def test_sizes_have_the_mean_and_deviation_of_their_distribution(sizes, mean, deviation):
@@ -62,8 +63,8 @@ def test_enough_is_poured_of_any_mixture():
     rng = np.random.default_rng(1)
     for sizes in (
         MONO,
-        geometry.Sizes("uniform", 1e-3, 2e-3),
-        geometry.Sizes("binary", 1e-3, 2e-3, 0.1),
+        Sizes("uniform", 1e-3, 2e-3),
+        Sizes("binary", 1e-3, 2e-3, 0.1),
     ):
         diameters = geometry.poured_sizes(sizes, 35e-6, 25e-3, rng)
         # a bed as dense as random close packing would still reach the lid

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from pidpanel.cells import SHAPES
 from pidpanel.coupon import geometry
+from pidpanel.sizes import Sizes
 
-HEXAGON = geometry.cell_outline("hexagon", 6.35e-3)
+HEXAGON = SHAPES["hexagon"].outline(6.35e-3)
 
 
 def test_the_corners_of_a_round_cell_stand_out_by_0_6_percent_of_its_radius():
@@ -34,17 +36,17 @@ def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_rea
 
 def test_of_two_sizes_none_is_drawn_large_unless_a_share_is_stated():
     # red: large_share: float = 0.0 → 1.0
-    drawn = geometry.Sizes("binary", 1e-3, 2e-3).draw(50, np.random.default_rng(0))
+    drawn = Sizes("binary", 1e-3, 2e-3).draw(50, np.random.default_rng(0))
     assert (drawn == 1e-3).all()
 
 
 def test_what_is_poured_would_fill_the_cell_at_random_close_packing_and_one_more():
     # 0.64 of the volume by equal spheres, then one; red: + 1 left out in `poured_sizes`
-    sizes = geometry.Sizes("mono", 2e-3, 2e-3)
+    sizes = Sizes("mono", 2e-3, 2e-3)
     poured = geometry.poured_sizes(sizes, 35e-6, 25e-3, np.random.default_rng(0))
     enough = int(np.ceil(0.64 * 35e-6 * 25e-3 / (np.pi / 6 * 8e-9)))
     assert len(poured) == enough + 1
-    mixed = geometry.Sizes("uniform", 1e-3, 2e-3)
+    mixed = Sizes("uniform", 1e-3, 2e-3)
     poured = geometry.poured_sizes(mixed, 35e-6, 25e-3, np.random.default_rng(0))
     volume = np.cumsum(np.pi / 6 * poured**3)
     assert volume[-2] >= 0.64 * 35e-6 * 25e-3 > volume[-3]

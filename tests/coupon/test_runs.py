@@ -24,7 +24,7 @@ from pidpanel.coupon import (
     window,
 )
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import deck, failures, output
+from pidpanel.coupon.liggghts import failures, output
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
@@ -84,7 +84,7 @@ def one_ball(folder, frequency, level, restitution, friction, height, velocity, 
     run = cases_of(study)[0].runs[0]
     preparation.write_start(folder, run.packing, np.array([[0.0, 0.0, height, 2e-3]]))
     with Liggghts(folder, "shake") as solver:
-        solver.read_deck(deck.shake_text(run))
+        solver.read_deck(run.deck_text())
         solver.set_velocity(0.0, 0.0, velocity)
         solver.run(cycles_run * run.steps_per_cycle)
         solver.finish()
@@ -135,7 +135,7 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
     count = 10
     trace = "fix trace all ave/time 1 1 5 v_p v_inertia file trace.txt\n"
     with Liggghts(tmp_path / "run", "shake") as solver:
-        solver.read_deck(deck.shake_text(run) + trace)
+        solver.read_deck(run.deck_text() + trace)
         solver.run(count * run.steps_per_cycle)
         solver.finish()
     read = rows.read_rows(run, tmp_path / "run", [count], count)

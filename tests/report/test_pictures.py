@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pidpanel.cells import SHAPES
 from pidpanel.coupon import geometry
-from pidpanel.coupon.shapes import SHAPES
 from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import pictures
 

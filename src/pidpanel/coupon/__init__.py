@@ -2,7 +2,7 @@
 
 What is run
     `from_study` makes cases of a study; `cases` says what a packing, a bed, a run and a case are
-    and what their labels rest on; `drive` is the motion, `shapes` the cells; `batches` puts cheap
+    and what their labels rest on; `drive` is the motion; `batches` puts cheap
     cases together.
 Running it
     `preparation` pours and loosens, `runs` shakes, `window` measures the energy balance of a run;

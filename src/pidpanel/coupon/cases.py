@@ -32,16 +32,19 @@ from typing import Any
 
 from pidpanel import fingerprint
 from pidpanel.arrays import Array
+from pidpanel.cells import SHAPES, ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts import deck, process
-from pidpanel.coupon.shapes import SHAPES, ShapeName
+from pidpanel.paths import TEMPLATES
+from pidpanel.sizes import Sizes
 
 PREPARING = (
     "pidpanel.coupon.geometry",
     "pidpanel.coupon.preparation",
     "pidpanel.coupon.liggghts.start_files",
+    "pidpanel.sizes",
 )
 """Modules whose code decides where the spheres of a packing and a bed are."""
 
@@ -80,6 +83,11 @@ class Constants:
     def has_rolling_friction(self) -> bool:
         """Whether anything resists rolling."""
         return bool(self.rolling_friction or self.wall_rolling_friction)
+
+    @property
+    def deck_values(self) -> dict[str, Any]:
+        """Variables of ``templates/contacts.j2`` in SI."""
+        return {**vars(self), "contact_model": deck.contact_model(self.has_rolling_friction)}
 
 
 @dataclass(frozen=True)
@@ -151,7 +159,7 @@ class Packing:
     Attributes
     ----------
     shape
-        Of a cell: a key of `shapes.SHAPES`.
+        Of a cell: a key of `cells.SHAPES`.
     across_flats, depth
         Of a cell [m].
     count
@@ -173,7 +181,7 @@ class Packing:
     depth: float
     count: int
     diameter: float
-    sizes: geometry.Sizes
+    sizes: Sizes
     density: float
     poissons_ratio: float
     friction: float
@@ -223,13 +231,33 @@ class Packing:
             self.sizes.smallest / 2, self.density, POURING.youngs_modulus, self.poissons_ratio
         )
 
+    def deck_text(self, *, drag: float, chunk_steps: int) -> str:
+        """Deck that pours the packing.
+
+        Parameters
+        ----------
+        drag
+            Force over speed [N s/m].
+        chunk_steps
+            Steps between two lines of the log.
+        """
+        values = {
+            **self.pour_constants.deck_values,
+            "data_file": deck.START_FILE,
+            "walls_file": deck.WALLS_FILE,
+            "skin": 0.3 * self.diameter,
+            "gravity": STANDARD_GRAVITY,
+            "drag": drag,
+            "time_step": self.pour_time_step,
+            "chunk_steps": chunk_steps,
+        }
+        return deck.render("fill.in.j2", values)
+
     @cached_property
     def identity(self) -> str:
         """Hash of all that the packing depends on."""
         # drag and the length of a chunk follow from the spheres by the code that pours
-        text = deck.fill_text(
-            self, self.pour_constants, time_step=self.pour_time_step, drag=1.0, chunk_steps=1
-        )
+        text = self.deck_text(drag=1.0, chunk_steps=1)
         return _hash(
             coding.encode(self),
             # twelve digits, as LIGGGHTS is given them: more may differ between machines
@@ -294,7 +322,7 @@ class Bed:
             self.packing.identity,
             self.fill_fraction,
             coding.encode(LOOSENING),
-            deck.shake_digest(loosening(self)),
+            loosening(self).deck_digest(),
             process.VERSION,
             fingerprint.module_digest(*PREPARING),
         )
@@ -366,6 +394,53 @@ class Run:
             self.drive.speed,
         )
 
+    def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
+        """Variables of ``templates/shake.in.j2`` for the run, or a leg of it from a restart."""
+        values = {
+            **self.constants.deck_values,
+            "data_file": deck.START_FILE,
+            "walls_file": deck.WALLS_FILE,
+            "cycles_file": deck.cycles_file(leg),
+            "skin": 0.3 * self.packing.diameter,
+            "depth": self.packing.depth,
+            "gravity": self.bed.gravity,
+            "gravity_direction": " ".join(f"{part:.12g}" for part in self.bed.gravity_direction),
+            **self.drive.deck_values,
+            "time_step": self.time_step,
+            "steps_per_cycle": self.steps_per_cycle,
+            "samples_per_cycle": self.samples_per_cycle,
+            "steps_per_sample": self.steps_per_cycle // self.samples_per_cycle,
+        }
+        return values if restart is None else {**values, "restart_file": restart}
+
+    def deck_text(self, leg: int = 1, restart: str | None = None) -> str:
+        """Deck of the run, or of a leg of it from a restart: ours, or the user's own.
+
+        Raises
+        ------
+        jinja2.UndefinedError
+            For a variable of the user's template that `deck_values` does not hold.
+        """
+        own = self._template
+        return deck.render(own.name, self.deck_values(leg, restart), own.parent)
+
+    def deck_digest(self, restart: str | None = None) -> str:
+        """Hash of the deck of the run without comments: what its rows depend on.
+
+        Runs that differ in their beds alone have one deck, which is rendered once in a process.
+        """
+        own, values = self._template, self.deck_values(restart=restart)
+        return deck.digest(own.name, own.parent, tuple(values.items()))
+
+    @property
+    def _template(self) -> Path:
+        return TEMPLATES / "shake.in.j2" if self.deck is None else Path(self.deck)
+
+    @property
+    def lists_contacts(self) -> bool:
+        """Whether the deck can list the contacts, without which there is no energy balance."""
+        return "compute touches" in self._template.read_text(encoding="utf-8")
+
     @cached_property
     def identity(self) -> str:
         """Hash of all that the rows of the run depend on; time step and constants are in the deck.
@@ -376,7 +451,7 @@ class Run:
         return _hash(
             self.bed.identity,
             coding.encode(self.drive),
-            [deck.shake_digest(self, restart) for restart in restarts],
+            [self.deck_digest(restart) for restart in restarts],
             process.VERSION,
         )
 

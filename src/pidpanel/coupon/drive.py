@@ -11,11 +11,13 @@ it is. All that the coupon asks of a drive is below; a second drive answers the 
     contact time and overlap are judged, the scale of C_e and m_a.
 `acceleration_at`
     The motion itself over its phase, for the work of the inertial force.
+`deck_values`
+    Its variables in the template of the deck.
 `label`
     The drive as part of the label of a case.
 
-How the motion is written in the deck is in `liggghts.deck.shake_values` and the template, and how
-its response is read in `cycles.first_harmonic`. A study's sweep becomes drives in `from_study`.
+How the response to it is read is in `cycles.first_harmonic`; a study's sweep becomes drives in
+`from_study`.
 """
 
 from __future__ import annotations
@@ -81,6 +83,16 @@ class Tone:
     def label(self) -> str:
         """As part of the label of a case: ``f100Hz_a10g``."""
         return f"f{self.frequency:g}Hz_a{self.gamma:.4g}g"
+
+    @property
+    def deck_values(self) -> dict[str, float]:
+        """Variables of ``templates/shake.in.j2`` in SI."""
+        return {
+            "frequency": self.frequency,
+            "amplitude": self.amplitude,
+            "acceleration": self.acceleration,
+            "speed": self.speed,
+        }
 
     def acceleration_at(self, phase: Array) -> Array:
         """Acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].

@@ -6,11 +6,11 @@ The code of this module enters the label of every packing and bed; see `pidpanel
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.sizes import Sizes
 
 CELL_SPACING = 3.0
 """Distance of neighbouring cells' centres over their width [1]. The cells are closed off from each
@@ -23,42 +23,6 @@ LOOSE_FRACTION = 0.18
 DENSEST_FRACTION = 0.64
 """Bulk fraction of random close packing [1]: no poured bed is denser, so pouring this much always
 over-fills."""
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """How the diameters of the spheres are distributed by number.
-
-    Attributes
-    ----------
-    kind
-        ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle
-        and its standard deviation a quarter of the range, at whose ends it is cut.
-    smallest, largest
-        Diameters [m].
-    large_share
-        Share by number of the larger spheres among the two sizes of ``binary`` [1].
-    """
-
-    kind: str
-    smallest: float
-    largest: float
-    large_share: float = 0.0
-
-    def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw so many diameters, (count,) [m]."""
-        low, high = self.smallest, self.largest
-        if self.kind == "mono":
-            return np.full(count, low)
-        if self.kind == "uniform":
-            return rng.uniform(low, high, count)
-        if self.kind == "binary":
-            return np.where(rng.random(count) < self.large_share, high, low)
-        found = np.empty(0)
-        while len(found) < count:
-            drawn = rng.normal((low + high) / 2, (high - low) / 4, count)
-            found = np.concatenate([found, drawn[(drawn >= low) & (drawn <= high)]])
-        return found[:count]
 
 
 def cell_centres(across_flats: float, count: int) -> Array:

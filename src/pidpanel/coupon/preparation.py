@@ -114,14 +114,8 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
     fall_time = math.sqrt(2 * start.height / STANDARD_GRAVITY)
     chunk = math.ceil(0.25 * fall_time / time_step)
     rest = POURING.settled * float((mass * start.diameters).sum()) * STANDARD_GRAVITY
-    text = deck.fill_text(
-        packing,
-        packing.pour_constants,
-        time_step=time_step,
-        # terminal speed under drag: g m/c
-        drag=float(mass.mean()) / POURING.fall_time,
-        chunk_steps=chunk,
-    )
+    # terminal speed under drag: g m/c
+    text = packing.deck_text(drag=float(mass.mean()) / POURING.fall_time, chunk_steps=chunk)
     dump = folder / "settled.dump"
     with Liggghts(folder, "fill") as solver:
         solver.read_deck(text)
@@ -178,7 +172,7 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
     cycle, steps = run.steps_per_cycle, LOOSENING.cycles * run.steps_per_cycle
     dump = folder / "frames.dump"
     with Liggghts(folder, "loosen") as solver:
-        solver.read_deck(deck.shake_text(run))
+        solver.read_deck(run.deck_text())
         solver.run(steps - cycle)
         solver.run_and_dump(cycle, cycle // LOOSENING.frames, dump.name)
         solver.finish(steps, len(spheres))

@@ -17,7 +17,6 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.estimate import Costs, StepCost, spheres_in, travel
-from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import loosen, pour, read_bed, write_start
 
@@ -113,7 +112,7 @@ def _steps(run: Run, folder: Path, steps: int) -> float:
 
     def execute() -> None:
         with Liggghts(folder, "probe") as solver:
-            solver.read_deck(deck.shake_text(run))
+            solver.read_deck(run.deck_text())
             solver.run(steps)
             solver.finish()
 

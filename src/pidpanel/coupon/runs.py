@@ -87,7 +87,7 @@ def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, 
 
 def _is_balanced(run: Run, state: State) -> bool:
     """Whether no energy balance is to be measured."""
-    return state.balance_code == window.code() or not deck.lists_contacts(run)
+    return state.balance_code == window.code() or not run.lists_contacts
 
 
 def _resumed(run: Run, target: Target, folder: Path) -> State | None:
@@ -118,7 +118,7 @@ def _begun(run: Run, bed_folder: Path, folder: Path) -> State:
 def _started(run: Run, state: State, folder: Path) -> Liggghts:
     """LIGGGHTS at the last cycle of a state, about to begin a new leg."""
     leg = len(state.legs) + 1
-    text = deck.shake_text(run, leg, state.restart or None)
+    text = run.deck_text(leg, state.restart or None)
     solver = Liggghts(folder, f"shake_{leg}")
     solver.read_deck(text)
     return solver

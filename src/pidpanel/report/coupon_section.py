@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
+from pidpanel.cells import SHAPES
 from pidpanel.coupon.geometry import cell_centres
-from pidpanel.coupon.shapes import SHAPES
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.coupon_figures import (
     ACCELERATION,

@@ -26,7 +26,7 @@ def golden_run():
 
 def test_the_rendered_deck_is_the_recorded_one_command_by_command():
     # red: a digit less of a number; a command more in the template
-    text = deck.shake_text(golden_run())
+    text = golden_run().deck_text()
     recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs
     commands = deck.without_comments(recorded)
@@ -34,7 +34,7 @@ def test_the_rendered_deck_is_the_recorded_one_command_by_command():
 
 
 def test_a_variable_that_nobody_set_is_refused_by_name():
-    values = deck.shake_values(golden_run())
+    values = golden_run().deck_values()
     del values["time_step"]
     with pytest.raises(jinja2.UndefinedError, match="'time_step' is undefined"):
         deck.render("shake.in.j2", values)

@@ -13,7 +13,7 @@ import pytest
 
 from pidpanel.coupon import preparation
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import deck, failures, process
+from pidpanel.coupon.liggghts import failures, process
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.study.coupon import Coupon
 
@@ -36,7 +36,7 @@ def begun(tmp_path):
     run = cases_of(coupon)[0].point
     spheres = np.array([[0.0, 0.0, height, 2.5e-3] for height in (2e-3, 4.6e-3, 7.2e-3)])
     preparation.write_start(tmp_path / "run", run.packing, spheres)
-    (tmp_path / "run" / "deck").write_text(deck.shake_text(run))
+    (tmp_path / "run" / "deck").write_text(run.deck_text())
     return tmp_path / "run", CYCLES * run.steps_per_cycle
 
 

@@ -1,4 +1,7 @@
-"""Decks of LIGGGHTS as text: the templates and the values they are given."""
+"""Decks of LIGGGHTS as text: templates rendered with values.
+
+What the values are is said where the things are: `cases.Run.deck_values`, `drive.Tone.deck_values`.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,13 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jinja2
 import jinja2.meta
 
 from pidpanel import fingerprint
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.paths import TEMPLATES
-
-if TYPE_CHECKING:  # the label of a run is made from its deck
-    from pidpanel.coupon.cases import Constants, Packing, Run
 
 START_FILE, WALLS_FILE = "start.data", "walls.stl"
 """What a deck reads; see `start_files`."""
@@ -32,104 +31,10 @@ def contact_model(rolling: bool) -> str:
     return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")
 
 
-def contact_values(constants: Constants) -> dict[str, Any]:
-    """Variables of ``templates/contacts.j2``."""
-    return {**vars(constants), "contact_model": contact_model(constants.has_rolling_friction)}
-
-
-def fill_text(
-    packing: Packing, constants: Constants, *, time_step: float, drag: float, chunk_steps: int
-) -> str:
-    """Deck that pours a packing.
-
-    Parameters
-    ----------
-    packing, constants
-        What is poured, and the contacts of the pour.
-    time_step
-        [s]
-    drag
-        Force over speed [N s/m].
-    chunk_steps
-        Steps between two lines of the log.
-    """
-    return render(
-        "fill.in.j2",
-        {
-            **contact_values(constants),
-            "data_file": START_FILE,
-            "walls_file": WALLS_FILE,
-            "skin": 0.3 * packing.diameter,
-            "gravity": STANDARD_GRAVITY,
-            "drag": drag,
-            "time_step": time_step,
-            "chunk_steps": chunk_steps,
-        },
-    )
-
-
-def shake_text(run: Run, leg: int = 1, restart: str | None = None) -> str:
-    """Deck of a run, or of a leg of it from a restart: ours, or a template of the user's own.
-
-    Raises
-    ------
-    jinja2.UndefinedError
-        For a variable of the user's template that `shake_values` does not hold.
-    """
-    name, folder = _template(run)
-    return render(name, shake_values(run, leg, restart), folder)
-
-
-def shake_digest(run: Run, restart: str | None = None) -> str:
-    """Hash of the deck of a run without comments: what its rows depend on.
-
-    Runs that differ in their beds alone have one deck, which is rendered once in a process.
-    """
-    name, folder = _template(run)
-    return _digest(name, folder, tuple(shake_values(run, restart=restart).items()))
-
-
-def _template(run: Run) -> tuple[str, Path]:
-    """Name and folder of the template of a run."""
-    own = TEMPLATES / "shake.in.j2" if run.deck is None else Path(run.deck)
-    return own.name, own.parent
-
-
 @cache
-def _digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
+def digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
+    """Hash of a deck without comments, rendered once in a process for the same values."""
     return fingerprint.text_digest([without_comments(render(name, dict(values), folder))])
-
-
-def shake_values(run: Run, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
-    """Variables of ``templates/shake.in.j2`` for a run, or a leg of it from a restart."""
-    packing, drive = run.packing, run.drive
-    values = {
-        **contact_values(run.constants),
-        "data_file": START_FILE,
-        "walls_file": WALLS_FILE,
-        "cycles_file": cycles_file(leg),
-        "skin": 0.3 * packing.diameter,
-        "depth": packing.depth,
-        "gravity": run.bed.gravity,
-        "gravity_direction": " ".join(f"{part:.12g}" for part in run.bed.gravity_direction),
-        "frequency": drive.frequency,
-        "amplitude": drive.amplitude,
-        "acceleration": drive.acceleration,
-        "speed": drive.speed,
-        "time_step": run.time_step,
-        "steps_per_cycle": run.steps_per_cycle,
-        "samples_per_cycle": run.samples_per_cycle,
-        "steps_per_sample": run.steps_per_cycle // run.samples_per_cycle,
-    }
-    return values if restart is None else {**values, "restart_file": restart}
-
-
-def lists_contacts(run: Run) -> bool:
-    """Whether the deck of a run can list its contacts, without which there is no balance."""
-    return run.deck is None or "compute touches" in Path(run.deck).read_text(encoding="utf-8")
-
-
-# ------------------------------------------------------------------ templates as such
 
 
 def _number(value: Any) -> Any:

@@ -59,7 +59,7 @@ def alike(youngs_modulus: float, restitution: float, friction: float) -> Constan
 def _pair(restitution: float, step: float, **more: Any) -> dict[str, Any]:
     """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
     return {
-        **deck.contact_values(alike(MODULUS, restitution, FRICTION)),
+        **alike(MODULUS, restitution, FRICTION).deck_values,
         "diameter": DIAMETER,
         "density": DENSITY,
         "time_step": step * RAYLEIGH,

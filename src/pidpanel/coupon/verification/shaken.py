@@ -17,9 +17,9 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cycles, geometry, inelastic, preparation, rows
 from pidpanel.coupon.cases import Bed, Constants, Packing, Run, run_at
 from pidpanel.coupon.drive import Tone
-from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.verification.contacts import DENSITY, alike
+from pidpanel.sizes import Sizes
 from pidpanel.verification import Row
 
 HIGH = 0.1
@@ -47,7 +47,7 @@ def shaken(
     diameters = np.full(len(positions), run.packing.diameter)
     preparation.write_start(folder, run.packing, np.column_stack([positions, diameters]))
     with Liggghts(folder, "shake") as solver:
-        solver.read_deck(deck.shake_text(run))
+        solver.read_deck(run.deck_text())
         if velocity is not None:
             solver.set_velocity(0.0, 0.0, velocity)
         solver.run(count * run.steps_per_cycle)
@@ -86,7 +86,7 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
         depth=depth,
         count=1,
         diameter=diameter,
-        sizes=geometry.Sizes("mono", diameter, diameter),
+        sizes=Sizes("mono", diameter, diameter),
         density=DENSITY,
         poissons_ratio=constants.poissons_ratio,
         friction=constants.friction,

@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pidpanel.coupon.shapes import SHAPES, ShapeName
+from pidpanel.cells import SHAPES, ShapeName
 from pidpanel.study.coupon import Cell
 
 
