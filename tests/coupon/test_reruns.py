@@ -52,7 +52,7 @@ def templates(tmp_path, monkeypatch):
 def new_process():
     """Forget what is computed once in a process."""
     fingerprint._meaning.cache_clear()
-    deck._digest.cache_clear()
+    deck.digest.cache_clear()
 
 
 def edit(path, old, new):
