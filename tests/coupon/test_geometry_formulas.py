@@ -11,8 +11,8 @@ HEXAGON = SHAPES["hexagon"].outline(6.35e-3)
 
 
 def test_the_corners_of_a_round_cell_stand_out_by_0_6_percent_of_its_radius():
-    # a polygon of the circle's area; red: 24 → 25 in `CORNERS`
-    outline = geometry.cell_outline("circle", 2.0)
+    # a polygon of the circle's area; red: 24 → 25 in `SHAPES`
+    outline = SHAPES["circle"].outline(2.0)
     assert np.hypot(*outline.T).max() == pytest.approx(1.00574, abs=1e-5)
 
 
@@ -27,7 +27,7 @@ def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_rea
     # a square of 10 mm and spheres of 2 mm at most: centres reach (1 − 1/5)² of its area; two
     # of the widest on top
     # red: 2 * widest → 3 * widest; ** 2 left out of `reachable` in `chimney_height`
-    square = geometry.cell_outline("square", 10e-3)
+    square = SHAPES["square"].outline(10e-3)
     diameters = np.array([2e-3] * 3 + [1e-3] * 5)
     volume = np.pi / 6 * (3 * 8e-9 + 5 * 1e-9)
     expected = volume / (0.18 * 0.64 * 1e-4) + 4e-3
