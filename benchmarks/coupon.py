@@ -55,7 +55,10 @@ def children() -> float:
 def share(study: str = "workflow/studies/paper.yaml") -> None:
     """LIGGGHTS' share of the CPU of a study's sweep, and the estimate of it beforehand."""
     path = ROOT / study
-    cases = cases_of(checked_study(path).coupon)
+    coupon = checked_study(path).coupon
+    if coupon is None:
+        sys.exit(f"{path}: no coupon")
+    cases = cases_of(coupon)
     with tempfile.TemporaryDirectory() as name:
         results = Path(name, "results", "coupon")
         expected = cpu_seconds(cases, probe(cases), results)
