@@ -172,7 +172,7 @@ def test_what_only_the_bed_or_the_run_depends_on_leaves_the_packing():
 def code(tmp_path, monkeypatch):
     """A copy of the coupon's code that may be changed before it is hashed."""
     folder = tmp_path / "src" / "pidpanel"
-    shutil.copytree(PROJECT / "src" / "pidpanel" / "coupon", folder / "coupon")
+    shutil.copytree(PROJECT / "src" / "pidpanel", folder)
     monkeypatch.setattr(fingerprint, "ROOTS", {"pidpanel": folder.parent})
     return folder / "coupon"
 

@@ -241,7 +241,7 @@ def test_without_any_row_that_counts_it_refuses():
 
 def test_two_rows_at_one_point_are_refused():
     rows = frame()
-    with pytest.raises(DampingError, match="two rows at fill_fraction"):
+    with pytest.raises(DampingError, match="duplicate rows at fill_fraction"):
         DampingSurface.from_frame(pd.concat([rows, rows.iloc[:1]]))
 
 
