@@ -94,9 +94,9 @@ def test_a_number_that_must_be_exact_is_worst_only_where_it_is_not(rows):
 
 def test_errors_are_written_in_percent_with_powers_of_ten_where_small():
     # red: an exponent as a computer writes it
-    errors = [row("Beam", 1 + error, 1.0, 0.01) for error in (0.02, -3.25e-5, 1.6e-8)]
+    errors = [row("Beam", 1 + error, 1.0, 0.01) for error in (0.02, -3.2e-5, 1.6e-8)]
     written = [verification_page.percent(one, one.error, "+") for one in errors]
-    assert written == ["+2 %", "−0.0033 %", "+1.6·10⁻⁶ %"]
+    assert written == ["+2 %", "−0.0032 %", "+1.6·10⁻⁶ %"]
     assert verification_page.percent(errors[0], 0.01) == "1 %"
 
 
