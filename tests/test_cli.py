@@ -65,8 +65,9 @@ def test_run_hands_the_study_to_snakemake_and_its_status_back(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("jobs", ["0", "-1", "two"])
-def test_a_number_of_jobs_below_one_is_refused(capsys, jobs):
+def test_a_number_of_jobs_below_one_is_refused(capsys, monkeypatch, jobs):
     # red: type=int
+    monkeypatch.setattr("subprocess.call", lambda command: 0)
     with pytest.raises(SystemExit):
         main(["run", str(STUDIES / "l_panel.yaml"), "-j", jobs])
     assert "-j/--jobs" in capsys.readouterr().err
