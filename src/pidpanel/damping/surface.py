@@ -438,7 +438,7 @@ class DampingSurface:
 def _training(
     cases: pd.DataFrame, onset_g: float, mass_per_fill: float
 ) -> dict[str, tuple[Array, Array, Array]]:
-    """Points, values and errors from which g_C and g_m are learnt."""
+    """Points, values and errors to which g_C and g_m are fitted."""
     fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
     point, h = groups(fill, frequency, gamma), onset(gamma, onset_g)
     value, error = cases[VALUE].to_numpy(float), cases[ERROR].to_numpy(float)

@@ -1,7 +1,7 @@
 """The page as text: sections of paragraphs, pictures and tables into one self-contained file.
 
-Images are in the page as base64 and the style is inline, so the file needs neither network nor
-other files and can be sent by mail.
+Images are in the page as base64 and the style is inline: the file needs no network and no other
+file, and can be sent by mail.
 """
 
 from __future__ import annotations
