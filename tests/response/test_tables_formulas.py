@@ -102,8 +102,8 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     for size in (1.0, 1e-4):
         solver, damping = panel(size), law(size)
         one = scenarios.solve_scenario(solver, damping, 2.5)
-        got = uncertainty.sensitivity(solver, damping, one, NODES, 2.5, own_level=True)
-        found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_level[:3]]))
+        got = uncertainty.sensitivity(solver, damping, one, NODES, 2.5, own_acceleration=True)
+        found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3]]))
         found[-1] = np.append(found[-1], size * got.log_rms[3:])  # per kg/m² of apparent mass
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
@@ -114,7 +114,7 @@ def test_a_mass_that_follows_the_level_is_followed():
     # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
     solver, step = panel(1.0), 1e-3
     found = scenarios.solve_scenario(solver, law(follows=0), 2.5)
-    got = uncertainty.sensitivity(solver, law(follows=0), found, NODES, 2.5, own_level=True)
+    got = uncertainty.sensitivity(solver, law(follows=0), found, NODES, 2.5, own_acceleration=True)
     for node in range(3):
         change = step * np.eye(3)[node]
         up, down = (
@@ -126,6 +126,6 @@ def test_a_mass_that_follows_the_level_is_followed():
         np.testing.assert_allclose(
             got.log_rms[3 + node], anew, atol=2e-3 * np.abs(got.log_rms).max()
         )
-        assert got.log_level[3 + node] == pytest.approx(
-            level, abs=2e-3 * np.abs(got.log_level).max()
+        assert got.log_acceleration[3 + node] == pytest.approx(
+            level, abs=2e-3 * np.abs(got.log_acceleration).max()
         )

@@ -8,7 +8,7 @@ import pytest
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import bands, scenarios
 from pidpanel.response.dampers import PatchMotion
-from pidpanel.response.linearisation import find_levels
+from pidpanel.response.linearisation import find_motions
 from pidpanel.response.lines import frequency_grid, root_mean_square
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
@@ -43,7 +43,7 @@ def level_of(expected, gamma_range, scan_count=7):
         return expected * STANDARD_GRAVITY / math.sqrt(2)
 
     lines = np.array([100.0])
-    search = find_levels(
+    search = find_motions(
         lines, lambda f, gamma: (f * 0 + gamma, f * 0, True), rms, gamma_range, scan_count
     )
     return search, len(asked)
@@ -71,7 +71,7 @@ def test_the_bare_panel_states_its_own_level_under_any_sound():
         found = scenarios.solve_bare(solver, sound)
         level = math.sqrt(2) * found.response.acceleration_rms[0] / STANDARD_GRAVITY
         assert found.patch_acceleration_g == pytest.approx(level, rel=1e-9)
-        assert found.levels == 0
+        assert found.fixed_points == 0
         assert math.isnan(found.acceleration_g)
 
 
@@ -87,5 +87,5 @@ def test_a_stated_level_is_one_level():
     def law(f, level):
         return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
 
-    assert scenarios.solve_scenario(solver, law, 1.0, stated_level=3.0).levels == 1
-    assert scenarios.solve_scenario(solver, law, 1.0, depends_on_level=False).levels == 1
+    assert scenarios.solve_scenario(solver, law, 1.0, stated_acceleration_g=3.0).fixed_points == 1
+    assert scenarios.solve_scenario(solver, law, 1.0, depends_on_acceleration=False).fixed_points == 1
