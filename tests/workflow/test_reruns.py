@@ -145,3 +145,22 @@ def test_a_study_in_another_folder_is_the_same_study(project, study, tmp_path):
     for file in study.parent.iterdir():
         shutil.copy2(file, tmp_path / file.name)
     assert set(jobs(snakemake(project, tmp_path / "small.yaml", "-n"))) == set()
+
+
+def test_a_study_of_a_table_runs_from_the_mesh_to_the_report_and_rests_on_its_table(
+    project, tmp_path, write_study, table_values
+):
+    # red: `damping.table` taken by its name alone in `stamp.by_content`
+    values = table_values()
+    values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    path = write_study(tmp_path, "measured", values)
+    result = snakemake(project, path)
+    assert result.returncode == 0, said(result)
+    results = project / "results" / "measured"
+    summary = pd.read_csv(results / "response" / "summary.csv")
+    assert (summary.loc[summary["patch"] != "none", "acceleration_rms_error_g"] > 0).all()
+    assert len(pd.read_csv(results / "response" / "radiation.csv")) == len(summary)
+    assert (results / "report.html").is_file()
+    with edited(tmp_path / "lab.csv", "0.3,40,3,", "0.3,40,3,1"):
+        runs = set(jobs(snakemake(project, path, "-n")))
+        assert runs == {"response", "maps", "export", "report"}
