@@ -2,11 +2,13 @@
 
 import dataclasses
 import json
+from typing import Literal
 
 import pytest
 
 from pidpanel.coupon import coding
 from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
 from pidpanel.coupon.records import MeasuredBalance, State
 
@@ -41,7 +43,7 @@ def values(**changes):
         (json.dumps(values(legs=[12, 6.5])), r"legs\[1\] = 6.5: not of type int"),
         (json.dumps(values(legs=12)), r"legs = 12: not of type"),
         (json.dumps(values(balance={"closure": 0.0})), r"balance: no key 'cycles' of MeasuredBalance"),
-        (json.dumps([1]), r"\[1\] is no State"),
+        (json.dumps([1]), r"\[1\] is not a State"),
         (json.dumps(values())[:-9], r"Expecting|Unterminated|delimiter"),
         ("", r"Expecting value"),
     ],
@@ -63,3 +65,27 @@ def test_a_whole_number_will_do_for_a_number_but_not_the_other_way_round():
     assert type(coding.decode(State, values(mass=1)).mass) is float
     assert coding.decode(State, values()) == STATE
     assert dataclasses.asdict(STATE)["legs"] == (12, 6)
+
+
+@dataclasses.dataclass(frozen=True)
+class Chirp:
+    """Another drive than a tone, with the same numbers."""
+
+    frequency: float
+    acceleration: float
+    kind: Literal["chirp"] = "chirp"
+
+
+@dataclasses.dataclass(frozen=True)
+class Shaken:
+    drive: Tone | Chirp
+    other: Tone | Chirp | None = None
+
+
+def test_of_several_drives_each_comes_back_as_what_it_was():
+    # red: the first of the types taken
+    for drive in (Tone(100.0, 20.0), Chirp(100.0, 20.0)):
+        record = Shaken(drive, None)
+        assert coding.decode(Shaken, coding.encode(record)) == record
+    with pytest.raises(RecordUnreadable, match="none of Tone, Chirp"):
+        coding.decode(Shaken, {"drive": {"frequency": 1.0, "kind": "saw"}, "other": None})

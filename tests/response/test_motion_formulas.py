@@ -88,4 +88,6 @@ def test_a_stated_level_is_one_level():
         return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
 
     assert scenarios.solve_scenario(solver, law, 1.0, stated_acceleration_g=3.0).fixed_points == 1
-    assert scenarios.solve_scenario(solver, law, 1.0, depends_on_acceleration=False).fixed_points == 1
+    assert (
+        scenarios.solve_scenario(solver, law, 1.0, depends_on_acceleration=False).fixed_points == 1
+    )

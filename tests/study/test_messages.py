@@ -128,7 +128,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "scenarios.fill.fill_fraction", 0.4, "scenarios.fill", "scenarios.fill = {patch: PID-1, fill_fraction: 0.4}: exactly one of patch, fill_fraction and oaspl_db must be a list, not none"),
         (SMOKE, "panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}}, "panel.patches.PID-1",
          "panel.patches.PID-1 = {centre_m: [1.45, 0.5], size_m: [0.3, 0.2]}: must lie on the panel, x 0…1.5 m, y 0…1 m; it covers x 1.3…1.6 m, y 0.4…0.6 m"),
-        (SMOKE, "panel.corner_radius_m", 0.1, "panel.mesh.kind", "panel.mesh.kind = quadrilaterals: quadrilaterals do not allow an outline that is no whole rectangle; mesh: {kind: triangles, size_m: …} does"),
+        (SMOKE, "panel.corner_radius_m", 0.1, "panel.mesh.kind", "panel.mesh.kind = quadrilaterals: quadrilaterals do not allow an outline other than a whole rectangle; use mesh: {kind: triangles, size_m: …}"),
         (SMOKE, "panel.mesh", {"kind": "triangles"}, "panel.mesh", "panel.mesh.size_m: required for kind: triangles, not allowed otherwise"),
         (SMOKE, "panel.mesh", {"corner_size_m": 0.1}, "panel.mesh.corner_size_m", "panel.mesh.corner_size_m = 0.1: only allowed for kind: triangles"),
         (SMOKE, "panel.mesh", {"kind": "file"}, "panel.mesh", "panel.mesh.file: required for kind: file, not allowed otherwise"),

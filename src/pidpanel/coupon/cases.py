@@ -357,7 +357,7 @@ class Run:
     steps_per_cycle, samples_per_cycle
         A whole number of each to a period.
     deck
-        Path of a template of the user's own; None for ``shake.in.j2``.
+        Path of a template of the user's own; None for that of the drive.
     """
 
     bed: Bed
@@ -395,7 +395,7 @@ class Run:
         )
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
-        """Variables of ``templates/shake.in.j2`` for the run, or a leg of it from a restart."""
+        """Variables of the template for the run, or a leg of it from a restart."""
         values = {
             **self.constants.deck_values,
             "data_file": deck.START_FILE,
@@ -434,7 +434,7 @@ class Run:
 
     @property
     def _template(self) -> Path:
-        return TEMPLATES / "shake.in.j2" if self.deck is None else Path(self.deck)
+        return TEMPLATES / self.drive.template if self.deck is None else Path(self.deck)
 
     @property
     def lists_contacts(self) -> bool:

@@ -42,7 +42,7 @@ def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
         With the source and the key that is missing, unknown or of another kind.
     """
     if not isinstance(values, Mapping):
-        raise RecordUnreadable(f"{source}: {values!r} is no {kind.__name__}")
+        raise RecordUnreadable(f"{source}: {values!r} is not a {kind.__name__}")
     expected = _types_of(cast(Any, kind))
     if missing := sorted(expected.keys() - values.keys()):
         raise RecordUnreadable(f"{source}: no key {missing[0]!r} of {kind.__name__}")
@@ -79,16 +79,27 @@ def _types_of(kind: Any) -> dict[str, Any]:
     return {field.name: hints[field.name] for field in fields(kind)}
 
 
+def _meant(parts: tuple[Any, ...], value: Any, where: str) -> Any:
+    """Of the types of a union the one there is, or the record whose ``kind`` the value names."""
+    types = [part for part in parts if part is not NoneType]
+    if len(types) == 1:
+        return types[0]
+    named = value.get("kind") if isinstance(value, Mapping) else None
+    for one in types:
+        if is_dataclass(one) and named in get_args(_types_of(cast(Any, one)).get("kind")):
+            return one
+    raise RecordUnreadable(f"{where} = {value!r}: none of {', '.join(t.__name__ for t in types)}")
+
+
 def _value(kind: Any, value: Any, where: str) -> Any:
     """A value of a field, of the type that the record gives it."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Mapping or (origin is Literal and value in parts):
         return value
-    if isinstance(kind, UnionType):  # of one type and None
-        if value is None:
+    if isinstance(kind, UnionType):
+        if value is None and NoneType in parts:
             return None
-        (one,) = (part for part in parts if part is not NoneType)
-        return _value(one, value, where)
+        return _value(_meant(parts, value, where), value, where)
     if origin is tuple and isinstance(value, list | tuple):
         inner = parts[:1] * len(value) if parts[1:] == (...,) else parts
         if len(inner) == len(value):

@@ -1,29 +1,31 @@
 """How a coupon is shaken.
 
 A drive is known by its values alone: a frozen dataclass of numbers, which goes to JSON and back as
-it is. All that the coupon asks of a drive is below; a second drive answers the same.
+it is. All that the coupon asks of a drive is below; a second drive answers the same, has a `kind`
+of its own, and joins the union `Drive`.
 
 `frequency`, `period`, `angular_frequency`
     The repetition of the motion: the length of a row of the cycle file, of a time step, of the
     window of the energy balance. A random drive repeats its record.
 `acceleration`, `speed`, `amplitude`, `gamma`
-    The size of the motion: whether the contacts are softened, the speed of the impacts by which
-    contact time and overlap are judged, the scale of C_e and m_a.
+    The size of the motion at the frequency of the row: whether the contacts are softened, the speed
+    of the impacts by which contact time and overlap are judged, the scale of C_e and m_a.
 `acceleration_at`
     The motion itself over its phase, for the work of the inertial force.
-`deck_values`
-    Its variables in the template of the deck.
+`template`, `deck_values`
+    The template of its deck, and its variables in it; ``speed`` is the velocity at phase 0.
 `label`
     The drive as part of the label of a case.
 
-How the response to it is read is in `cycles.first_harmonic`; a study's sweep becomes drives in
-`from_study`.
+C_e and m_a are read from the first harmonic of a row (`cycles.first_harmonic`): a drive with more
+than one tone needs a way of its own to be read. A study's sweep becomes drives in `from_study`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -41,6 +43,8 @@ class Tone:
         f [Hz].
     acceleration
         Amplitude ω²W of the acceleration [m/s²].
+    kind
+        Which drive it is.
 
     Examples
     --------
@@ -53,6 +57,7 @@ class Tone:
 
     frequency: float
     acceleration: float
+    kind: Literal["tone"] = "tone"
 
     @property
     def angular_frequency(self) -> float:
@@ -83,6 +88,11 @@ class Tone:
     def label(self) -> str:
         """As part of the label of a case: ``f100Hz_a10g``."""
         return f"f{self.frequency:g}Hz_a{self.gamma:.4g}g"
+
+    @property
+    def template(self) -> str:
+        """Name of the template of its deck."""
+        return "shake.in.j2"
 
     @property
     def deck_values(self) -> dict[str, float]:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import PaperLaw
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.tables import read_surface, to_frame
 from pidpanel.stamp import stamp
@@ -62,16 +62,23 @@ def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingRead
     Raises
     ------
     DampingError
-        If the table cannot be read.
+        If the table cannot be read, a file is missing, or there is no such reading.
     """
-    reading: DampingReading
-    if name == "dem" and surface is not None:
-        reading = read_stored_surface(surface)
-    elif name == "table" and study.damping.table is not None:
-        reading = read_surface(study.damping.table)
-    else:
-        reading = PaperLaw(printed=name == "paper_printed")
+    reading = _reading_with_mass(name, study.damping.table, surface)
     return reading if study.response.damper_mass else reading.without_mass()
+
+
+def _reading_with_mass(name: Reading, table: Path | None, surface: Path | None) -> DampingReading:
+    match name:
+        case "dem" if surface is not None:
+            return read_stored_surface(surface)
+        case "table" if table is not None:
+            return read_surface(table)
+        case "paper_corrected":
+            return PaperLaw(printed=False)
+        case "paper_printed":
+            return PaperLaw(printed=True)
+    raise DampingError(f"reading {name}: no such reading, or its file is missing")
 
 
 def write_damping(

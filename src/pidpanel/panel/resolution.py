@@ -62,5 +62,5 @@ def check_resolution(element: str, longest_edge: float, section: Section, freque
     if longest_edge > allowed:
         raise ValueError(
             f"mesh: element edges of {longest_edge:.3g} m are too coarse for {frequency:g} Hz,"
-            f" where half a wave is {half:.3g} m; allowed are {allowed:.3g} m"
+            f" where half a bending wavelength is {half:.3g} m; at most {allowed:.3g} m"
         )

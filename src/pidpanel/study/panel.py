@@ -266,9 +266,9 @@ class Panel(Model):
             yield from self._mistakes_of_quadrilaterals()
 
     def _mistakes_of_quadrilaterals(self) -> Iterator[Mistake]:
-        against = [] if self.size is not None else ["an outline that is no whole rectangle"]
+        against = [] if self.size is not None else ["an outline other than a whole rectangle"]
         against += [
-            f"patches.{name}, which is no rectangle"
+            f"patches.{name}, which is not a rectangle"
             for name, patch in self.patches.items()
             if not isinstance(patch.shape, Rectangle)
         ]
@@ -283,7 +283,7 @@ class Panel(Model):
             yield Mistake(
                 ("mesh", "kind"),
                 f"quadrilaterals do not allow {'; '.join(against)}; "
-                "mesh: {kind: triangles, size_m: …} does",
+                "use mesh: {kind: triangles, size_m: …}",
             )
 
     def _mistakes_of_place(self) -> Iterator[Mistake]:
