@@ -31,16 +31,19 @@ import time
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
 import pytest
+from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "coupon": "balance contact cycles geometry inelastic",
+    "": "plane_mesh polygon third_octaves",
+    "coupon": "balance contact cycles drive geometry inelastic shapes",
     "damping": "design fit forms gaussian_process laws surface tables",
     "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
     "triangles",
@@ -48,7 +51,7 @@ FORMULAS = {
     "response": "bands dampers lines linearisation maps modal model power radiation scenarios "
     "stress tabdmp1 tables uncertainty",
 }
-"""Modules with formulas, by stage."""
+"""Modules with formulas, by stage; first those of all stages."""
 
 REQUIRED = 0.95
 RUNS_AWAY = 10.0
@@ -58,6 +61,8 @@ MEMORY = 12 * 2**30
 
 Executed = dict[str, dict[str, Any]]
 """By test: ``cpu`` [s] and ``lines``, executed lines by file."""
+
+Lines = dict[str, set[int]]
 
 
 def in_forks(
@@ -103,11 +108,22 @@ def run_pytest(paths: Iterable[str], folder: Path, *plugins: object) -> int:
 
 
 class Profile:
-    """Runs each test in a fork of its own and notes which lines it executes."""
+    """Runs each test in a fork of its own and notes which lines it executes.
+
+    What a file of tests executes when it is imported is executed by each of its tests.
+    """
 
     def __init__(self, source: Path, folder: Path) -> None:
         self.source, self.folder = str(source), folder
         self.executed: Executed = {}
+        self.imported: dict[Path, Lines] = {}
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_make_collect_report(self, collector: pytest.Collector) -> Iterator[None]:
+        with traced(self.source) as lines:
+            report = yield
+        self.imported[collector.path] = lines
+        return report
 
     def pytest_runtest_protocol(self, item: pytest.Item, nextitem: pytest.Item | None) -> bool:
         found = list(in_forks({item.nodeid: partial(self._one, item)}, self.folder, 1))
@@ -118,25 +134,34 @@ class Profile:
         return True
 
     def _one(self, item: pytest.Item) -> dict[str, Any]:
-        lines: dict[str, set[int]] = defaultdict(set)
-
-        def on_line(frame: FrameType, event: str, _: object) -> Any:
-            if event == "line":
-                lines[frame.f_code.co_filename].add(frame.f_lineno)
-            return on_line
-
-        def on_call(frame: FrameType, _: str, __: object) -> Any:
-            return on_line if frame.f_code.co_filename.startswith(self.source) else None
-
-        from _pytest.runner import runtestprotocol
-
-        sys.settrace(on_call)
-        reports = runtestprotocol(item, log=False, nextitem=None)
-        sys.settrace(None)
+        with traced(self.source) as lines:
+            reports = runtestprotocol(item, log=False, nextitem=None)
+        for file, of in self.imported[item.path].items():
+            lines[file] |= of
         return {
             "failed": any(report.failed for report in reports),
             "lines": {file: sorted(of) for file, of in lines.items()},
         }
+
+
+@contextmanager
+def traced(source: str) -> Iterator[Lines]:
+    """Lines that are executed in files below ``source``."""
+    lines: Lines = defaultdict(set)
+
+    def on_line(frame: FrameType, event: str, _: object) -> Any:
+        if event == "line":
+            lines[frame.f_code.co_filename].add(frame.f_lineno)
+        return on_line
+
+    def on_call(frame: FrameType, _: str, __: object) -> Any:
+        return on_line if frame.f_code.co_filename.startswith(source) else None
+
+    sys.settrace(on_call)
+    try:
+        yield lines
+    finally:
+        sys.settrace(None)
 
 
 def profile(source: Path, folder: Path, path: str) -> dict[str, Any]:
@@ -275,10 +300,21 @@ def survivors(table: Path) -> set[tuple[str, ...]]:
         }
 
 
+def default_tests(modules: Iterable[str]) -> list[str]:
+    """Tests of the stages that some modules are of, their own, and all examples."""
+    names = dict.fromkeys(module.removeprefix("pidpanel.") for module in modules)
+    stages = dict.fromkeys(name.partition(".")[0] for name in names if "." in name)
+    own = [f"tests/test_{name}.py" for name in names if "." not in name]
+    found = [f"tests/{stage}" for stage in stages] + [path for path in own if Path(path).is_file()]
+    return [*found, "tests/test_doctests.py"]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python tests/mutation", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
-    parser.add_argument("modules", nargs="*", help="such as pidpanel.damping.laws, or a stage")
+    parser.add_argument(
+        "modules", nargs="*", help="such as pidpanel.damping.laws, or a stage; all left out"
+    )
     parser.add_argument("--tests", nargs="+", help="folders of tests; those of the stages")
     parser.add_argument("--sample", type=int, help="mutants drawn from each module")
     parser.add_argument("--seed", type=int, default=0)
@@ -288,14 +324,14 @@ def main() -> int:
     parser.add_argument("--accepted", type=Path, default=Path(__file__).parent / "accepted.toml")
     parser.add_argument("--out", type=Path, default=Path("results/mutants.csv"))
     options = parser.parse_args()
+    asked = options.modules or list(FORMULAS)
     modules = [
-        f"pidpanel.{stage}.{name}"
-        for stage, names in FORMULAS.items()
-        for name in names.split()
-        if not options.modules or stage in options.modules
-    ] if set(options.modules) <= set(FORMULAS) else options.modules  # fmt: skip
-    stages = dict.fromkeys(module.split(".")[1] for module in modules if "." in module)
-    tests = options.tests or [f"tests/{stage}" for stage in stages] + ["tests/test_doctests.py"]
+        ".".join(filter(None, ("pidpanel", stage, name)))
+        for stage in FORMULAS
+        for name in FORMULAS[stage].split()
+        if stage in asked
+    ] + [module for module in asked if module not in FORMULAS]
+    tests = options.tests or default_tests(modules)
     paths = {module: file_of(module) for module in modules}
     source = Path(os.path.commonpath([path.parent for path in paths.values()]))
     if (source.parent / "__init__.py").is_file():
