@@ -34,6 +34,16 @@ def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_rea
     assert geometry.chimney_height(square, diameters) == pytest.approx(expected)
 
 
+def test_a_chimney_of_an_uneven_cell_is_as_narrow_as_its_narrow_side_and_turns_either_way():
+    # a box of 10 by 20 mm, its corners in either order: 4 of 5 mm are left of the inradius
+    # red: .min() → .max() in `_inradius`; abs left out of `polygon_area`
+    box = np.array([[-5, -10], [5, -10], [5, 10], [-5, 10]]) * 1e-3
+    diameters = np.full(7, 2e-3)
+    expected = 7 * np.pi / 6 * 8e-9 / (0.18 * 2e-4 * 0.64) + 4e-3
+    assert geometry.chimney_height(box, diameters) == pytest.approx(expected)
+    assert geometry.polygon_area(box[::-1]) == pytest.approx(2e-4)
+
+
 def test_of_two_sizes_none_is_drawn_large_unless_a_share_is_stated():
     # red: large_share: float = 0.0 → 1.0
     drawn = Sizes("binary", 1e-3, 2e-3).draw(50, np.random.default_rng(0))
@@ -52,6 +62,15 @@ def test_what_is_poured_would_fill_the_cell_at_random_close_packing_and_one_more
     assert volume[-2] >= 0.64 * 35e-6 * 25e-3 > volume[-3]
 
 
+def test_a_sphere_counts_where_its_top_is_below_the_lid_and_an_empty_cell_counts_too():
+    # red: diameters / 2 → / 3; int(cell.max()) + 1 → - 1 in `full_count`
+    cell, d = np.array([0, 0, 1, 1, 2]), np.full(5, 2e-3)
+    z = np.array([1.0, 8.9, 1.0, 9.2, 2.0]) * 1e-3
+    assert geometry.full_count(cell, z, 10e-3, d) == 1
+    assert geometry.full_count(cell[:4], z[:4] - [0, 0, 0, 0.3e-3], 10e-3, d[:4]) == 2
+    assert geometry.full_count(cell, np.add(z, [0, 0, 0, 0, 7.5e-3]), 10e-3, d) == 0
+
+
 def test_a_mass_is_density_times_volume():
     # red: diameters ** 3 → * 3 in `masses`
     found = geometry.masses(np.array([1e-3, 2e-3]), 1190.0)
@@ -63,7 +82,15 @@ def test_spheres_fill_a_low_prism_up_to_both_ends_and_keep_one_percent_clear():
     # red: height - 0.51 * size[n] → height - 0.61 *; 1.01 → 1.111 in `scatter`
     rng = np.random.default_rng(3)
     d, height = 2e-3, 10e-3
-    z = [geometry.scatter(HEXAGON, height, np.array([d]), rng)[0, 2] for _ in range(1000)]
+    points = np.concatenate(
+        [geometry.scatter(HEXAGON, height, np.array([d]), rng) for _ in range(1000)]
+    )
+    z, inradius = points[:, 2], 6.35e-3 / 2
+    # the nearest of 1000 to the sides: a thousandth of the area along them, six times that
+    normal = HEXAGON + np.roll(HEXAGON, -1, axis=0)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    clear = inradius - (points[:, :2] @ normal.T).max()
+    assert 0 <= clear - 0.51 * d < 6e-3 * (inradius - 0.51 * d) / 2
     # the extremes of 1000 uniform draws lie a thousandth of the range from its ends; six of those
     room = height - 1.02 * d
     assert 0 <= min(z) - 0.51 * d < 6e-3 * room
