@@ -42,8 +42,8 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "plane_mesh polygon third_octaves",
-    "coupon": "balance contact cycles drive geometry inelastic shapes",
+    "": "cells plane_mesh polygon sizes third_octaves",
+    "coupon": "balance contact cycles drive geometry inelastic",
     "damping": "design fit forms gaussian_process laws surface tables",
     "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
     "triangles",
