@@ -149,10 +149,13 @@ def test_a_section_is_aligned_where_nothing_couples():
     # red: and → or in `is_aligned`; S[0, 1] → S[0, 0]
     aligned = Given(ORTHOTROPIC, np.diag([3e6, 1e6]), 4.0, 1e-3)
     assert navier.is_aligned(aligned)
-    twisted, sheared = ORTHOTROPIC.copy(), np.diag([3e6, 1e6])
-    twisted[1, 2] = twisted[2, 1] = 1.0
-    sheared[0, 1] = sheared[1, 0] = 1.0
-    assert not navier.is_aligned(dataclasses.replace(aligned, bending=twisted))
-    assert not navier.is_aligned(dataclasses.replace(aligned, shear=sheared))
+    # either sign of a coupling counts, and rounding of the largest stiffness does not
+    for size, expected in ((1e-4, False), (-1e-4, False), (1e-13, True), (-1e-13, True)):
+        twisted, sheared = ORTHOTROPIC.copy(), np.diag([3e6, 1e6])
+        twisted[1, 2] = twisted[2, 1] = size * ORTHOTROPIC.max()
+        sheared[0, 1] = sheared[1, 0] = size * sheared.max()
+        assert navier.is_aligned(dataclasses.replace(aligned, bending=twisted)) is expected
+        assert navier.is_aligned(dataclasses.replace(aligned, shear=sheared)) is expected
+    sheared[0, 1] = sheared[1, 0] = 1e3
     with pytest.raises(ValueError, match="couple"):
         navier.shear_plate_frequency(1, 1, SIZE, dataclasses.replace(aligned, shear=sheared))
