@@ -159,3 +159,10 @@ def test_a_section_is_aligned_where_nothing_couples():
     sheared[0, 1] = sheared[1, 0] = 1e3
     with pytest.raises(ValueError, match="couple"):
         navier.shear_plate_frequency(1, 1, SIZE, dataclasses.replace(aligned, shear=sheared))
+
+
+def test_sines_have_their_nodes_and_crests_in_a_panel_of_any_sides():
+    # 2 by 3 half waves on 1.5 by 1.1 m; red: y / size[1] → * size[1] in `sine_shapes`
+    place = np.array([[0.75, 0.2], [0.4, 1.1 / 3], [1.5, 1.0], [0.375, 1.1 / 6], [1.125, 1.1 / 2]])
+    found = navier.sine_shapes([2], [3], (1.5, 1.1), place)[:, 0]
+    np.testing.assert_allclose(found, [0, 0, 0, 1, 1], atol=1e-12)
