@@ -18,6 +18,8 @@ def project(tmp_path, monkeypatch):
             from pidpanel import b
             if TYPE_CHECKING:
                 from pidpanel import typed
+            else:
+                from pidpanel import untyped
             def f(x):
                 '''Twice x.'''
                 from pidpanel.folder import late
@@ -25,6 +27,7 @@ def project(tmp_path, monkeypatch):
             """,
         "b": "VALUE = 1\n'''A docstring of an attribute.'''\n",
         "typed": "T = 1\n",
+        "untyped": "U = 1\n",
         "folder/__init__": "",
         "folder/late": "LATE = 1\n",
         "folder/other": "OTHER = 1\n",
@@ -76,6 +79,7 @@ def test_what_changes_no_meaning_changes_no_digest(project, change):
         ("a", "2 * x", "3 * x"),
         ("b", "VALUE = 1", "VALUE = 2"),
         ("folder/late", "LATE = 1", "LATE = 2"),
+        ("untyped", "U = 1", "U = 2"),
         ("folder/__init__", "", "NEW = 1\n"),
     ],
 )

@@ -2,3 +2,6 @@
 
 STANDARD_GRAVITY = 9.80665
 """m/s², exact by definition (3rd CGPM, 1901)."""
+
+LIGGGHTS_VERSION = "3.8.0"
+"""The version that the decks and readers are written for; no other is run."""

@@ -10,3 +10,6 @@ TEMPLATES = PROJECT / "templates"
 WORKFLOW = PROJECT / "workflow"
 DATA = WORKFLOW / "data"
 """Tables that come with pidpanel: spectra, core materials, the paper's own numbers."""
+
+PAPER_TABLE = DATA / "paper" / "table_1.csv"
+"""Natural frequencies as the paper printed them."""

@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pidpanel.coupon.liggghts.process import VERSION
+from pidpanel.constants import LIGGGHTS_VERSION
 from pidpanel.fingerprint import file_digest, text_digest
 from pidpanel.study import CouponStudy
 
@@ -23,7 +23,7 @@ def stamp(study: CouponStudy) -> dict[str, str]:
         "study": study.name,
         "study_hash": text_digest([json.dumps(by_content(study.model_dump()))])[:16],
         "pidpanel_version": version("pidpanel"),
-        "liggghts_version": VERSION,
+        "liggghts_version": LIGGGHTS_VERSION,
     }
 
 

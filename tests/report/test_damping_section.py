@@ -13,7 +13,7 @@ from pidpanel.report import style
 from pidpanel.report.damping_section import damping_section, target_table
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 
 TRUE = np.array([np.log(20.0), 0.8, -0.3, 1.9, -0.2, 1e-5, -5e-6])
 

@@ -6,7 +6,7 @@ import pytest
 from pidpanel.damping import fit, forms
 from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
 from pidpanel.report.read import read_damping
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """

@@ -7,7 +7,7 @@ import pytest
 from pidpanel.report import warnings
 from pidpanel.report.inputs import Coupon
 from pidpanel.report.text import READINGS
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 
 POINTS = ["middle", "corner"]
 

@@ -6,13 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scripts import design as design_script
 from scripts import panel as panel_script
 from scripts import sound as sound_script
 
 from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
-from pidpanel.response.rounds import Round, first_round, next_round, read_rounds
+from pidpanel.response.rounds import first_round, next_round
+from pidpanel.round import Round, read_rounds
 from pidpanel.study import load_study
 from pidpanel.study.damping import Target
 
@@ -67,7 +70,8 @@ POOL = [
 
 
 @pytest.fixture(scope="module")
-def panel(tmp_path_factory, write_study, law_values):
+def law(tmp_path_factory, write_study, law_values):
+    """The file of a study, and what panel and sound left of it."""
     folder = tmp_path_factory.mktemp("rounds")
     values = law_values()
     values["scenarios"] = {"fill": values["scenarios"]["fill"]}
@@ -77,7 +81,12 @@ def panel(tmp_path_factory, write_study, law_values):
         [str(study), *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")]
     )
     sound_script.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc")])
-    files = PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)
+    return study, PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)
+
+
+@pytest.fixture(scope="module")
+def panel(law):
+    study, files = law
     return read_panel_in_sound(load_study(study), files, "none")
 
 
@@ -104,7 +113,7 @@ def test_the_first_round_spreads_so_many_cases_over_the_sweep():
 
 
 def test_a_further_round_adds_new_cases_and_states_the_errors_it_saw(panel):
-    # red: `left` that holds the whole pool
+    # red: `cases` of the new round without those before
     before = first_round(target(0.05), POOL)
     one = next_round(before, target(1e-4), POOL, CASE_ERROR, panel, surface_of(before.cases))
     assert (one.round, one.new, one.reached) == (1, 3, False)
@@ -113,6 +122,15 @@ def test_a_further_round_adds_new_cases_and_states_the_errors_it_saw(panel):
     assert set(one.relative_error) == {"PID-1_r0.3_150dB", "PID-1_r0.8_150dB"}
     # five digits of each are kept
     assert max(stated) == pytest.approx(one.largest_relative_error, abs=1e-5)
+
+
+def test_no_case_is_chosen_twice_however_many_are_wanted(panel):
+    # red: `left` that holds the whole pool
+    before = first_round(target(1e-4), POOL)
+    asked = target(1e-4, batch=100)
+    one = next_round(before, asked, POOL, CASE_ERROR, panel, surface_of(before.cases))
+    assert one.new == len(POOL) - 8
+    assert set(one.cases) == {c.label for c in POOL} and len(one.cases) == len(POOL)
 
 
 def test_a_target_that_is_met_wants_no_more_cases(panel):
@@ -159,3 +177,45 @@ def test_a_round_is_plain_json(tmp_path):
     first_round(target(0.05), POOL).write(tmp_path / "round0.json")
     values = json.loads((tmp_path / "round0.json").read_text())
     assert values["new"] == 8 and not values["reached"]
+
+
+COUPON = {
+    "sweep": {
+        "fill_fraction": [0.3, 0.5, 0.8],
+        "frequency_hz": [40, 80, 150],
+        "acceleration_g": [3, 30, 300],
+    }
+}
+
+
+def test_the_rounds_of_a_study_leave_the_mass_out_where_it_says_so(
+    tmp_path, law, write_study, law_values
+):
+    # red: `if study.response.damper_mass` in write_round
+    stated = {}
+    for mass in (True, False):
+        values = law_values()
+        values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+        values["coupon"] = COUPON
+        values["damping"] = {"readings": ["dem"], "target": {"relative_error": 1e-4}}
+        values["response"]["damper_mass"] = mass
+        folder = tmp_path / str(mass)
+        study = write_study(folder, "dem", values)
+        cases = cases_of(load_study(study).coupon)
+        rows = [
+            {"case": c.label, "status": "ok"}
+            | simulated(c.point.fill_fraction, c.point.drive.frequency, c.point.drive.gamma)
+            for c in cases
+        ]
+        pd.DataFrame(rows).to_csv(folder / "cases.csv", index=False)
+        at = lambda name: str(folder / name)  # noqa: B023, E731
+        files = [str(law[1].modes), str(law[1].modal_force)]
+        design_script.main([str(study), *files, "none", "none", "none", at("round0.json")])
+        design_script.main(
+            [str(study), *files, "none", at("round0.json"), at("cases.csv"), at("round1.json")]
+        )
+        first, second = Round.read(folder / "round0.json"), Round.read(folder / "round1.json")
+        assert (first.round, second.round) == (0, 1)
+        assert second.cases[: len(first.cases)] == first.cases
+        stated[mass] = second.largest_relative_error
+    assert 0 < stated[False] < stated[True]

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from pidpanel.study import StudyError, load_any_study
+
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 COUPON_ALONE = {"coupon": SMOKE["coupon"]}
@@ -239,7 +241,7 @@ def test_all_that_sections_require_of_each_other_is_told(refusal):
     ]
 
 
-@pytest.mark.parametrize("name", ["a/b", "/", ""])
+@pytest.mark.parametrize("name", ["a/b", "/", "", '12" core'])
 @pytest.mark.parametrize("where", ["panel.patches", "panel.points", "scenarios"])
 def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, name):
     # red: mistakes_of_names without one of its conditions; not called for one of the three
@@ -253,5 +255,53 @@ def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, 
     assert len(lines) == 1
     assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{name} = ")
     assert lines[0].endswith(
-        "must have a name without '/' that is not empty: files are named after it"
+        "must have a name without '/' and '\"' that is not empty: files and groups of the mesh are "
+        "named after it"
     )
+
+
+def refused_with(tmp_path, name, old, new):
+    """Lines in which a shipped study with one text changed is refused."""
+    text = (STUDIES / f"{name}.yaml").read_text()
+    assert old in text
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(StudyError) as caught:
+        load_any_study(path)
+    return str(caught.value).splitlines()
+
+
+def test_an_empty_list_is_no_family(tmp_path):
+    # red: the loop over the lists left out of Family.mistakes
+    old = "    patch: [arm, corner, leg]\n    fill_fraction: 0.5"
+    new = "    patch: arm\n    fill_fraction: []"
+    assert any(
+        "scenarios.location.fill_fraction = []: must have at least 1 value(s), not 0" in line
+        for line in refused_with(tmp_path, "l_panel", old, new)
+    )
+
+
+@pytest.mark.parametrize(
+    ("new", "key", "label"),
+    [
+        ("patch: arm\n    fill_fraction: [0.5, 0.50000001]", "fill_fraction", "arm_r0.5"),
+        ("patch: arm\n    fill_fraction: 0.5\n    oaspl_db: [150.0001, 150.0002]", "oaspl_db", "bare_150dB"),
+    ],
+)  # fmt: skip
+def test_two_scenarios_never_share_a_name(tmp_path, new, key, label):
+    # red: `_mistakes_of_labels` that yields nothing
+    old = "patch: [arm, corner, leg]\n    fill_fraction: 0.5"
+    lines = refused_with(tmp_path, "l_panel", old, new)
+    assert any(
+        f"scenarios.location.{key} = " in line and f"two scenarios would be named {label}" in line
+        for line in lines
+    )
+
+
+def test_a_date_that_does_not_exist_is_text(tmp_path):
+    # red: the resolvers of SafeLoader as they are
+    text = (STUDIES / "l_panel.yaml").read_text()
+    path = tmp_path / "mine.yaml"
+    first = next(line for line in text.splitlines() if line.startswith("title:"))
+    path.write_text(text.replace(first, "title: 2026-02-30"))
+    assert load_any_study(path).title == "2026-02-30"

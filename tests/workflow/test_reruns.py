@@ -55,6 +55,7 @@ def study(project, tmp_path_factory, write_study, law_values):
     values["damping"]["readings"] = ["paper_corrected"]
     values["panel"] |= {"section": SANDWICH, "mesh": {"kind": "triangles", "size_m": 0.15}}
     values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    values["title"] = "A small panel of {0/90}s"  # braces are Snakemake's wildcards
     folder = tmp_path_factory.mktemp("studies")
     spectrum = "smc_s_016_2014_min_third.csv"
     shutil.copy(project / "workflow" / "data" / "spl" / spectrum, folder / "own.csv")
@@ -145,6 +146,13 @@ def test_a_study_in_another_folder_is_the_same_study(project, study, tmp_path):
     for file in study.parent.iterdir():
         shutil.copy2(file, tmp_path / file.name)
     assert set(jobs(snakemake(project, tmp_path / "small.yaml", "-n"))) == set()
+
+
+def test_a_project_in_another_folder_has_nothing_to_do(project, study, tmp_path):
+    # red: a file of the project among the inputs of a rule
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(project, moved, symlinks=True)
+    assert jobs(snakemake(moved, study, "-n")) == {}
 
 
 def test_a_study_of_a_table_runs_from_the_mesh_to_the_report_and_rests_on_its_table(

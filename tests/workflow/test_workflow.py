@@ -185,6 +185,20 @@ def test_a_target_ends_the_rounds_before_the_whole_sweep_is_run(reached):
 
 
 @pytest.mark.liggghts
+def test_another_target_makes_the_rounds_run_again(reached):
+    # red: the target left out of the params of the checkpoint `design`
+    folder = reached[0].parents[1]
+    study = folder / "near.yaml"
+    text = study.read_text()
+    study.write_text(text.replace("relative_error: 0.05", "relative_error: 0.04"))
+    assert text != study.read_text()
+    try:
+        assert "design" in jobs(snakemake(folder, study, "-n"))
+    finally:
+        study.write_text(text)
+
+
+@pytest.mark.liggghts
 def test_a_target_out_of_reach_is_told_in_the_design_and_on_the_page(reached):
     # red: target_warnings left out of the warnings of the page
     folder = reached[0].parents[1]

@@ -8,8 +8,9 @@ from snakemake.exceptions import WorkflowError
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.fingerprint import code_digest, file_digest
-from pidpanel.paths import DATA, PROJECT, TEMPLATES
+from pidpanel.fingerprint import code_digest, file_digest, text_digest
+from pidpanel.paths import PAPER_TABLE, PROJECT, TEMPLATES
+from pidpanel.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
 
@@ -46,7 +47,6 @@ HAS_PANEL = isinstance(STUDY, Study)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
 
 PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
-WHOLE_STUDY = json.dumps(by_content(STUDY.model_dump()), sort_keys=True)
 
 
 def results(name):
@@ -54,13 +54,14 @@ def results(name):
     return f"results/{STUDY.name}/{name}"
 
 
-def section(*names, without=()):
-    """Sections of the study as text, with the files that they name by their content.
+def section(*names, without=None):
+    """Hash of sections of the study, or of all, with the files that they name by their content.
 
-    What rests on them runs again when they change.
+    What rests on them runs again when they change. A hash, since Snakemake takes braces in a text
+    for wildcards.
     """
-    values = STUDY.model_dump(include=set(names), exclude=without)
-    return json.dumps(by_content(values), sort_keys=True)
+    values = STUDY.model_dump(include=set(names) or None, exclude=without)
+    return text_digest([json.dumps(by_content(values), sort_keys=True)])
 
 
 def code(script):
@@ -79,14 +80,6 @@ def content(*paths):
     return file_digest(*(Path(path) for path in paths))
 
 
-def read_round(path):
-    """A round of a target; see design.smk."""
-    # two seconds of imports that only a study with a target needs
-    from pidpanel.response.rounds import Round
-
-    return Round.read(Path(path))
-
-
 def beds_of(batch):
     """The beds from which the runs of a batch start."""
     labels = dict.fromkeys(run.bed.label for case in batch.cases for run in case.runs)
@@ -99,15 +92,17 @@ def outcomes_of(labels):
     for label in dict.fromkeys(BATCH_OF[label] for label in labels):
         found.append(f"results/coupon/batch/{label}.json")
         runs = (path for c in BATCHES[label].cases for path in c.outcomes(Path("results/coupon")))
-        if Path(found[-1]).exists() and not all(path.exists() for path in runs):
-            # Snakemake knows one file per batch, not the outcomes behind it
+        made = Path(found[-1]).exists() or Path(results("coupon/cases.csv")).exists()
+        if made and not all(path.exists() for path in runs):
+            # Snakemake knows one file per batch, not the outcomes behind it, and makes none anew
+            # of which the table is there
             workflow.dag.forcefiles.add(found[-1])
     return found
 
 
 def outcomes_wanted(wildcards):
     """What the cases of the study leave: all of the sweep, or those that its target needed."""
-    return outcomes_of(read_round(last_round()).cases if HAS_TARGET else CASES)
+    return outcomes_of(Round.read(Path(last_round())).cases if HAS_TARGET else CASES)
 
 
 def last_round():
@@ -115,7 +110,7 @@ def last_round():
     number = 0
     while True:
         found = checkpoints.design.get(round=number).output[0]
-        if read_round(found).is_last:
+        if Round.read(Path(found)).is_last:
             return found
         number += 1
 
@@ -130,4 +125,4 @@ def round_before(wildcards):
 def outcomes_of_round(wildcards):
     """What the cases of a round leave."""
     found = checkpoints.design.get(round=wildcards.round).output[0]
-    return outcomes_of(read_round(found).cases)
+    return outcomes_of(Round.read(Path(found)).cases)

@@ -10,7 +10,7 @@ rule coupon_report:
     log:
         results("report.log"),
     params:
-        study=WHOLE_STUDY,
+        study=section(),
         files=content(PAGE_TEMPLATE),
         code=code("coupon_report"),
     shell:

@@ -20,7 +20,7 @@ checkpoint design:
     params:
         before=lambda wildcards: round_before(wildcards) or "none none",
         air=AIR or "none",
-        study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+        study=section("coupon", *RESPONSE_SECTIONS, without={"response": {"maps"}}),
         scenarios=SCENARIOS,
         code=code("design"),
     shell:

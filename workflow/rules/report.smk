@@ -21,7 +21,6 @@ rule report:
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
         damping=DAMPING_FILES,
-        printed=str(DATA / "paper" / "table_1.csv"),
     output:
         page=results("report.html"),
         figures=directory(results("report")),
@@ -29,9 +28,8 @@ rule report:
         results("report.log"),
     params:
         folder=lambda wildcards, output: str(Path(output.page).parent),
-        study=WHOLE_STUDY,
-        files=content(DATA / "paper" / "table_1.csv", PAGE_TEMPLATE),
+        study=section(),
+        files=content(PAPER_TABLE, PAGE_TEMPLATE),
         code=code("report"),
     shell:
-        'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon'
-        " {input.printed:q} 2> {log}"
+        'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon 2> {log}'

@@ -2,9 +2,9 @@
 
 SURFACE = [results("damping/surface.nc")] if "dem" in STUDY.damping.readings else []
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
-# titles and the choice of maps change no response
+# titles, the choice of maps and that of cases change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target"}}
-SCENARIOS = " ".join(scenario.label for scenario in STUDY.all_scenarios())
+SCENARIOS = text_digest(scenario.label for scenario in STUDY.all_scenarios())
 BESIDE = [results("response/radiation.csv")] if STUDY.response.radiation_beside != "none" else []
 
 

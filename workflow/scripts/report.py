@@ -8,9 +8,8 @@ from pidpanel.script import run
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Take the study, its results, the runs of the coupon and Table 1 of the paper."""
-    study, folder, coupon, printed = map(Path, arguments)
-    write_study_page(study, folder, coupon, printed)
+    """Take the study, its results and the runs of the coupon."""
+    write_study_page(*map(Path, arguments))
 
 
 if __name__ == "__main__":

@@ -43,6 +43,7 @@ from pidpanel.sizes import Sizes
 PREPARING = (
     "pidpanel.coupon.geometry",
     "pidpanel.coupon.preparation",
+    "pidpanel.coupon.liggghts.sphere_dump",
     "pidpanel.coupon.liggghts.start_files",
     "pidpanel.sizes",
 )
@@ -439,7 +440,7 @@ class Run:
     @property
     def lists_contacts(self) -> bool:
         """Whether the deck can list the contacts, without which there is no energy balance."""
-        return "compute touches" in self._template.read_text(encoding="utf-8")
+        return deck.lists_contacts(self._template)
 
     @cached_property
     def identity(self) -> str:

@@ -15,14 +15,14 @@ from pathlib import Path
 
 from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.cases import Run, Target
-from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import Shaken, State
 
 LAST_FILE = "last.dump"
-"""Spheres at the end of a run, with the columns `output.POSITION_AND_VELOCITY`."""
+"""Spheres at the end of a run, with the columns `sphere_dump.POSITION_AND_VELOCITY`."""
 
 
 def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
@@ -50,7 +50,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
         if not _is_balanced(run, state) and solver is None:
             solver = stack.enter_context(_started(run, state, folder))
         if solver is not None:
-            solver.dump(LAST_FILE, output.POSITION_AND_VELOCITY)
+            solver.dump(LAST_FILE, sphere_dump.POSITION_AND_VELOCITY)
             if not _is_balanced(run, state):
                 least = rows.smallest_error(run, state.mass)
                 balance = window.measure_balance(solver, run, state.spheres, least, folder)

@@ -6,7 +6,6 @@ Nothing here enters a label: changed code makes the table anew from the rows tha
 from __future__ import annotations
 
 import csv
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, NotSteady, RunFailed, SolverFailure
 from pidpanel.coupon.records import OK, MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.coupon.window import CLOSURE_LIMIT
+from pidpanel.round import Round
 
 Row = dict[str, Any]
 """A row of ``cases.csv``: column and value."""
@@ -191,7 +191,7 @@ def write_table(
     coverage
         Share of the cases that must be ok [1].
     chosen
-        JSON file of a round: the labels of its ``cases`` and how many ``new`` ones it wants run;
+        JSON file of a `round.Round`;
         coverage is held to only once it wants none.
 
     Raises
@@ -201,9 +201,9 @@ def write_table(
     """
     last = True
     if chosen is not None:
-        design = json.loads(chosen.read_text())
-        labels, last = set(design["cases"]), design["new"] == 0
-        cases = [case for case in cases if case.label in labels]
+        design = Round.read(chosen)
+        last = design.is_last
+        cases = [case for case in cases if case.label in set(design.cases)]
     table = [summarise(case, case.outcomes(folder)) for case in cases]
     write_cases(table, file)
     if last:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
@@ -21,6 +22,8 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
+from pidpanel.stamp import stamp
+from pidpanel.study import Study
 from pidpanel.study.panel import Node, Panel
 from pidpanel.study.section import Material, Ply
 
@@ -287,3 +290,26 @@ class StudiedPanel:
         if self.foreign is None or grid is None:
             raise ValueError(f"node {grid}: this panel has no mesh file")
         return self.foreign.at_node(grid)
+
+
+def write_panel(
+    study: Study,
+    modes_nc: Path,
+    modes_csv: Path,
+    modes_vtu: Path,
+    mesh_msh: Path,
+    section_csv: Path,
+) -> None:
+    """Mesh the panel of a study, find its modes, and write the files of the stage.
+
+    Raises
+    ------
+    ValueError
+        As of `StudiedPanel`.
+    """
+    panel = StudiedPanel(study.panel)
+    basis = panel.basis(mesh_msh, study.response.frequency_hz[1])
+    write_basis(modes_nc, basis, stamp(study))
+    write_shapes(modes_vtu, basis)
+    panel.mode_table(basis).to_csv(modes_csv, index=False, float_format="%.8g")
+    panel.section_table(basis).to_csv(section_csv, index=False, float_format="%.8g")

@@ -17,7 +17,7 @@ from pidpanel.report import damping_figures, style
 from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import DampingResults
 from pidpanel.report.text import number, percent, records
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 
 FORM_NAMES = {
     "paper_corrected": "the paper's law, corrected: Eq. 5 and 6, |a₁|, f in Hz, its constants",

@@ -11,7 +11,7 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.coupon import coding, cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run
-from pidpanel.coupon.liggghts import deck, output, start_files
+from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome
 from pidpanel.report.layout import few
 
@@ -158,7 +158,9 @@ def read_spheres(case: Case, folder: Path) -> Spheres:
     run, path = case.point, case.outcomes(folder)[0]
     found = coding.read(ShakeOutcome, path).shaken
     last = path.parent / runs.LAST_FILE
-    state = output.read_dump(last.read_text(), str(last), output.POSITION_AND_VELOCITY)[-1]
+    state = sphere_dump.read_dump(last.read_text(), str(last), sphere_dump.POSITION_AND_VELOCITY)[
+        -1
+    ]
     diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
     return Spheres(run, case.label, state[:, :3], diameters, speed, found.cycles)

@@ -11,7 +11,7 @@ import xarray as xr
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.report.evidence import Record, Spheres
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 from pidpanel.study import Study
 
 

@@ -10,9 +10,10 @@ import xarray as xr
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.paths import PAPER_TABLE
 from pidpanel.report import evidence
 from pidpanel.report.inputs import Coupon, DampingResults, Inputs
-from pidpanel.response.rounds import read_rounds
+from pidpanel.round import read_rounds
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
 
@@ -20,7 +21,7 @@ STEADINESS_SHOWN = 6
 """Cases of which the cycles are shown."""
 
 
-def read_inputs(study: Study, folder: Path, coupon: Path, printed: Path) -> Inputs:
+def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
     """Read all that the page of a study with a panel is made from.
 
     Parameters
@@ -31,8 +32,6 @@ def read_inputs(study: Study, folder: Path, coupon: Path, printed: Path) -> Inpu
         Results of the study, ``results/<study>``.
     coupon
         Runs of the coupon, ``results/coupon``.
-    printed
-        Table 1 of the paper.
 
     Raises
     ------
@@ -50,7 +49,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path, printed: Path) -> Inpu
         basis=read_basis(panel / "modes.nc"),
         section=pd.read_csv(panel / "section.csv"),
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
-        printed=pd.read_csv(printed, comment="#"),
+        printed=pd.read_csv(PAPER_TABLE, comment="#"),
         coupon=read_coupon(study, folder / "coupon" / "cases.csv", coupon)
         if study.coupon
         else None,

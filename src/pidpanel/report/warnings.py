@@ -15,7 +15,7 @@ from pidpanel.arrays import Array
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent
-from pidpanel.response.rounds import Round
+from pidpanel.round import Round
 from pidpanel.study import Study
 
 POWER_BALANCE = 1e-3

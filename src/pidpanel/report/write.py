@@ -17,7 +17,7 @@ from pidpanel.study import load_any_study, load_study
 from pidpanel.verification import read_rows
 
 
-def write_study_page(study_file: Path, folder: Path, coupon: Path, printed: Path) -> None:
+def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
     """Write ``report.html`` and ``report/*.png`` of a study with a panel.
 
     Parameters
@@ -28,8 +28,6 @@ def write_study_page(study_file: Path, folder: Path, coupon: Path, printed: Path
         Results of the study, ``results/<study>``; the page is written there.
     coupon
         Runs of the coupon, ``results/coupon``.
-    printed
-        Table 1 of the paper.
 
     Raises
     ------
@@ -37,7 +35,7 @@ def write_study_page(study_file: Path, folder: Path, coupon: Path, printed: Path
         If the results are not those of the study.
     """
     study = load_study(study_file)
-    inputs = read_inputs(study, folder, coupon, printed)
+    inputs = read_inputs(study, folder, coupon)
     with style.context():
         page = study_page(inputs, [run_step(study_file), files_step(study)])
     write_page(page, folder / "report.html", folder / "report")

@@ -4,6 +4,7 @@ The panel enters as arrays: `PanelShapes`.
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Protocol
 
 import pandas as pd
@@ -11,10 +12,12 @@ import pandas as pd
 from pidpanel.arrays import Array, Index
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write_tables
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
+from pidpanel.stamp import stamp
+from pidpanel.study import Study
 from pidpanel.study.sound import Sound
 
 
@@ -152,3 +155,33 @@ def _face(shapes: PanelShapes) -> field.PanelQuadrature:
     return field.PanelQuadrature(
         shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature
     )
+
+
+def write_sound(
+    study: Study,
+    shapes: PanelShapes,
+    spectrum_csv: Path,
+    modal_force_nc: Path,
+    air_nc: Path | None = None,
+) -> None:
+    """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
+
+    Parameters
+    ----------
+    study
+        The study.
+    shapes
+        Of the panel.
+    spectrum_csv, modal_force_nc, air_nc
+        What to write.
+
+    Raises
+    ------
+    ValueError
+        As of `modal_force_tables` and `air_tables`.
+    """
+    band_table(study.sound).to_csv(spectrum_csv, index=False, float_format="%.7g")
+    force = modal_force_tables(study.sound, study.response.frequency_hz[1], shapes)
+    write_tables(modal_force_nc, force, {**stamp(study), "field": study.sound.field})
+    if air_nc is not None:
+        write_tables(air_nc, air_tables(study.sound, shapes, force), stamp(study))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -121,7 +121,15 @@ def _in_a_line(node: yaml.Node, depth: int) -> str:
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML whose keys are text as written, and that collects duplicate keys."""
+    """Safe YAML whose keys are text as written, and that collects duplicate keys.
+
+    Dates are text: no key of a study is one.
+    """
+
+    yaml_implicit_resolvers: ClassVar = {  # type: ignore[misc]
+        first: [pair for pair in pairs if pair[0] != "tag:yaml.org,2002:timestamp"]
+        for first, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
 
     def __init__(self, text: str) -> None:
         super().__init__(text)

@@ -62,7 +62,7 @@ def one_line(text: str) -> str:
 
 
 def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
-    """Yield the names under a key that cannot be part of the name of a file.
+    """Yield the names under a key that cannot name a file and a group of a mesh.
 
     Examples
     --------
@@ -70,10 +70,11 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
     [('points', 'B/C'), ('points', '')]
     """
     for name in names:
-        if not name or "/" in name or "\0" in name:
+        if not name or set(name) & {"/", "\0", '"'}:
             yield Mistake(
                 (key, name),
-                "must have a name without '/' that is not empty: files are named after it",
+                "must have a name without '/' and '\"' that is not empty: files and groups of "
+                "the mesh are named after it",
             )
 
 

@@ -54,6 +54,9 @@ class Family(Model):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a comparison of nothing, or of more than one thing."""
+        for key in self._lists():
+            if not getattr(self, key):
+                yield Mistake((key,), "must have at least 1 value(s), not 0")
         lists = len(self._lists())
         if lists != 1:
             yield Mistake(

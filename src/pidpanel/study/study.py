@@ -62,10 +62,24 @@ class Study(CouponStudy):
         yield from mistakes_of_names("scenarios", self.scenarios)
         for name, family in self.scenarios.items():
             yield from (one.below("scenarios", name) for one in self._mistakes_of(family))
+        yield from self._mistakes_of_labels()
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
                 yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
+
+    def _mistakes_of_labels(self) -> Iterator[Mistake]:
+        """Yield families with a scenario whose label another scenario has."""
+        named: dict[str, Scenario] = {}
+        for name, family in self.scenarios.items():
+            for scenario in self.family_scenarios(name):
+                for one in (scenario.bare, scenario):
+                    if named.setdefault(one.label, one) != one:
+                        yield Mistake(
+                            ("scenarios", name, family.varied),
+                            f"two scenarios would be named {one.label}; "
+                            "values must differ in their first six digits",
+                        )
 
     def _mistakes_of(self, family: Family) -> Iterator[Mistake]:
         for keys, patch in _items("patch", family.patch):

@@ -31,6 +31,11 @@ def contact_model(rolling: bool) -> str:
     return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")
 
 
+def lists_contacts(template: Path) -> bool:
+    """Whether a template can list the contacts of spheres with walls."""
+    return "compute touches" in template.read_text(encoding="utf-8")
+
+
 @cache
 def digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
     """Hash of a deck without comments, rendered once in a process for the same values."""

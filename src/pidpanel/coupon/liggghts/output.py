@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.coupon.liggghts import sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
 
 CYCLE_COLUMNS = (
@@ -28,13 +29,8 @@ CYCLE_COLUMNS = (
 """Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
 and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle."""
 
-POSITION = ("x", "y", "z")
-"""Columns of a dump: centres [m]."""
 
-POSITION_AND_VELOCITY = (*POSITION, "vx", "vy", "vz")
-"""Columns of a dump: centres [m] and velocities [m/s]."""
-
-MOTION = (*POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx", "fy", "fz")
+MOTION = (*sphere_dump.POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx", "fy", "fz")
 """Columns of a frame of the energy balance, SI."""
 
 
@@ -290,41 +286,3 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
     if not np.isfinite(table).all():
         raise NotFinite(f"{source}: a value is not finite")
     return np.repeat(np.arange(frames), counts), table
-
-
-def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Array:
-    """Frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)) sorted by id.
-
-    Raises
-    ------
-    LogTruncated, NotFinite, ParticlesLost
-    """
-    if not text.endswith("\n"):
-        raise LogTruncated(f"{source}: cut in its last line")
-    frames = [
-        _frame(part, f"{source}, frame {number}", columns)
-        for number, part in enumerate(text.split("ITEM: TIMESTEP\n")[1:])
-    ]
-    if not frames or any(frame.shape != frames[0].shape for frame in frames):
-        raise LogTruncated(f"{source}: {len(frames)} frames, not all alike")
-    return np.array(frames)
-
-
-def _frame(text: str, where: str, columns: tuple[str, ...]) -> Array:
-    head, _, body = text.partition(f"ITEM: ATOMS id {' '.join(columns)} \n")
-    found = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
-    lines = [line.split() for line in body.splitlines()]
-    if not body or not found or len(lines) != int(found[1]):
-        raise LogTruncated(f"{where}: {len(lines)} of {found[1] if found else '?'} spheres")
-    if any(len(line) != len(columns) + 1 for line in lines):
-        raise LogTruncated(f"{where}: not {len(columns) + 1} columns in every line")
-    try:
-        table = np.array([[float(value) for value in line] for line in lines])
-    except ValueError as error:
-        raise NotFinite(f"{where}: {error}") from None
-    if not np.isfinite(table).all():
-        raise NotFinite(f"{where}: a value is not finite")
-    table = table[np.argsort(table[:, 0])]
-    if (table[:, 0] != np.arange(1, len(table) + 1)).any():
-        raise ParticlesLost(f"{where}: the ids are not 1 to {len(table)}")
-    return table[:, 1:]

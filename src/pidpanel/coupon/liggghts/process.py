@@ -16,7 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, NamedTuple
 
-from pidpanel.coupon.liggghts import output
+from pidpanel.constants import LIGGGHTS_VERSION as VERSION
+from pidpanel.coupon.liggghts import output, sphere_dump
 from pidpanel.coupon.liggghts.failures import (
     ParticlesLost,
     RunStopped,
@@ -25,7 +26,6 @@ from pidpanel.coupon.liggghts.failures import (
 )
 
 COMMAND = "liggghts"
-VERSION = "3.8.0"
 
 Reading = Literal["kinetic_energy", "mean_speed"]
 _READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"}
@@ -166,9 +166,9 @@ class Liggghts:
         return self._execute(f"run {steps}\nwrite_restart {restart}")
 
     def run_and_dump(
-        self, steps: int, every: int, file: str, columns: tuple[str, ...] = output.POSITION
+        self, steps: int, every: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
     ) -> Instant:
-        """Run so many steps and write the spheres every few of them; `output.read_dump` reads them.
+        """Run so many steps and write the spheres every few, for `sphere_dump.read_dump`.
 
         The spheres at the start are the first frame.
         """
@@ -176,8 +176,8 @@ class Liggghts:
             f"dump frames all custom {every} {file} id {' '.join(columns)}\nrun {steps}"
         )
 
-    def dump(self, file: str, columns: tuple[str, ...] = output.POSITION) -> Instant:
-        """Write the spheres as they are; `output.read_dump` reads them."""
+    def dump(self, file: str, columns: tuple[str, ...] = sphere_dump.POSITION) -> Instant:
+        """Write the spheres as they are; `sphere_dump.read_dump` reads them."""
         return self._execute(
             f"dump last all custom 1 {file} id {' '.join(columns)}\nrun 0\nundump last"
         )

@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact
 from pidpanel.coupon.cases import Constants
-from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.verification import Row
 
@@ -82,7 +82,9 @@ def energy_lost(folder: Path, restitution: float, step: float, speed: float = 0.
         solver.read_deck(deck.render("verification/collide.in.j2", values))
         solver.run_and_dump(steps, steps, "ends.dump", ("vx",))
         solver.finish()
-    ends = output.read_dump((folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",))
+    ends = sphere_dump.read_dump(
+        (folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",)
+    )
     before, after = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
     return 1 - after / before
 
