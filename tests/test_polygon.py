@@ -96,5 +96,76 @@ def test_what_does_not_lie_on_the_panel_is_named(outline, holes, patches, points
     assert message in str(caught.value)
 
 
+def test_an_area_keeps_its_digits_far_from_the_origin():
+    # red: the first corner added instead of subtracted in `signed_area`
+    far = np.array(L_SHAPE.points) + 2.0**40
+    assert signed_area(far) == 0.75
+    assert signed_area(far[::-1]) == -0.75
+
+
+@pytest.mark.parametrize("circle", [Circle((1, 2), 0.3), Circle.of_equal_area((1, 2), 0.3)])
+def test_a_disc_begins_on_the_x_axis_and_has_a_corner_on_each_half_axis(circle):
+    # red: pieces 48 → 49, 24 → 25; self.centre + → self.centre -
+    around = circle.corners - (1, 2)
+    quarters = around[:: len(around) // 4]
+    np.testing.assert_allclose(
+        quarters, circle.radius * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]), atol=1e-14
+    )
+
+
+def test_an_equilateral_triangle_loses_what_the_chords_of_its_arcs_leave():
+    # red: radius * np.tan → radius / np.tan. A corner of 60° loses the kite r² √3 without 16 sectors
+    # of 7.5° each, r²/2 sin 7.5°
+    r, side = 0.1, 1.0
+    triangle = [(0, 0), (side, 0), (side / 2, side * np.sqrt(3) / 2)]
+    left = np.sqrt(3) / 4 * side**2 - 3 * r**2 * (np.sqrt(3) - 8 * np.sin(np.radians(7.5)))
+    assert signed_area(rounded(triangle, r)) == pytest.approx(left, rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 10.0, 1e6])
+def test_arcs_scale_with_their_polygon_and_a_circle_remains_of_a_square(scale):
+    # red: radius == 0 → radius == 1; SLACK * length.max() → SLACK / length.max(); roll by 2 of arc;
+    # arc - np.roll → arc + np.roll; - SLACK → + SLACK in the pieces of an arc
+    square = scale * np.array(SQUARE)
+    arcs = rounded(square, 0.1 * scale)
+    assert len(arcs) == 4 * 13  # the ends of twelve pieces of 7.5° at each corner
+    np.testing.assert_allclose(arcs, scale * rounded(SQUARE, 0.1), rtol=1e-12, atol=1e-15 * scale)
+    circle = rounded(square, 0.5 * scale)
+    assert len(circle) == 48  # nothing is left of the edges, and no corner is there twice
+    np.testing.assert_allclose(np.linalg.norm(circle - scale / 2, axis=1), scale / 2)
+
+
+def test_a_corner_that_turns_by_less_than_a_piece_is_cut_once():
+    # red: max(1, …) → max(2, …)
+    corners = Circle((0, 0), 1.0, pieces=72).corners
+    assert len(rounded(corners, 0.1)) == 144
+
+
+def test_the_edge_that_its_two_arcs_fill_first_is_named():
+    # a right trapezium with corners of 90°, 45°, 135°, 90°: its arcs take r (1, 1 + √2, √2 - 1, 1)
+    # of the edges beside them, which first fills the upper edge, at r = 1/√2
+    # red: np.roll(cut, -1) → np.roll(cut, 1), np.roll(cut, -2); np.argmax → np.argmin;
+    # needed / length → needed * length
+    points = [(0, 0), (2.5, 0), (1, 1.5), (0, 1.5)]
+    assert len(rounded(points, 0.70)) > 4
+    with pytest.raises(
+        ValueError, match=r"edge from \(1, 1.5\) m is 1 m long, its two arcs need 1.01823 m"
+    ):
+        rounded(points, 0.72)
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1e5])
+def test_checks_are_the_same_at_every_scale(scale):
+    # red: SLACK * extent → SLACK / extent in `check_simple`; SLACK * float → SLACK / float in
+    # `check_panel`
+    outline = Polygon(tuple((scale * x, scale * y) for x, y in L_SHAPE.points))
+    hole = {"H": Circle((0.25 * scale, 0.25 * scale), 0.1 * scale)}
+    check_panel(outline, hole, {}, {"7": (0.5 * scale, 0.0)})
+    touching = Polygon(tuple((scale * x, scale * y) for x, y in
+                             [(0, 0), (2, 0), (2, 2), (1, 1e-10), (0, 2)]))  # fmt: skip
+    with pytest.raises(ValueError, match="touches itself"):
+        check_panel(touching, {}, {}, {})
+
+
 def test_what_lies_on_the_panel_passes():
     check_panel(L_SHAPE, HOLE, {"P": Rectangle((0.75, 0.25), (0.5, 0.5))}, {"7": (0.5, 0.5)})
