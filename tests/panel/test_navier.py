@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pidpanel.panel.modes import PanelBasis
 from pidpanel.panel.navier import (
     mode_orders,
     sandwich_frequency,
@@ -78,3 +79,61 @@ def test_orders_of_a_pair_follow_the_shapes_not_the_frequencies(paper_basis):
 def test_shapes_that_are_no_sines_of_the_rectangle_have_a_low_share(paper_basis):
     _, share = mode_orders(paper_basis, (1.7, 1.1))
     assert share.min() < 0.9
+
+
+def made_of_sines(size, orders, frequency, change=None):
+    """A basis whose modes are sines of a rectangle, times a matrix; the rest of it is empty."""
+    node, weight = np.polynomial.legendre.leggauss(24)
+    x, y = np.meshgrid(*(side * (node + 1) / 2 for side in size), indexing="ij")
+    position = np.stack([x.ravel(), y.ravel()], axis=1)
+    shapes = sine_shapes(*np.array(orders).T, size, position)
+    filled = {
+        "natural_frequency": np.array(frequency, dtype=float),
+        "is_residual": np.zeros(len(frequency), dtype=bool),
+        "quadrature_position": position,
+        "quadrature_weight": np.outer(weight, weight).ravel() * size[0] * size[1] / 4,
+        "shape_at_quadrature": shapes if change is None else shapes @ np.array(change),
+    }
+    return PanelBasis(**{f.name: filled.get(f.name) for f in dataclasses.fields(PanelBasis)})
+
+
+@pytest.mark.parametrize("size", [(20.0, 1.0), (1.0, 20.0)])
+def test_the_modes_of_a_strip_have_their_half_waves_along_it(size):
+    # red: n_modes + 1 → n_modes - 1; n_modes // m + 1 → n_modes // m - 1
+    along = [(k, 1) if size[0] > 1 else (1, k) for k in (1, 2, 3, 4)]
+    orders, share = mode_orders(made_of_sines(size, along, [10, 20, 30, 40]), size)
+    assert orders.tolist() == [list(order) for order in along]
+    np.testing.assert_allclose(share, 1.0, rtol=1e-12)
+
+
+def test_a_share_is_the_energy_of_the_sine_in_the_mode():
+    # (1, 1) with half of (2, 1) beside it: 1/(1 + 1/4) of the sine lies in the mode
+    # red: np.sqrt(weight) → weight; ** 2 → ** 3 in in_subspace; /= → *= of the sines
+    mixed = made_of_sines(SIZE, [(1, 1), (2, 1)], [60, 120], [[1, 0], [0.5, 1]])
+    orders, share = mode_orders(mixed, SIZE)
+    assert orders.tolist() == [[1, 1], [2, 1]]
+    np.testing.assert_allclose(share, [0.8, 1.0], rtol=1e-10)
+
+
+@pytest.mark.parametrize(("apart", "expected"), [(1.9e-3, 1.0), (2.1e-3, 0.5)])
+def test_frequencies_within_two_thousandths_are_one_subspace(apart, expected):
+    # turned by 45°, each mode holds half of either sine, both together hold all
+    # red: 2e-3 → 2.2e-3; pair_tolerance * frequency → pair_tolerance / frequency
+    frequency = [300, 500, 500 / (1 - apart), 700]
+    turn = np.eye(4)
+    turn[1:3, 1:3] = [[1, 1], [1, -1]]
+    found = made_of_sines(SIZE, [(1, 1), (2, 1), (1, 2), (2, 2)], frequency, turn)
+    orders, share = mode_orders(found, SIZE)
+    np.testing.assert_allclose(share, [1, expected, expected, 1], rtol=1e-10)
+    assert {tuple(order) for order in orders[[0, 3]]} == {(1, 1), (2, 2)}
+
+
+def test_the_size_of_a_shape_does_not_decide_its_order():
+    # in one subspace, the first 10° off (1, 1), the second 40° off it and a hundred times as large:
+    # cos² 10° + sin² 40° > sin² 10° + cos² 40°, so (1, 1) is the first's
+    # red: alike /= → alike *=; ** 2 → ** 3 or * 2 in what it is divided by
+    ten, forty = np.radians(10), np.radians(40)
+    change = [[np.cos(ten), 100 * np.cos(forty)], [np.sin(ten), 100 * np.sin(forty)]]
+    orders, share = mode_orders(made_of_sines(SIZE, [(1, 1), (2, 1)], [100, 100], change), SIZE)
+    assert orders.tolist() == [[1, 1], [2, 1]]
+    np.testing.assert_allclose(share, 1.0, rtol=1e-10)
