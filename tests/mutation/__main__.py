@@ -6,9 +6,10 @@ Without modules, all in `FORMULAS`. Every mutant (`mutants`) is run against the 
 its statement, the fastest first, in a fork of a process that has imported numpy, scipy and the
 like already. Tests that run LIGGGHTS are left out. A mutant that survives is listed with its
 reason in ``accepted.toml``; one that is ``equivalent`` there cannot be told from the program by
-any test and does not count. The command fails below `REQUIRED` of the others, or where a survivor
-has no reason. The result does not depend on how fast the machine is: what runs away is ended by
-the CPU time that it takes, as a multiple of what its tests take without it.
+any test and does not count. The command fails below `REQUIRED` of the others, where a survivor has
+no reason, or where a reason is given for what is no mutant (any more). The result does not depend
+on how fast the machine is: what runs away is ended by the CPU time that it takes, as a multiple of
+what its tests take without it.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -63,6 +64,8 @@ Executed = dict[str, dict[str, Any]]
 """By test: ``cpu`` [s] and ``lines``, executed lines by file."""
 
 Lines = dict[str, set[int]]
+
+Known = dict[tuple[str, str, str], dict[str, Any]]
 
 
 def in_forks(
@@ -262,8 +265,24 @@ class Readers:
         return {line for name in seen for line in self.lines[name]}
 
 
+@cache
+def names_in(file: str) -> frozenset[str]:
+    """Names that a file of tests imports."""
+    tree = ast.parse(Path(file).read_bytes())
+    return frozenset(
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    )
+
+
 def tests_of(mutant: Mutant, path: Path, executed: Executed, readers: Readers) -> list[str]:
-    """Tests that execute the statement of a mutant, the fastest first."""
+    """Tests that execute the statement of a mutant, the fastest first.
+
+    What defines a constant is executed by those that execute a line which reads it, and by those
+    in a file that names it.
+    """
     first, last = mutant.lines
     lines = {(str(path), line) for line in range(first, last + 1)}
     if mutant.constants:
@@ -275,6 +294,7 @@ def tests_of(mutant: Mutant, path: Path, executed: Executed, readers: Readers) -
         name
         for name, one in executed.items()
         if any(by_file[file].intersection(of) for file, of in one["lines"].items())
+        or names_in(name.partition("::")[0]).intersection(mutant.constants)
     ]
     return sorted(found, key=lambda name: (executed[name]["cpu"], name))
 
@@ -336,6 +356,12 @@ def main() -> int:
     source = Path(os.path.commonpath([path.parent for path in paths.values()]))
     if (source.parent / "__init__.py").is_file():
         source = source.parent
+    known = read_accepted(options.accepted)
+    every = {mutant.key for module, path in paths.items() for mutant in mutants_of(module, path)}
+    orphans = [key for key in known if key[0] in paths and key not in every]
+    orphans += [key for key in known if key[0] not in paths and not file_of(key[0]).is_file()]
+    for orphan in orphans:
+        print(f"{options.accepted.name} names what is no mutant: {': '.join(orphan)}")
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -389,17 +415,17 @@ def main() -> int:
                 print(f"{count}/{len(trials)} survives: {mutant.module} {mutant.function}: "
                       f"{mutant.change}", flush=True)  # fmt: skip
     print(f"{cpu:.0f} s of CPU")
-    return report(results, options.accepted, options.out)
+    return int(report(results, known, options.out) or bool(orphans))
 
 
-def report(results: list[tuple[Mutant, str, str]], accepted: Path, out: Path) -> int:
+def read_accepted(path: Path) -> Known:
+    """Survivors with their reasons, by the key of the mutant."""
+    entries = tomllib.loads(path.read_text()).get("mutant", []) if path.is_file() else []
+    return {(one["module"], one["function"], one["change"]): one for one in entries}
+
+
+def report(results: list[tuple[Mutant, str, str]], known: Known, out: Path) -> int:
     """Write the table, print the scores, and return 0 where they suffice."""
-    known = {
-        (one["module"], one["function"], one["change"]): one
-        for one in (tomllib.loads(accepted.read_text()) if accepted.is_file() else {}).get(
-            "mutant", []
-        )
-    }
     order = {
         module: number for number, module in enumerate(dict.fromkeys(m.module for m, *_ in results))
     }
@@ -426,7 +452,7 @@ def report(results: list[tuple[Mutant, str, str]], accepted: Path, out: Path) ->
         print(f"{module:40} {caught[module]:5} of {total[module]:5} caught  {share:7.1%}")
     share = sum(caught.values()) / max(1, sum(total.values()))
     print(f"{'all':40} {sum(caught.values()):5} of {sum(total.values()):5} caught  {share:7.1%}")
-    print(f"{len(unexplained)} survive without a reason in {accepted.name}; all are in {out}")
+    print(f"{len(unexplained)} survive without a reason; all are in {out}")
     return int(share < REQUIRED or bool(unexplained))
 
 

@@ -14,6 +14,7 @@ from pidpanel.paths import PROJECT
 TOY = '''"""A module."""
 
 HALF = 0.5
+PAIR = (1.0, 2.0)
 
 
 def volume(r: float, h: float = 2.0) -> float:
@@ -38,7 +39,7 @@ def steps(n: int) -> int:
 '''
 
 TESTS = """import pytest
-from toy import share, steps, twice, volume
+from toy import PAIR, share, steps, twice, volume
 
 EIGHT = twice(4)
 
@@ -51,6 +52,10 @@ def test_volume():
 
 def test_share():
     assert share(2.0) > 0.2
+
+
+def test_pair():
+    assert PAIR[1] == 2 * PAIR[0]
 
 
 def test_twice():
@@ -136,13 +141,14 @@ def plain(run):
         ("volume", "h=2.0 → h=2.2", "test_toy.py::test_volume"),
         ("share", "HALF * r → HALF / r", ""),
         ("", "HALF = 0.5 → HALF = 0.55", ""),
+        ("", "(1.0, 2.0) → (1.0, 2.2)", "test_toy.py::test_pair"),
         ("twice", "2 * n → 2 / n", "test_toy.py::test_twice"),
         ("steps", "n -= 1 → n += 1", "runs away"),
     ],
 )
 def test_what_a_test_tells_apart_is_caught_by_it_and_nothing_else_is(plain, function, mutation, by):
     # red: sys.meta_path.insert left out in `try_mutant`; RLIMIT_CPU left out (which hangs);
-    # self.imported left out in `Profile`
+    # self.imported left out in `Profile`; `names_in` left out in `tests_of`
     assert plain[2][function, mutation]["caught_by"] == by
 
 
@@ -170,3 +176,10 @@ def test_a_reason_is_taken_and_one_without_any_effect_does_not_count(run):
     assert f"{caught} of {counted:5} caught" in text
     assert f"{sum(not r['caught_by'] and not r['reason'] for r in rows.values())} survive" in text
     assert code == 1  # below 95 %
+
+
+def test_a_reason_for_what_is_no_mutant_any_more_is_named(run):
+    # red: `orphans` left out of what `main` returns and prints
+    code, text, _ = run(ACCEPTED.replace("HALF * r → HALF / r", "HALF * s → HALF / s"))
+    assert "accepted.toml names what is no mutant: toy: share: HALF * s → HALF / s" in text
+    assert code == 1

@@ -151,6 +151,11 @@ REFUSED = {
     "unsorted": (["125,120", "100,120", "160,120"], "line 4: center_hz = 100 follows a higher"),
     "double": (["100,120", "100,121", "125,120"], "line 4: center_hz = 100 appears twice"),
     "gap": (["100,120", "125,120", "200,120"], "line 5: between 125 and 200 Hz there is a gap"),
+    # red: steps.min() → steps.max() in `_band_kind`
+    "octave gap in thirds": (
+        ["100,120", "125,120", "250,120"],
+        "line 5: between 125 and 250 Hz there is a gap; third octave bands must adjoin",
+    ),
     "octave gap": (["63,120", "125,120", "500,120"], "line 5: between 125 and 500 Hz"),
     "every other third": (["100,120", "160,120"], "line 4: between 100 and 160 Hz"),
     "octaves off their centres": (["50,120", "100,120"], "line 3: center_hz = 50 is not an octave"),
@@ -174,6 +179,30 @@ def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, nam
         read_spl_table(write(tmp_path, *lines))
     assert "spl.csv" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.5, 200.0])
+def test_levels_of_0_to_200_decibels_are_read(tmp_path, level):
+    # red: LEVEL_RANGE = (1.0, 200.0)
+    assert read_spl_table(write(tmp_path, f"100,{level}", "125,90")).band_spl[0] == level
+
+
+@pytest.mark.parametrize("level", [-0.1, 200.1])
+def test_levels_beyond_0_to_200_decibels_are_refused(tmp_path, level):
+    # red: LEVEL_RANGE = (0.0, 220.0)
+    with pytest.raises(SpectrumError, match="must lie within 0 to 200 dB"):
+        read_spl_table(write(tmp_path, f"100,{level}", "125,90"))
+
+
+@pytest.mark.parametrize("share", [-0.021, -0.019, 0.019, 0.021])
+def test_centres_within_two_percent_are_read(tmp_path, share):
+    # as the message says; red: CENTER_TOLERANCE = 0.022 or 0.018
+    path = write(tmp_path, f"{100 * (1 + share)},90", "125,90")
+    if abs(share) < 0.02:
+        assert read_spl_table(path).band_number.tolist() == [20, 21]
+    else:
+        with pytest.raises(SpectrumError, match=r"nearest is 100 Hz \(within 2%\)"):
+            read_spl_table(path)
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path):
