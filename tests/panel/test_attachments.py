@@ -1,0 +1,76 @@
+"""Masses and springs on a plate whose coordinates are monomials: all integrals are known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.plate import AssembledPlate
+
+# one cell of 0.4 m x 0.4 m, so that elements measure 0.4 m
+SQUARE = 0.4 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+MESH = PanelMesh(SQUARE, np.array([[0, 1, 2, 3]]), "quadrilaterals", {}, {})
+STIFFNESS, MASS = np.diag([1.0, 2, 3]), np.diag([4.0, 5, 6])
+
+
+def monomials(asked):
+    """A plate with w = u_0 + u_1 x + u_2 y², which notes where it is asked for w."""
+
+    def interpolate(position):
+        asked.append(position)
+        x, y = np.asarray(position).T
+        return sp.csr_array(np.column_stack([np.ones_like(x), x, y**2]))
+
+    empty = dict.fromkeys(field.name for field in dataclasses.fields(AssembledPlate))
+    return AssembledPlate(
+        **empty
+        | {
+            "stiffness": sp.csr_array(STIFFNESS),
+            "mass": sp.csr_array(MASS),
+            "interpolate": interpolate,
+        }
+    )
+
+
+def test_a_spring_and_a_mass_at_a_point_add_the_squares_of_the_deflection_there():
+    # red: stiffness + → -; attached.mass * → /; the spring added to the mass
+    plate = with_attachments(
+        monomials([]), [Spring((0.1, 0.3), 7.0), PointMass((0.2, 0.1), 11.0)], MESH
+    )
+    spring, mass = np.array([1, 0.1, 0.09]), np.array([1, 0.2, 0.01])
+    np.testing.assert_allclose(
+        plate.stiffness.toarray(), STIFFNESS + 7 * np.outer(spring, spring), rtol=1e-14
+    )
+    np.testing.assert_allclose(plate.mass.toarray(), MASS + 11 * np.outer(mass, mass), rtol=1e-14)
+
+
+@pytest.mark.parametrize("reach", [0.05, 1.0, 3.0])
+def test_a_line_mass_integrates_the_products_of_the_deflection_along_it(reach):
+    # from (0.1, 0.2) by s (3, 2) reach: products are quartics, exact with three Gauss points
+    # red: leggauss(3) → 4 leaves this and changes the count below; points + 1 → points - 1;
+    # weights / 2 → weights * 2; end - start → end + start
+    line = LineMass((0.1, 0.2), (0.1 + 3 * reach, 0.2 + 2 * reach), 5.0)
+    added = with_attachments(monomials([]), [line], MESH).mass.toarray() - MASS
+    x = np.polynomial.Polynomial([0.1, 3 * reach])
+    y = np.polynomial.Polynomial([0.2, 2 * reach])
+    shapes = [np.polynomial.Polynomial([1.0]), x, y**2]
+    expected = [[5.0 * (a * b).integ()(1.0) for b in shapes] for a in shapes]
+    np.testing.assert_allclose(added, expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize(("length", "pieces"), [(0.05, 1), (0.15, 2), (1.0, 10), (1.05, 11)])
+def test_pieces_of_a_line_are_at_most_a_quarter_of_an_element_long(length, pieces):
+    # red: 4 * → 5 *; np.ceil → np.floor; max(1, … → max(2, …; leggauss(3) → leggauss(4)
+    asked = []
+    with_attachments(monomials(asked), [LineMass((0, 0), (length, 0), 1.0)], MESH)
+    assert len(asked[0]) == 3 * pieces
+    inside = asked[0][:, 0] / length
+    # each piece has its middle and, symmetric about it, two points sqrt(3/5) of its half away
+    middle = (np.arange(pieces) + 0.5) / pieces
+    away = np.sqrt(0.6) / 2 / pieces
+    np.testing.assert_allclose(
+        inside, np.column_stack([middle - away, middle, middle + away]).ravel(), rtol=1e-12
+    )

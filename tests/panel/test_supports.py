@@ -1,0 +1,201 @@
+"""Supports as conditions at vertices, on meshes that can be counted by hand."""
+
+import numpy as np
+import pytest
+
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.supports import (
+    Block,
+    EdgeSupport,
+    PointSupport,
+    Supports,
+    boundary_loops,
+    foot_cells,
+    foot_motion,
+    free_coordinates,
+    held_vertices,
+    null_space,
+    vertex_at,
+    vertex_spacing,
+)
+
+
+def grid(columns, rows):
+    """Quadrilaterals between lines x = columns and y = rows."""
+    x, y = np.meshgrid(columns, rows)
+    width = len(columns)
+    corner = (np.arange(len(rows) - 1)[:, None] * width + np.arange(width - 1)).ravel()
+    cells = np.column_stack([corner, corner + 1, corner + width + 1, corner + width])
+    return PanelMesh(np.column_stack([x.ravel(), y.ravel()]) * 1.0, cells, "quadrilaterals", {}, {})
+
+
+def without(mesh, cell):
+    return PanelMesh(mesh.vertices, np.delete(mesh.cells, cell, axis=0), mesh.cell_kind, {}, {})
+
+
+def fan(angles, radius):
+    """Triangles from the middle of a circle to corners on it."""
+    rim = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    number = np.arange(1, len(angles) + 1)
+    cells = np.column_stack([np.zeros_like(number), number, np.roll(number, -1)])
+    return PanelMesh(np.vstack([[0, 0], rim]), cells, "triangles", {}, {})
+
+
+RING = without(grid([0, 1, 2, 3], [0, 1, 2, 3]), 4)
+
+
+def test_loops_go_round_the_panel_and_its_hole():
+    # red: following.pop(loop[-1]) != loop[0] → ==
+    loops = sorted(map(len, boundary_loops(RING.vertices, RING.cells)))
+    assert loops == [4, 12]
+
+
+def test_spacing_is_the_mean_of_the_edges_of_the_cells_at_a_vertex():
+    # cells of 1 m x 1 m and 3 m x 1 m; red: np.roll(…, -1 → 1; * 2 → * 3
+    np.testing.assert_allclose(
+        vertex_spacing(grid([0, 1, 4], [0, 1])), [1, 1.5, 2, 1, 1.5, 2], rtol=1e-15
+    )
+
+
+@pytest.mark.parametrize(("count", "smooth"), [(13, True), (11, False)])
+def test_turns_below_30_degrees_are_a_curve(count, smooth):
+    # 360°/13 = 27.7°, 360°/11 = 32.7°; of a regular polygon on a circle of radius R,
+    # |t_k - t_k-1| over the length of a piece is 1/R towards the middle
+    # red: radians(30.0) → 33.0; and → or; cos(SMOOTH_TURN) → sin; 0.5 * → 0.55 *; + → - in mean
+    radius = 2.5
+    angle = 2 * np.pi * np.arange(count) / count
+    held, edges = held_vertices(fan(angle, radius), Supports())
+    assert len(edges) == len(held) == count
+    for one in held:
+        outward = np.array([np.cos(angle[one.vertex - 1]), np.sin(angle[one.vertex - 1])])
+        assert len(one.edges) == (1 if smooth else 2)
+        for kind, tangent, turn in one.edges:
+            assert kind == "simply_supported"
+            assert np.linalg.norm(tangent) == pytest.approx(1)
+            if smooth:
+                np.testing.assert_allclose(tangent, [-outward[1], outward[0]], atol=1e-12)
+                np.testing.assert_allclose(turn, -outward / radius, rtol=1e-12, atol=1e-14)
+            else:
+                assert turn.tolist() == [0, 0]
+
+
+def test_uneven_pieces_of_a_curve_share_its_turn():
+    # pieces of 24° and 16°: the tangents turn by 20° over half the sum of the two chords
+    # red: length[k] + length[k - 1] → length[k] + length[k]
+    angle = np.radians(np.cumsum(np.tile([24, 16], 9)))
+    held, _ = held_vertices(fan(angle, 1.0), Supports())
+    chords = np.sin(np.radians(12)) + np.sin(np.radians(8))
+    for one in held:
+        ((_, _, turn),) = one.edges
+        assert np.linalg.norm(turn) == pytest.approx(2 * np.sin(np.radians(10)) / chords)
+
+
+def test_a_corner_has_the_edge_that_arrives_and_the_edge_that_leaves():
+    # red: (k - 1, k) → (k - 2, k); (k + 1) % → (k - 1) %; sign of the area of a hole
+    held, edges = held_vertices(RING, Supports("clamped", "simply_supported"))
+    assert len(held) == 16 and len(edges) == 16
+    by_vertex = {one.vertex: one.edges for one in held}
+    assert [kind for kind, *_ in by_vertex[0]] == ["clamped"] * 2
+    np.testing.assert_array_equal([t for _, t, _ in by_vertex[0]], [[0, -1], [1, 0]])
+    assert edges[0, 1][0] == "clamped" and edges[5, 6][0] == "simply_supported"
+    np.testing.assert_array_equal(edges[0, 1][1], [1, 0])
+    np.testing.assert_array_equal(edges[5, 6][1], [-1, 0])  # clockwise round the hole
+    ((kind, tangent, _),) = by_vertex[1]
+    assert kind == "clamped" and tangent.tolist() == [1, 0]
+
+
+def test_a_free_edge_beside_a_held_one_holds_their_common_vertex_along_the_held_one():
+    # red: kind_of[k] == kind_of[k - 1] → !=; edge[0] != "free" → ==
+    part = [EdgeSupport((3, 0), (1, 0), "clamped")]
+    held, edges = held_vertices(RING, Supports("free", edges=part))
+    assert sorted(edges) == [(1, 2), (2, 3)]
+    assert sorted(one.vertex for one in held) == [1, 2, 3]
+    for one in held:
+        for kind, tangent, _ in one.edges:
+            assert kind == "clamped" and tangent.tolist() == [1, 0]
+
+
+def test_a_later_edge_wins_and_the_rim_of_a_hole_can_be_one():
+    part = [EdgeSupport((1, 1), (2, 1), "clamped"), EdgeSupport((0, 3), (0, 0), "clamped"),
+            EdgeSupport((0, 1), (0, 2), "simply_supported")]  # fmt: skip
+    _, edges = held_vertices(RING, Supports("free", edges=part))
+    kinds = {edge: kind for edge, (kind, _) in edges.items()}
+    assert kinds == {(5, 6): "clamped", (0, 4): "clamped", (8, 12): "clamped",
+                     (4, 8): "simply_supported"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "covered"),
+    [
+        ((0, 0), (2.5, 0), "cover 2 of its 2.5 m"),  # the end between two vertices
+        ((0, 1.5), (3, 1.5), "cover 0 of its 3 m"),  # through the inside
+        ((-1, 0), (3, 0), "cover 3 of its 4 m"),
+        ((1, 0), (1, 0), "cover 0 of its 0 m"),
+        ((0, 1), (3, 1), "cover 1 of its 3 m"),  # along the hole only
+        ((0, 0), (3, 3), "cover 0 of"),
+    ],
+)
+def test_an_edge_that_the_boundary_does_not_cover_says_how_much_it_does(start, end, covered):
+    # red: covered += → -=; s < length → s > length; & → |; aside → along
+    with pytest.raises(ValueError, match=covered):
+        held_vertices(RING, Supports(edges=[EdgeSupport(start, end, "clamped")]))
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_ends_within_a_millionth_of_the_extent_are_on_the_edge(scale):
+    # of an extent of 6 m x 2 m; red: 1e-6 * float → 1e-6 / float; ptp max → min; 1e-6 → 1.1e-6
+    mesh = grid(scale * np.array([0, 2, 6]), scale * np.array([0, 2]))
+    for share, fits in ((0.98e-6, True), (1.05e-6, False)):
+        aside = 6 * scale * share
+        edge = EdgeSupport((0, -aside), (2 * scale, -aside), "clamped")
+        if fits:
+            _, edges = held_vertices(mesh, Supports("free", edges=[edge]))
+            assert list(edges) == [(0, 1)]
+        else:
+            with pytest.raises(ValueError, match="cover 0 of"):
+                held_vertices(mesh, Supports("free", edges=[edge]))
+        point = (6 * scale + aside, 0.0)
+        if fits:
+            assert vertex_at(mesh, "H", point) == 2
+        else:
+            with pytest.raises(ValueError, match=r"H at .* the nearest is"):
+                vertex_at(mesh, "H", point)
+
+
+def test_a_foot_holds_the_cells_whose_centres_it_covers():
+    # centres at (0.5, 0.5), (1.5, 0.5), …; red: < → >=; centre - position → centre + position
+    mesh = grid([0, 1, 2, 3], [0, 1, 2, 3])
+    foot = PointSupport((1.5, 1.4), "hinge", 1.0)
+    assert foot_cells(mesh, foot).tolist() == [1, 4]
+    assert foot_cells(mesh, PointSupport((1.5, 1.5), "hinge", 1.1)).tolist() == [1, 3, 4, 5, 7]
+
+
+def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():
+    # red: rigid[:, 1:] - → +; == "hold_down" → !=
+    x, y = np.array([0.3, 1.2, -0.5]), np.array([0.7, 0.1, 2.0])
+    rigid = np.column_stack([np.ones(3), x, y])
+    motion = foot_motion(rigid, PointSupport((0.3, 2.0), "hinge", 0.1))
+    np.testing.assert_array_equal(motion, np.column_stack([x - 0.3, y - 2.0]))
+    assert foot_motion(rigid, PointSupport((0.3, 2.0), "hold_down", 0.1)).shape == (3, 0)
+
+
+def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks():
+    # red: (held[local.row], local.col) exchanged
+    blocks = [Block("A", np.array([3, 1]), np.array([[2.0], [5.0]])),
+              Block("B", np.array([4]), np.zeros((1, 0)))]  # fmt: skip
+    np.testing.assert_array_equal(
+        free_coordinates(5, blocks).toarray(),
+        [[1, 0, 0], [0, 0, 5], [0, 1, 0], [0, 0, 2], [0, 0, 0]],
+    )
+    np.testing.assert_array_equal(free_coordinates(2, []).toarray(), np.eye(2))
+
+
+def test_two_directions_within_a_millionth_are_one():
+    # red: 1e-6 → 1.1e-6; values > → values <=; right[rank:] → right[:rank]
+    assert null_space(np.diag([1.0, 1.05e-6])).shape == (2, 0)
+    np.testing.assert_allclose(np.abs(null_space(np.diag([1.0, 0.95e-6]))), [[0], [1]])
+    rows = np.array([[1.0, 2, 2], [2, 4, 4]])
+    free = null_space(rows)
+    assert free.shape == (3, 2)
+    np.testing.assert_allclose(rows @ free, 0, atol=1e-14)
+    np.testing.assert_allclose(free.T @ free, np.eye(2), atol=1e-14)
