@@ -10,8 +10,8 @@ import pytest
 
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import read_mesh
-from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Polygon, Rectangle
+from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
+from pidpanel.polygon import Circle, Polygon, Rectangle
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)
@@ -103,6 +103,78 @@ def test_the_mesh_returned_is_the_mesh_in_the_file(paper_path, paper_mesh):
     np.testing.assert_array_equal(again.cells, paper_mesh.cells)
     np.testing.assert_array_equal(again.patch_cells["PID-1"], paper_mesh.patch_cells["PID-1"])
     assert again.point_vertices == {"326": 325}
+
+
+def test_cells_that_are_no_squares_lie_in_their_patch_and_carry_their_point(tmp_path):
+    # cells of 1 m x 0.25 m; red: spacing[0] → spacing[1], in each place
+    patch = Rectangle((3.0, 0.375), (2.0, 0.25))
+    mesh = mesh_quadrilaterals(
+        tmp_path / "m.msh", (6.0, 1.0), (6, 4), {"P": patch}, {"7": (5.0, 0.75)}
+    )
+    np.testing.assert_allclose(areas(mesh), 0.25)
+    assert len(mesh.cells) == 24
+    centres = mesh.vertices[mesh.cells[mesh.patch_cells["P"]]].mean(axis=1)
+    np.testing.assert_allclose(centres, [[2.5, 0.375], [3.5, 0.375]])
+    np.testing.assert_allclose(mesh.vertices[mesh.point_vertices["7"]], [5.0, 0.75])
+
+
+def test_what_leaves_a_tiny_panel_is_refused_like_that_of_a_large_one(tmp_path):
+    # red: 1e-9 * max(size) → 1e-9 / max(size)
+    with pytest.raises(ValueError, match="leaves the panel"):
+        mesh_quadrilaterals(tmp_path / "m.msh", (3e-5, 2e-5), (3, 2), {}, {"7": (4e-5, 1e-5)})
+
+
+def turned(shape, scale=1.0, degrees=20.0):
+    """A polygon turned about the origin, so that x and y cannot be taken for one another."""
+    c, s = scale * np.cos(np.radians(degrees)), scale * np.sin(np.radians(degrees))
+    return Polygon(tuple((c * x - s * y, s * x + c * y) for x, y in shape.corners.tolist()))
+
+
+def same_places(found, expected):
+    found, expected = (np.array(sorted(map(tuple, places))) for places in (found, expected))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [0.1, 10.0])
+@pytest.mark.parametrize("back", [False, True])
+def test_an_l_has_one_reentrant_corner_whichever_way_it_is_drawn(scale, back):
+    # red: == (number > 0) → !=; signed_area > 0 → > 1, <=; each index of `cross`; rolls by 1 → 2
+    shape = turned(L_SHAPE, scale)
+    corner = shape.corners[3]
+    if back:
+        shape = Polygon(shape.points[::-1])
+    same_places(reentrant_corners([shape]), [corner])
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_round_holes_the_corners_are_reentrant_but_for_those_that_are_of_the_outline(back):
+    # an L as a hole leaves five; red: number > 0 → number > 1, number <= 0
+    outline = turned(Rectangle((0.5, 0.5), (9.0, 9.0)))
+    hole, other = turned(L_SHAPE), turned(Rectangle((-1.0, -1.0), (0.5, 0.5)))
+    expected = [*np.delete(hole.corners, 3, axis=0), *other.corners]
+    if back:
+        hole, other = Polygon(hole.points[::-1]), Polygon(other.points[::-1])
+    same_places(reentrant_corners([outline, hole, other]), expected)
+
+
+@pytest.mark.parametrize(("pieces", "count"), [(13, 0), (11, 11)])
+def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
+    # its turns are 27.7° and 32.7°; red: turn < -SMOOTH_TURN → turn < SMOOTH_TURN, >=
+    outline = Rectangle((0.0, 0.0), (9.0, 9.0))
+    assert len(reentrant_corners([outline, Circle((0, 0), 1.0, pieces)])) == count
+    assert len(reentrant_corners([outline])) == 0
+
+
+@pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])
+def test_elements_shrink_to_what_is_asked_of_a_reentrant_corner(tmp_path, asked, smallest):
+    # to a factor of two, which gmsh keeps; red: CORNER_SHARE * → /; min(smallest, largest) → max;
+    # one corner left out of `_refine`
+    mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.25, {}, {}, corner_size=asked)
+    corner = np.flatnonzero(np.linalg.norm(mesh.vertices - (0.75, 0.5), axis=1) < 1e-9).item()
+    edges = mesh.cells[(mesh.cells == corner).any(axis=1)]
+    length = np.linalg.norm(mesh.vertices[np.unique(edges)] - (0.75, 0.5), axis=1)
+    nearest = np.sort(length)[1]
+    assert smallest / 2 < nearest < 2 * smallest
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,10 @@ def test_spacing_is_the_mean_of_the_edges_of_the_cells_at_a_vertex():
     np.testing.assert_allclose(
         vertex_spacing(grid([0, 1, 4], [0, 1])), [1, 1.5, 2, 1, 1.5, 2], rtol=1e-15
     )
+    triangle = PanelMesh(
+        np.array([[0.0, 0], [4, 0], [0, 3]]), np.array([[0, 1, 2]]), "triangles", {}, {}
+    )
+    np.testing.assert_allclose(vertex_spacing(triangle), [3.5, 4.5, 4], rtol=1e-15)
 
 
 @pytest.mark.parametrize(("count", "smooth"), [(13, True), (11, False)])
@@ -113,6 +117,39 @@ def test_a_free_edge_beside_a_held_one_holds_their_common_vertex_along_the_held_
     for one in held:
         for kind, tangent, _ in one.edges:
             assert kind == "clamped" and tangent.tolist() == [1, 0]
+
+
+def test_a_small_panel_has_an_outline_and_a_hole_like_a_large_one():
+    # red: signed_area(…) > 0 → > 1
+    small = PanelMesh(0.1 * RING.vertices, RING.cells, RING.cell_kind, {}, {})
+    _, edges = held_vertices(small, Supports("clamped", "free"))
+    assert len(edges) == 12
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_an_oblique_edge_is_found_and_so_are_the_kinds_at_its_ends(start):
+    # a square turned by 30°, one edge of which is clamped, whichever the loop begins with
+    # red: [-along[1], along[0]] → [along[1], along[0]]; k - 1 → k - 2
+    angle = np.radians(30) + np.pi / 2 * np.arange(4)
+    mesh = fan(angle, 2.0)
+    ends = [tuple(mesh.vertices[1 + (start + k) % 4]) for k in (0, 1)]
+    held, edges = held_vertices(mesh, Supports(edges=[EdgeSupport(*ends, "clamped")]))
+    clamped = [edge for edge, (kind, _) in edges.items() if kind == "clamped"]
+    assert clamped == [tuple(sorted((1 + start, 1 + (start + 1) % 4)))]
+    kinds = {one.vertex: [kind for kind, *_ in one.edges] for one in held}
+    assert kinds[1 + start] == ["simply_supported", "clamped"]
+    assert kinds[1 + (start + 1) % 4] == ["clamped", "simply_supported"]
+
+
+def test_the_end_of_a_support_within_a_curve_is_no_smooth_turn():
+    # one of 20 pieces is clamped: at its ends both kinds hold, each along its own piece
+    # red: kind_of[k] == kind_of[k - 1] → kind_of[k] == kind_of[k - 2]
+    mesh = fan(2 * np.pi * np.arange(20) / 20, 1.0)
+    ends = [tuple(mesh.vertices[k]) for k in (7, 8)]
+    held, _ = held_vertices(mesh, Supports(edges=[EdgeSupport(*ends, "clamped")]))
+    assert [len(one.edges) for one in sorted(held, key=lambda one: one.vertex)] == [
+        1 if vertex not in (7, 8) else 2 for vertex in range(1, 21)
+    ]
 
 
 def test_a_later_edge_wins_and_the_rim_of_a_hole_can_be_one():
@@ -188,6 +225,18 @@ def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks()
         [[1, 0, 0], [0, 0, 5], [0, 1, 0], [0, 0, 2], [0, 0, 0]],
     )
     np.testing.assert_array_equal(free_coordinates(2, []).toarray(), np.eye(2))
+
+
+def test_two_blocks_with_one_coordinate_are_refused():
+    # red: len(np.unique(held)) < len(held) → >=
+    blocks = [Block("A", np.array([3, 1]), np.eye(2)), Block("B", np.array([1]), np.eye(1))]
+    with pytest.raises(ValueError, match="B and A hold the same coordinate"):
+        free_coordinates(5, blocks)
+
+
+def test_a_point_is_a_mere_point_by_default():
+    # red: radius: float = 0.0 → 1.0
+    assert PointSupport((0, 0), "hinge").radius == 0
 
 
 def test_two_directions_within_a_millionth_are_one():
