@@ -12,6 +12,7 @@ from pidpanel.sound.field import (
     PanelQuadrature,
     TableNotResolved,
     diffuse_modal_force,
+    half_circle,
     lumped_area,
     plane_wave_modal_force,
     radiation_efficiency,
@@ -21,7 +22,12 @@ from pidpanel.sound.field import (
     uniform_modal_force,
     wavenumber,
 )
-from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes
+from pidpanel.sound.wavenumber_table import (
+    WavenumberTable,
+    chebyshev_nodes,
+    constant_table,
+    node_count,
+)
 
 SIDES = (1.5, 1.0)
 SPEED = 343.0
@@ -114,6 +120,19 @@ def test_plane_waves_sum_to_the_double_integral(frequency):
     reference = double_integral(k, quadrature)
     np.testing.assert_allclose(
         diffuse_modal_force(k, quadrature), reference, atol=1e-12 * reference.max()
+    )
+
+
+@pytest.mark.parametrize("reach", [0.5, 20.0, 200.0])
+def test_plane_waves_sum_to_the_coherence_of_a_few_points_up_to_kl_200(reach):
+    # `SPARE_NODES` promises 1e-12; red: k * diameter / 4 → / 5 in `_half_gauss`;
+    # k * diameter / 2 → / 3 in `half_circle`
+    rng = np.random.default_rng(4)
+    position = np.vstack([[[0, 0], [1.5, 1.0]], rng.uniform((0, 0), SIDES, (6, 2))])
+    points = PanelQuadrature(position, np.ones(8), np.eye(8))
+    k = reach / points.diameter
+    np.testing.assert_allclose(
+        diffuse_modal_force(k, points), double_integral(k, points), atol=1e-12
     )
 
 
@@ -230,6 +249,43 @@ def test_the_table_of_a_plane_wave_is_the_wave_at_every_frequency(panel, inciden
     np.testing.assert_allclose(table.at(k), direct, atol=1e-11 * np.abs(table.even).max())
 
 
+def test_the_middle_and_the_diameter_are_those_of_the_box_round_the_points():
+    # the box of (1, 2) to (5, 4) has its middle at (3, 3), from which (5, 4) is √5 away
+    # red: / 2 → / 3 in `center`; 2 * → 3 *, 2 / in `diameter`; position - center → +
+    position = np.array([(1.0, 2.0), (5.0, 4.0), (3.0, 2.5), (4.0, 3.5)])
+    panel = PanelQuadrature(position, np.ones(4), np.ones((4, 1)))
+    np.testing.assert_allclose(panel.center, [3.0, 3.0])
+    assert panel.diameter == pytest.approx(2 * np.sqrt(5))
+
+
+def test_nodes_and_azimuths_are_those_that_the_width_of_the_panel_asks_for():
+    # ceil(kL/2) + 14; red: SPARE_NODES = 15; np.ceil → np.floor; / 2 → * 2
+    for kl, count in [(0.1, 15), (9.0, 19), (11.0, 20), (12.0, 20)]:
+        assert node_count(kl / 2.5, 2.5) == count
+        azimuth = half_circle(kl / 2.5, 2.5)
+        np.testing.assert_allclose(azimuth, np.pi / count * np.arange(count), atol=1e-14)
+
+
+def test_a_matrix_that_is_constant_is_so_at_every_wavenumber():
+    # red: chebyshev_nodes(wavenumber_max, 1) → 2
+    matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
+    table = constant_table(7.0, matrix)
+    assert table.wavenumber == pytest.approx([7.0 / np.sqrt(2)])
+    np.testing.assert_array_equal(table.at([0.0, 3.0, 7.0]), np.stack([matrix] * 3))
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_tables_are_held_to_the_direct_field_at_every_size_of_shapes(size):
+    # a shape that no wave pushes, odd about the middle under normal incidence, is measured against
+    # the largest; red: miss / np.outer → miss * np.outer; 1e-6 * largest → 1e-6 / largest
+    quadrature = gauss_panel((1, 1), 16, [(1, 1), (2, 1), (3, 1)])
+    scaled = PanelQuadrature(quadrature.position, quadrature.weight, size * quadrature.shape)
+    tabulate_plane_wave(20.0, 0.0, 0.0, scaled)
+    tabulate_diffuse(20.0, scaled)
+    with pytest.raises(TableNotResolved):
+        tabulate_diffuse(20.0, scaled, nodes_in_k=6)
+
+
 def lumped_panel(elements):
     """Centres of a grid of elements, their areas, the shapes there."""
     x, y = ((np.arange(n) + 0.5) * side / n for side, n in zip(SIDES, elements, strict=True))
@@ -264,6 +320,9 @@ def test_lumped_areas_of_vertices_sum_to_the_panel():
     np.testing.assert_allclose(square, [0.25, 0.5, 0.5, 0.25, 0.25, 0.25])
     triangles = lumped_area(vertices, np.array([[0, 1, 2], [0, 2, 3]]))
     np.testing.assert_allclose(triangles, [1 / 3, 1 / 6, 1 / 3, 1 / 6, 0, 0])
+    # red: np.abs(cell_areas(…)) → cell_areas(…)
+    clockwise = lumped_area(vertices, np.array([[3, 2, 1, 0]]))
+    np.testing.assert_allclose(clockwise, [0.25, 0.25, 0.25, 0.25, 0, 0])
 
 
 @pytest.mark.parametrize(
