@@ -16,7 +16,9 @@ SPARE_NODES = 14
 """Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table.
 
 The series of Bessel functions behind each sum ends faster than exponentially once its order
-exceeds kL; 14 nodes carry it below 1e-12 for kL up to 200.
+exceeds kL. With 14 nodes the modal forces of smooth shapes err by less than 1e-12 of the largest
+up to kL = 66. The coherence of two points a diameter apart errs by 6e-12 at kL = 40, 2e-10 at 66
+and 3e-7 at 200.
 """
 
 
