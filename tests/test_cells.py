@@ -24,3 +24,14 @@ def test_an_outline_is_convex_and_goes_round_the_origin_anticlockwise(name):
     assert len(outline) == SHAPES[name].corners
     assert (outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(outline, axis=1), np.linalg.norm(outline[0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "area"), [("hexagon", np.sqrt(3) / 2), ("square", 1.0), ("circle", np.pi / 4)]
+)
+def test_an_outline_has_the_area_of_its_cell(name, area):
+    # over the square of the width; red: another number of corners in SHAPES; round=True → False
+    outline = SHAPES[name].outline(6e-3)
+    x, y = outline.T
+    found = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
+    assert found == pytest.approx(area * 6e-3**2, rel=1e-12)

@@ -281,12 +281,13 @@ def tests_of(mutant: Mutant, path: Path, executed: Executed, readers: Readers) -
     """Tests that execute the statement of a mutant, the fastest first.
 
     What defines a constant is executed by those that execute a line which reads it, and by those
-    in a file that names it.
+    in a file that names it, or the class whose default it is.
     """
     first, last = mutant.lines
     lines = {(str(path), line) for line in range(first, last + 1)}
     if mutant.constants:
         lines = readers.of(mutant.constants)
+    named = {*mutant.constants, mutant.function.partition(".")[0]} if mutant.constants else set()
     by_file: dict[str, set[int]] = defaultdict(set)
     for file, line in lines:
         by_file[file].add(line)
@@ -294,7 +295,7 @@ def tests_of(mutant: Mutant, path: Path, executed: Executed, readers: Readers) -
         name
         for name, one in executed.items()
         if any(by_file[file].intersection(of) for file, of in one["lines"].items())
-        or names_in(name.partition("::")[0]).intersection(mutant.constants)
+        or names_in(name.partition("::")[0]).intersection(named)
     ]
     return sorted(found, key=lambda name: (executed[name]["cpu"], name))
 

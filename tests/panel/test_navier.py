@@ -128,12 +128,15 @@ def test_frequencies_within_two_thousandths_are_one_subspace(apart, expected):
     assert {tuple(order) for order in orders[[0, 3]]} == {(1, 1), (2, 2)}
 
 
-def test_the_size_of_a_shape_does_not_decide_its_order():
-    # in one subspace, the first 10° off (1, 1), the second 40° off it and a hundred times as large:
+@pytest.mark.parametrize("size", [100, 0.01])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_size_of_a_shape_does_not_decide_its_order(size, sign):
+    # in one subspace, the first 10° off (1, 1), the second 40° off it and of another size:
     # cos² 10° + sin² 40° > sin² 10° + cos² 40°, so (1, 1) is the first's
-    # red: alike /= → alike *=; ** 2 → ** 3 or * 2 in what it is divided by
+    # red: alike /= → alike *=; ** 2 → * 2 in alike; ** 2 → ** 3 in what it is divided by
     ten, forty = np.radians(10), np.radians(40)
-    change = [[np.cos(ten), 100 * np.cos(forty)], [np.sin(ten), 100 * np.sin(forty)]]
+    change = [[sign * np.cos(ten), size * np.cos(forty)],
+              [sign * np.sin(ten), size * np.sin(forty)]]  # fmt: skip
     orders, share = mode_orders(made_of_sines(SIZE, [(1, 1), (2, 1)], [100, 100], change), SIZE)
     assert orders.tolist() == [[1, 1], [2, 1]]
     np.testing.assert_allclose(share, 1.0, rtol=1e-10)
