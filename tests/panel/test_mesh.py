@@ -165,6 +165,19 @@ def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
     assert len(reentrant_corners([outline])) == 0
 
 
+def test_the_size_asked_of_gmsh_grows_by_half_the_distance_from_the_corner(tmp_path, monkeypatch):
+    # from 2e-3 of the element size; red: GROWTH = 0.55; CORNER_SHARE = 2.2e-3
+    told = []
+    field = gmsh.model.mesh.field
+    tell = field.setString
+    monkeypatch.setattr(field, "setString", lambda *what: (told.append(what[2]), tell(*what)))
+    mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.25, {}, {})
+    (size,) = (text.replace("^", "**").replace("Sqrt", "np.sqrt") for text in told)
+    for x, y, distance in [(0.75, 0.5, 0.0), (0.75, 0.7, 0.2), (0.45, 0.1, 0.5)]:
+        found = eval(size, {"np": np, "x": x, "y": y})
+        assert found == pytest.approx(2e-3 * 0.25 + 0.5 * distance, rel=1e-9)
+
+
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])
 def test_elements_shrink_to_what_is_asked_of_a_reentrant_corner(tmp_path, asked, smallest):
     # to a factor of two, which gmsh keeps; red: CORNER_SHARE * → /; min(smallest, largest) → max;
