@@ -101,6 +101,27 @@ def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
             np.testing.assert_allclose(derivative, anew, atol=0.01 * (0.05 + np.abs(anew).max()))
 
 
+def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion_ends(solver):
+    # m_a = 2 − 1.5 ln Γ is straight in ln Γ, so that the step of 5 % errs by nothing
+    # red: 2 * STEP → 3 * STEP beside high_mass - low_mass; high_mass - low_mass → +
+    def damping(log_change):
+        def of_motion(frequency, level):
+            value = 300 * np.exp(log_change) * np.ones_like(frequency)
+            return value, (2 - 1.5 * np.log(level)) * np.ones_like(frequency), frequency > 0
+
+        return of_motion
+
+    step = 2e-3
+    found = solve(solver, damping(0.0))
+    got = uncertainty.sensitivity(solver, damping(0.0), found, NODES, FACTOR, own_acceleration=True)
+    up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
+    anew = np.log(up / down) / (2 * step)
+    by_motion = got.log_acceleration[:4].sum() * 1.5
+    assert abs(by_motion) > 0.05  # the mass moves enough to be seen
+    # the search closes to 1e-6 over 4e-3; the rest is the change of slope over the step
+    np.testing.assert_allclose(got.log_psd[:4].sum(axis=0), anew, atol=2e-3 * np.abs(anew).max())
+
+
 def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver):
     rng = np.random.default_rng(3)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
