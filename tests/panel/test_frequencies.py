@@ -249,6 +249,52 @@ def test_a_hinged_foot_turns_and_does_not_heave(tmp_path):
     assert np.sum(frequency == 0) == 2
 
 
+def test_a_hinged_foot_of_a_thin_plate_turns_about_its_middle(tmp_path):
+    # red: w.x[0] * v → w.x[0] / v, w.x[0] → w.x[1] in `RIGID_LOADS` of `thin`
+    foot = Circle((0.6, 0.4), 0.1, 24)
+    mesh = mesh_triangles(tmp_path / "f.msh", OUTLINE, 0.4, {}, {}, imprints={"H": foot})
+    held = Supports("free", points={"H": PointSupport((0.6, 0.4), "hinge", 0.1)})
+    plate = assemble_thin_plate(mesh, THIN, held)
+    frequency, modes = normal_modes(plate, 120.0)
+    assert np.sum(frequency == 0) == 2
+    np.testing.assert_allclose(
+        plate.interpolate(np.array([[0.6, 0.4]])) @ modes[:, :2], 0, atol=1e-9
+    )
+
+
+def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
+    # a point that is held leaves two rotations, two leave one, a hold-down none
+    # red: point.radius == 0 → == 1; point.kind == "hold_down" → != in `_held` of `mindlin`
+    mesh = split_quads(6, 4)
+    hinge, other = PointSupport((0.5, 0.5), "hinge"), PointSupport((1.0, 0.75), "hinge")
+    for points, rigid in (
+        ({"A": hinge}, 2),
+        ({"A": hinge, "B": other}, 1),
+        ({"A": PointSupport((0.5, 0.5), "hold_down")}, 0),
+    ):
+        plate = assemble_shear_plate(mesh, SANDWICH, Supports("free", points=points))
+        assert np.sum(normal_modes(plate, 150.0)[0] == 0) == rigid
+
+
+def test_one_clamped_edge_holds_the_same_whichever_of_two_opposite_ones_it_is():
+    # the mesh is its own image under half a turn; red: np.eye(2) → np.eye(3) in
+    # `_forbidden_rotation`
+    mesh = split_quads(6, 4)
+    found = [
+        normal_modes(
+            assemble_shear_plate(mesh, SANDWICH, Supports(edges=[EdgeSupport(*ends, "clamped")])),
+            600.0,
+        )[0]
+        for ends in (((0, 0), (0, 1)), ((1.5, 0), (1.5, 1)), ((0, 0), (1.5, 0)), ((0, 1), (1.5, 1)))
+    ]
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    np.testing.assert_allclose(found[2], found[3], rtol=1e-9)
+    simple = normal_modes(assemble_shear_plate(mesh, SANDWICH), 600.0)[0]
+    clamped = normal_modes(assemble_shear_plate(mesh, SANDWICH, Supports("clamped")), 600.0)[0]
+    for one in found:
+        assert simple[0] < one[0] < clamped[0]
+
+
 def test_supports_that_hold_one_place_twice_are_named():
     mesh = split_quads(6, 4)
     points = {
