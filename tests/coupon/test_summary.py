@@ -1,6 +1,5 @@
 """From a recorded run to its row, and when a table is refused."""
 
-import json
 import math
 import shutil
 from pathlib import Path
@@ -12,6 +11,7 @@ from pidpanel.coupon import coding, cycles, summary
 from pidpanel.coupon.balance import Balance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.round import Round
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
@@ -138,10 +138,10 @@ def test_a_round_of_a_design_is_held_to_its_coverage_once_it_wants_no_more(tmp_p
     one, other = recorded_case(acceleration_g=[10, 12])
     record(one, tmp_path, status="NotSteady")
     table, chosen = tmp_path / "cases.csv", tmp_path / "round.json"
-    chosen.write_text(json.dumps({"cases": [one.label], "new": 3}))
+    Round(1, (one.label,), new=3).write(chosen)
     summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)
     assert [line.split(",")[0] for line in table.read_text().splitlines()] == ["case", one.label]
-    chosen.write_text(json.dumps({"cases": [one.label], "new": 0}))
+    Round(1, (one.label,), new=0).write(chosen)
     table.unlink()
     with pytest.raises(summary.CoverageMissed, match="NotSteady: so it says"):
         summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)

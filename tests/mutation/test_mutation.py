@@ -75,7 +75,7 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "arrays check cli constants fingerprint paths script stamp verification",
+    "": "arrays check cli constants fingerprint paths round script stamp verification",
     "coupon": "attempts batches cases coding estimate from_study preparation probe records rows "
     "runs summary window",
     "damping": "from_study readings",
