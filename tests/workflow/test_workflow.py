@@ -21,9 +21,7 @@ SNAKEMAKE = Path(sys.executable).with_name("snakemake")
 
 def snakemake(folder, study, *options):
     command = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, "--configfile", study]
-    return subprocess.run(
-        [*command, "-j2", *options], capture_output=True, text=True, timeout=900, check=False
-    )
+    return subprocess.run([*command, "-j2", *options], capture_output=True, text=True, check=False)
 
 
 def said(result):
