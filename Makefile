@@ -1,4 +1,4 @@
-# Everything here sets itself up first (bootstrap.sh); nothing needs an activated environment.
+# Each target first installs what it needs (bootstrap.sh); no environment has to be activated.
 STUDY ?= workflow/studies/paper.yaml
 CORES ?= 2
 
@@ -18,7 +18,7 @@ verification: ready
 test: ready
 	pytest
 
-# small errors put into the formulas, one at a time: how many of them the tests notice
+# changes formulas one at a time and counts how many of the changes the tests catch
 mutants: ready
 	python tests/mutation --jobs $(CORES)
 

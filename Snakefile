@@ -1,7 +1,7 @@
 # pidpanel: from a study file to the acceleration PSDs of a panel with particle dampers.
 #
 #   snakemake -j2 --configfile workflow/studies/mine.yaml
-#   snakemake -j2 verification        what is computed against what is known; of no study
+#   snakemake -j2 verification        against closed forms and published solutions; no study
 
 
 # `docker build -t pidpanel .` makes it; needed only with --software-deployment-method apptainer

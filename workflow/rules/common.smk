@@ -94,8 +94,8 @@ def outcomes_of(labels):
         runs = (path for c in BATCHES[label].cases for path in c.outcomes(Path("results/coupon")))
         made = Path(found[-1]).exists() or Path(results("coupon/cases.csv")).exists()
         if made and not all(path.exists() for path in runs):
-            # Snakemake knows one file per batch, not the outcomes behind it, and makes none anew
-            # of which the table is there
+            # Snakemake knows one file per batch, not the outcomes behind it, and makes no file again
+            # from which a table was made that is still there
             workflow.dag.forcefiles.add(found[-1])
     return found
 

@@ -1,7 +1,7 @@
 # Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
 #
-# Which change makes what run again is told in docs/reruns.md: the names of packings, beds and
-# cases hold all that their numbers depend on, so only the judgement of runs has a code param.
+# docs/reruns.md lists what triggers a rerun: the labels of packings, beds and cases hold all that
+# their numbers depend on, so only the judgement of runs has the code among its params.
 
 CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
 BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}

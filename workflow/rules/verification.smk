@@ -1,4 +1,5 @@
-# What is computed against what is known, stage by stage, and one page of it; of no study.
+# Computed values against closed forms and published solutions, stage by stage, and their page;
+# independent of any study.
 
 # a stage's cases are the keys of CASES in pidpanel.<stage>.verification
 VERIFIED = {
@@ -57,7 +58,7 @@ rule verification_page:
         "python -m scripts.verification {output.page} {output.figures} {input.rows} 2> {log}"
 
 
-# after the page, so that it tells of a number that is missed as well
+# after the page, so that the page shows a number outside its tolerance as well
 rule verification:
     input:
         page="results/verification/verification.html",
