@@ -276,6 +276,15 @@ def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
         assert np.sum(normal_modes(plate, 150.0)[0] == 0) == rigid
 
 
+def test_a_point_held_down_and_a_hinged_foot_each_hold_their_own():
+    # red: np.eye(2) → np.eye(3) beside "hold_down" in `_held` of `mindlin`
+    points = {"A": PointSupport((0.25, 0.25), "hold_down"),
+              "F": PointSupport((1.0, 0.5), "hinge", 0.3)}  # fmt: skip
+    plate = assemble_shear_plate(split_quads(6, 4), SANDWICH, Supports("free", points=points))
+    held = np.array([(0.25, 0.25), (1.0, 0.5)])
+    np.testing.assert_allclose(plate.interpolate(held).toarray(), 0, atol=1e-12)
+
+
 def test_one_clamped_edge_holds_the_same_whichever_of_two_opposite_ones_it_is():
     # the mesh is its own image under half a turn; red: np.eye(2) → np.eye(3) in
     # `_forbidden_rotation`

@@ -1,0 +1,154 @@
+"""Modes and residual vectors of chains of masses and springs, whose frequencies are known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.modes import (
+    count_modes_below,
+    normal_modes,
+    panel_basis,
+    patch_areas,
+    residual_vectors,
+)
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.polygon import Rectangle
+
+COUNT, SPRING, MASS = 200, 3e7, 0.25
+
+
+def chain(ends_held, patches=()):
+    """Masses in a row between springs; a patch is some of the masses, by their weights."""
+    K = 2 * np.eye(COUNT) - np.eye(COUNT, k=1) - np.eye(COUNT, k=-1)
+    if not ends_held:
+        K[0, 0] = K[-1, -1] = 1
+    empty = dict.fromkeys(field.name for field in dataclasses.fields(AssembledPlate))
+    return AssembledPlate(
+        **empty
+        | {
+            "stiffness": sp.csr_array(SPRING * K),
+            "mass": sp.csr_array(MASS * np.eye(COUNT)),
+            "patch_overlap": {str(k): sp.csr_array(np.diag(w)) for k, w in enumerate(patches)},
+            "at_vertices": sp.csr_array(np.eye(COUNT)),
+        }
+    )
+
+
+def frequencies(ends_held, count):
+    """f_j = (1/π) √(k/m) sin(jπ/2(n + 1)), or sin(jπ/2n) from j = 0 of a free chain."""
+    j = np.arange(count) + (1 if ends_held else 0)
+    angle = np.pi * j / (2 * (COUNT + 1 if ends_held else COUNT))
+    return np.sqrt(SPRING / MASS) / np.pi * np.sin(angle)
+
+
+def patch(first, last):
+    weight = np.zeros(COUNT)
+    weight[first:last] = np.linspace(0.01, 0.02, last - first)
+    return weight
+
+
+@pytest.mark.parametrize("ends_held", [True, False])
+@pytest.mark.parametrize("below", [1, 2, 5, 12])
+def test_all_modes_of_a_chain_below_a_limit_are_found(ends_held, below):
+    # red: (2 * np.pi * f) ** 2 → * 2, 3 * np.pi; / np.sqrt(stiffness) → *; U.diagonal() < 0 → >= 0;
+    # n_free // 16 → // 17 (twelve are all that 200 carry); energy < RIGID → >=
+    exact = frequencies(ends_held, below + 1)
+    limit = exact[-2:].mean()
+    plate = chain(ends_held)
+    assert count_modes_below(plate, limit) == below
+    frequency, modes = normal_modes(plate, limit)
+    np.testing.assert_allclose(frequency, exact[:-1], rtol=1e-9)
+    assert (frequency[0] == 0) == (not ends_held)
+    np.testing.assert_allclose(np.abs(modes).max(axis=0), 1, rtol=1e-12)
+    # of several largest deflections the first is positive
+    for mode in modes.T:
+        assert mode[np.flatnonzero(np.abs(mode) > 1 - 0.5e-6)[0]] > 0
+
+
+def test_one_mode_more_than_the_chain_carries_is_refused():
+    # red: n_free // 16 → n_free // 15
+    limit = frequencies(True, 14)[-2:].mean()
+    with pytest.raises(ValueError, match=r"13 modes below; the mesh has 200 .* no more than 12"):
+        normal_modes(chain(True), limit)
+
+
+@pytest.mark.parametrize("ends_held", [True, False])
+@pytest.mark.parametrize("tolerance", [0.3, 0.03, 1e-3])
+def test_residual_vectors_are_the_strongest_static_answers_that_the_modes_lack(
+    ends_held, tolerance
+):
+    # by a singular value decomposition in the norm of the elastic energy, without a Gram matrix
+    # red: static -= → +=; tolerance**2 → tolerance; energy[-1] → energy[-2]; / np.sqrt(energy) → *;
+    # first.item() * plate.mass → /; / (2 * np.pi) → * in the frequencies
+    plate = chain(ends_held, [patch(30, 50), patch(120, 170)])
+    limit = frequencies(ends_held, 7)[-2:].mean()
+    frequency, modes = normal_modes(plate, limit)
+    found, residuals = residual_vectors(plate, modes, tolerance)
+    K, M = plate.stiffness.toarray(), plate.mass.toarray()
+
+    lowest = frequency[frequency > 0][0]
+    inverted = K if ends_held else K + (2 * np.pi * lowest) ** 2 * M
+    forces = np.hstack([D.toarray() @ modes for D in plate.patch_overlap.values()])
+    static = np.linalg.solve(inverted, forces)
+    for _ in range(2):
+        static -= modes @ np.linalg.solve(modes.T @ M @ modes, modes.T @ M @ static)
+    root = la.sqrtm(K).real
+    left, strength, _ = np.linalg.svd(root @ static, full_matrices=False)
+    expected = int(np.sum(strength > tolerance * strength[0]))
+    assert 0 < expected < 12
+    assert residuals.shape[1] == expected
+
+    both = np.hstack([modes, residuals])
+    for matrix in (K, M):
+        product = both.T @ matrix @ both
+        size = np.sqrt(np.maximum(np.diag(product), 1e-9 * np.diag(product).max()))
+        off = product - np.diag(np.diag(product))
+        assert np.abs(off / np.outer(size, size)).max() < 1e-6
+    ratio = np.einsum("ki,ki->i", residuals, K @ residuals) / np.einsum(
+        "ki,ki->i", residuals, M @ residuals
+    )
+    np.testing.assert_allclose(found, np.sqrt(ratio) / (2 * np.pi), rtol=1e-8)
+    assert (np.diff(found) > 0).all() and found[0] > frequency[-1]
+    np.testing.assert_allclose(np.abs(residuals).max(axis=0), 1, rtol=1e-12)
+    # they span the strongest directions
+    inside, _ = np.linalg.qr(root @ residuals)
+    rest = left[:, :expected] - inside @ (inside.T @ left[:, :expected])
+    assert np.abs(rest).max() < 1e-5
+
+
+def test_the_basis_holds_the_modes_at_points_patches_and_quadrature(tmp_path):
+    # of a coarse plate, against sums over its quadrature
+    # red: arange >= len(frequency) → <; vectors.T @ (overlap @ vectors) → -; cells not in the patch
+    box = {"P": Rectangle((0.4, 0.6), (0.4, 0.2)), "Q": Rectangle((1.2, 0.3), (0.2, 0.4))}
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", (1.5, 1.0), (15, 10), box, {"7": (0.4, 0.3)})
+    plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
+    basis = panel_basis(mesh, plate, 300.0, 1e-2)
+    n_modes = len(normal_modes(plate, 300.0)[0])
+    assert basis.is_residual.tolist() == [k >= n_modes for k in range(len(basis.modal_mass))]
+    assert basis.is_residual.any()
+    np.testing.assert_allclose(patch_areas(basis), [0.08, 0.08], rtol=1e-12)
+    assert basis.patch_names == ("P", "Q") and basis.point_names == ("7",)
+    np.testing.assert_allclose(basis.point_position, [[0.4, 0.3]])
+    (at,) = np.flatnonzero(np.linalg.norm(mesh.vertices - (0.4, 0.3), axis=1) < 1e-9)
+    np.testing.assert_array_equal(basis.shape_at_points[0], basis.shape_at_vertices[at])
+    np.testing.assert_array_equal(basis.curvature_at_points[0], basis.curvature_at_vertices[at])
+    weight = basis.quadrature_weight[:, None]
+    shape = basis.shape_at_quadrature
+    # nine points on a cell integrate the square of the modes to a part in 10⁵ there
+    whole = shape.T @ (weight * shape)
+    np.testing.assert_allclose(
+        4.0 * np.diag(whole)[:n_modes], basis.modal_mass[:n_modes], rtol=1e-4
+    )
+    x, y = basis.quadrature_position.T
+    for number, (lower, upper) in enumerate((((0.2, 0.5), (0.6, 0.7)), ((1.1, 0.1), (1.3, 0.5)))):
+        inside = (x > lower[0]) & (x < upper[0]) & (y > lower[1]) & (y < upper[1])
+        part = (shape[inside].T @ (weight[inside] * shape[inside]))[:n_modes, :n_modes]
+        np.testing.assert_allclose(
+            basis.patch_overlap[number][:n_modes, :n_modes], part, atol=1e-4 * np.abs(part).max()
+        )
