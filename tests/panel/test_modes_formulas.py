@@ -71,6 +71,19 @@ def test_all_modes_of_a_chain_below_a_limit_are_found(ends_held, below):
         assert mode[np.flatnonzero(np.abs(mode) > 1 - 0.5e-6)[0]] > 0
 
 
+@pytest.mark.parametrize(("share", "first"), [(0.95e-6, 1), (1.05e-6, -1)])
+def test_the_first_of_the_largest_deflections_to_a_millionth_is_positive(share, first):
+    # of the second mode, with a peak on either side, the first made smaller by a share
+    # red: 1 - 1e-6 → 1 - 1.1e-6 in `_normalise`
+    plate = chain(True)
+    (_, second) = normal_modes(plate, frequencies(True, 3)[-2:].mean())[1].T
+    seen = np.ones(COUNT)
+    seen[: COUNT // 2] = 1 - share
+    plate = dataclasses.replace(plate, at_vertices=sp.csr_array(np.diag(seen)))
+    _, modes = normal_modes(plate, frequencies(True, 3)[-2:].mean())
+    np.testing.assert_allclose(modes[:, 1], first * second, rtol=1e-5, atol=1e-9)
+
+
 def test_one_mode_more_than_the_chain_carries_is_refused():
     # red: n_free // 16 → n_free // 15
     limit = frequencies(True, 14)[-2:].mean()
