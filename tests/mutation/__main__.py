@@ -44,7 +44,7 @@ from mutants import Mutant, mutants_of
 
 FORMULAS = {
     "": "cells plane_mesh polygon sizes third_octaves",
-    "coupon": "balance contact cycles drive geometry inelastic",
+    "coupon": "balance contact cycles drive geometry inelastic rows",
     "damping": "design fit forms gaussian_process laws surface tables",
     "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
     "triangles",

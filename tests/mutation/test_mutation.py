@@ -76,7 +76,7 @@ reason = "left to the reader"
 
 OTHERS = {
     "": "arrays check cli constants fingerprint paths round script stamp verification",
-    "coupon": "attempts batches cases coding estimate from_study preparation probe records rows "
+    "coupon": "attempts batches cases coding estimate from_study preparation probe records "
     "runs summary window",
     "damping": "from_study readings",
     "panel": "basis_files flat_mesh from_study mesh nastran tables verification",
