@@ -146,3 +146,43 @@ def test_a_motion_that_is_no_motion_is_refused(rms):
 def test_a_search_without_extent_is_refused(changes):
     with pytest.raises(ValueError, match="gamma_range"):
         find_motions(LINES, uniform(lambda gamma: 1.0), rms_of_level(lambda d: 1.0), **changes)
+
+
+@pytest.mark.parametrize(
+    ("gamma", "found"), [(0.0105, True), (0.0095, False), (9500, True), (10500, False)]
+)
+def test_motions_are_searched_from_a_hundredth_to_ten_thousand_g(gamma, found):
+    # red: (0.01, 1e4) → (0.011, 1e4), (0.01, 1.1e4)
+    law, rms = uniform(lambda gamma: 1.0), rms_of_level(lambda damping: gamma)
+    if found:
+        assert find_motions(LINES, law, rms).governing.gamma == pytest.approx(gamma, rel=1e-6)
+    else:
+        with pytest.raises(NoFixedPoint):
+            find_motions(LINES, law, rms)
+
+
+def test_the_scan_has_steps_of_a_factor_of_1_58():
+    # 10^(6/30), as the docstring says; red: scan_count = 31 → 32
+    asked = []
+    law = uniform(lambda gamma: asked.append(gamma) or 1.0)
+    find_motions(LINES, law, rms_of_level(lambda damping: 5.0))
+    np.testing.assert_allclose(asked[:31], 0.01 * 10 ** (np.arange(31) / 5), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("jump", "accepted"), [(0.95e-6, True), (1.05e-6, False)])
+def test_a_jump_within_a_millionth_is_a_motion_and_a_larger_one_is_none(jump, accepted):
+    # Γ_out/Γ falls from e^jump to e^-jump at Γ = 1.3; red: tolerance = 1e-6 → 1.1e-6
+    law = uniform(lambda gamma: gamma)
+    rms = rms_of_level(lambda gamma: gamma * math.exp(jump if gamma < 1.3 else -jump))
+    if accepted:
+        assert find_motions(LINES, law, rms).governing.gamma == pytest.approx(1.3, rel=1e-6)
+    else:
+        with pytest.raises(NotConverged):
+            find_motions(LINES, law, rms)
+
+
+def test_a_search_that_does_not_end_is_named():
+    # halving towards x = ln Γ = 0, where rounding never ends it; red: disp=False → True
+    rms = rms_of_level(lambda gamma: 2 * gamma if gamma < 1 else gamma / 2)
+    with pytest.raises(NotConverged, match=r"near Γ = 1 .* after 100 steps"):
+        find_motions(LINES, uniform(lambda gamma: gamma), rms, (0.01, 100), tolerance=1e-300)

@@ -52,6 +52,20 @@ def test_the_level_read_is_the_level_that_results(kind, sound):
     assert found.acceleration_g == pytest.approx(np.sqrt(2) * rms / STANDARD_GRAVITY, rel=1e-5)
 
 
+def test_the_motion_is_searched_from_a_hundredth_to_three_times_that_of_the_bare_panel():
+    # at 13 values in equal ratios; red: bare / 100 → bare / 101; 3 * bare → 4 * bare;
+    # scan_count=13 → 14
+    asked = []
+
+    def law(frequency, level):
+        asked.append(level)
+        return falling(frequency, level)
+
+    bare = scenarios.solve_bare(one_mode(), 1.0).patch_acceleration_g
+    scenarios.solve_scenario(one_mode(), law, 1.0)
+    np.testing.assert_allclose(asked[:13], np.geomspace(bare / 100, 3 * bare, 13), rtol=1e-10)
+
+
 def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
     found = scenarios.solve_scenario(one_mode(), falling, 1.0, stated_acceleration_g=4.0)
     assert found.acceleration_g == 4.0
