@@ -62,6 +62,41 @@ def test_what_is_poured_would_fill_the_cell_at_random_close_packing_and_one_more
     assert volume[-2] >= 0.64 * 35e-6 * 25e-3 > volume[-3]
 
 
+def test_as_many_spheres_are_drawn_as_the_smallest_would_need():
+    # and one; the beds behind the labels depend on what is left in the generator
+    # red: + 1 → + 2; math.pi / 6 → / 7; smallest ** 3 → ** 4; DENSEST_FRACTION = 0.704
+    one, other = np.random.default_rng(5), np.random.default_rng(5)
+    geometry.poured_sizes(Sizes("uniform", 1e-3, 2e-3), 35e-6, 25e-3, one)
+    other.uniform(1e-3, 2e-3, int(np.ceil(0.64 * 35e-6 * 25e-3 / (np.pi / 6 * 1e-9))) + 1)
+    assert one.random() == other.random()
+
+
+def test_a_side_wall_is_twice_as_wide_as_its_side_and_twice_as_high():
+    # evenly past both ends, its top above the middle
+    # red: side / 2 → side * 2; 1.5 * side → 1.65 * side; 2 * height → 3 * height, 2 / height
+    square = SHAPES["square"].outline(10e-3)
+    centres = np.array([[0.0, 0.0], [30e-3, 0.0]])
+    triangles = geometry.side_walls(square, centres, 25e-3)
+    starts = (square + centres[:, None]).reshape(-1, 2)
+    ends = (np.roll(square, -1, axis=0) + centres[:, None]).reshape(-1, 2)
+    for triangle, start, end in zip(triangles, starts, ends, strict=True):
+        expected = [[*(1.5 * start - 0.5 * end), 0], [*(1.5 * end - 0.5 * start), 0],
+                    [*(start + end) / 2, 50e-3]]  # fmt: skip
+        np.testing.assert_allclose(triangle, expected, atol=1e-15)
+
+
+def test_a_cap_holds_the_circle_round_the_corners_with_a_hundredth_to_spare():
+    # red: 2.02 * → 2.222 *, 2.02 /
+    radius = np.linalg.norm(HEXAGON[0])
+    centre = np.array([3e-3, 4e-3])
+    floor, lid = geometry.caps(HEXAGON, centre[None], 25e-3)
+    for triangle, z in ((floor, 0.0), (lid, 25e-3)):
+        np.testing.assert_array_equal(triangle[:, 2], z)
+        middles = (triangle[:, :2] + np.roll(triangle[:, :2], 1, axis=0)) / 2
+        away = np.linalg.norm(middles - centre, axis=1)
+        np.testing.assert_allclose(away, 1.01 * radius, rtol=1e-12)
+
+
 def test_a_sphere_counts_where_its_top_is_below_the_lid_and_an_empty_cell_counts_too():
     # red: diameters / 2 → / 3; int(cell.max()) + 1 → - 1 in `full_count`
     cell, d = np.array([0, 0, 1, 1, 2]), np.full(5, 2e-3)

@@ -75,6 +75,12 @@ def test_the_table_of_a_surface_has_its_columns_and_the_mass_of_its_particles(su
     np.testing.assert_allclose(frame[MASS], values.apparent_mass)
 
 
+def test_a_table_has_five_fills_nine_frequencies_and_seven_accelerations(surface):
+    # red: fills = 5 → 6; frequencies = 9 → 10; accelerations = 7 → 8
+    frame = to_frame(surface)
+    assert [frame[axis].round(9).nunique() for axis in AXES] == [5, 9, 7]
+
+
 def test_the_grid_of_the_file_spans_the_cases(surface):
     # red: a start or an end of an axis of `to_dataset` left out
     grid = surface.to_dataset()

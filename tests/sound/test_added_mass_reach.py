@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.field import PanelQuadrature
@@ -77,3 +79,35 @@ def test_the_share_that_is_left_is_a_quarter_of_kappa_a_over_2_pi_of_the_static_
     expected = reach / 4 * of_points(last) / (2 * np.pi) / up_to_reach
     # it is told to a tenth of a percent
     assert share / 100 == pytest.approx(expected, abs=6e-4)
+
+
+def test_the_integral_first_goes_to_twice_the_wavenumber_of_the_sound():
+    # a step further, 33 rad/m, is finer than the mesh; red: 2 * k_max → 3 * k_max
+    with pytest.raises(FieldError, match="beyond 22 rad/m"):
+        tabulate_added_mass(11.0, sine_panel((9, 2), [(9, 1)]))
+
+
+def test_one_percent_may_lie_beyond_and_no_more():
+    # of points as they are, by a spline of Ā; from 26 rad/m the next step is finer than the mesh
+    # red: TAIL = 0.011 or 0.009
+    panel = sine_panel((9, 3), [(8, 1)])
+    alpha = np.pi * (np.arange(200) + 0.5) / 200
+    along = panel.position @ np.stack([np.cos(alpha), np.sin(alpha)])
+    load = panel.weight * panel.shape[:, 0]
+    kappa = np.linspace(0.0, 28.0, 281)
+    of_points = CubicSpline(
+        kappa, [np.mean(np.abs(load @ np.exp(1j * k * along)) ** 2) for k in kappa]
+    )
+    whole = of_points.antiderivative()
+
+    def beyond(reach):
+        last = chebyshev_nodes(reach, node_count(reach, panel.diameter))[0]
+        return reach / 4 * of_points(last) / whole(reach)
+
+    for share, enough in ((0.0095, True), (0.0105, False)):
+        reach = brentq(lambda one, share=share: beyond(one) - share, 25.8, 27.2, xtol=1e-4)
+        if enough:
+            tabulate_added_mass(reach / 2, panel)
+        else:
+            with pytest.raises(FieldError, match=f"beyond {reach:.0f} rad/m"):
+                tabulate_added_mass(reach / 2, panel)
