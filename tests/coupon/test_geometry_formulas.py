@@ -159,3 +159,27 @@ def test_the_deepest_overlap_is_found_whatever_lies_between_in_height():
         assert geometry.deepest_overlap(3 * places, d) == pytest.approx(
             max(((d[:, None] + d) / 2 - 3 * (apart - np.eye(100)) - np.eye(100)).max(), 0.0)
         )
+
+
+def test_the_box_holds_all_cells_with_half_the_space_between_them_and_the_tops_of_the_walls():
+    # two and a half hundredths above the walls' triangles, which are twice as high
+    # red: any one operator, index or number of `simulation_box`
+    centres = np.array([[0.0, 1.0], [6.0, 1.0], [0.0, 9.0]])
+    box = geometry.simulation_box(2.0, centres, 10.0, 0.5)
+    np.testing.assert_allclose(box, [[-3, 9], [-2, 12], [-0.5, 21]], rtol=1e-14)
+
+
+def test_a_wider_sphere_does_not_count_where_its_top_is_above_the_lid():
+    # tops at 10.5 and 9.9 mm under a lid of 10 mm; red: diameters / 2 → diameters / 3
+    cell, d = np.array([0, 0]), np.array([3e-3, 1.8e-3])
+    assert geometry.full_count(cell, np.array([9e-3, 9e-3]), 10e-3, d) == 1
+    assert geometry.full_count(cell, np.array([8.4e-3, 9e-3]), 10e-3, d) == 2
+
+
+def test_the_inradius_of_a_cell_that_is_no_regular_polygon():
+    # a triangle with sides 6, 8, 10 mm round the middle of its incircle of 2 mm, by its chimney
+    # red: np.roll(outline, -1, axis=0) - outline → + outline in `_inradius`
+    triangle = np.array([[-2, -2], [6, -2], [-2, 4]]) * 1e-3
+    d = np.full(4, 1e-3)
+    expected = 4 * np.pi / 6 * 1e-9 / (0.18 * 24e-6 * (1 - 0.5 / 2) ** 2) + 2e-3
+    assert geometry.chimney_height(triangle, d) == pytest.approx(expected)
