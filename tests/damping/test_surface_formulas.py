@@ -81,6 +81,17 @@ def test_a_table_has_five_fills_nine_frequencies_and_seven_accelerations(surface
     assert [frame[axis].round(9).nunique() for axis in AXES] == [5, 9, 7]
 
 
+def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
+    # red: self.low[2] → self.low[3] in `_held`
+    one = DampingSurface.from_frame(cases(levels=(30.0,)))
+    assert not one.depends_on_acceleration
+    frequency = np.array([50.0, 400.0])
+    asked = [one.covariance(frequency, 0.5, gamma) for gamma in (3.0, 30.0, 300.0)]
+    np.testing.assert_array_equal(asked[0], asked[1])
+    np.testing.assert_array_equal(asked[2], asked[1])
+    assert (np.diag(asked[1]) > 0).all()
+
+
 def test_the_grid_of_the_file_spans_the_cases(surface):
     # red: a start or an end of an axis of `to_dataset` left out
     grid = surface.to_dataset()
