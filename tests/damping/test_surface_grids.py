@@ -1,0 +1,125 @@
+"""The values that a surface computes once: on grids that are even, reach from end to end, no finer
+than needed, and that say what the surface itself says."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.damping.surface import (
+    ACCELERATION_STEP,
+    AXES,
+    ERROR,
+    FREQUENCY_STEP,
+    MASS,
+    MASS_ERROR,
+    NODE_STEP,
+    PARTICLE_MASS,
+    VALUE,
+    DampingSurface,
+)
+
+FILLS, FREQUENCIES, ACCELERATIONS = (0.2, 0.45, 0.8), (35.0, 120.0, 900.0), (4.0, 25.0, 160.0)
+
+
+def made_of(fills=FILLS, frequencies=FREQUENCIES, accelerations=ACCELERATIONS):
+    """Surface of cases of a smooth law, in a range that is another on every axis."""
+    rows = [
+        {
+            AXES[0]: r,
+            AXES[1]: f,
+            AXES[2]: g,
+            VALUE: 3 * r * f * g**-0.7 * (1 + 20 * g / f),
+            ERROR: 0.1 * r * f * g**-0.7,
+            MASS: 9 * r * g**-0.15,
+            MASS_ERROR: 0.05,
+            PARTICLE_MASS: 12 * r,
+        }
+        for r in fills
+        for f in frequencies
+        for g in accelerations
+    ]
+    return DampingSurface.from_frame(pd.DataFrame(rows))
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return made_of()
+
+
+def is_even_and_no_finer(values, low, high, step):
+    """Even from ``low`` to ``high``, at most ``step`` apart, with one fewer further apart."""
+    apart = np.diff(values)
+    np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
+    np.testing.assert_allclose([values[0], values[-1]], [low, high], rtol=1e-12)
+    assert apart[0] <= step * (1 + 1e-9)
+    assert len(values) == 2 or (high - low) / (len(values) - 2) > step
+
+
+def test_nodes_are_even_in_the_logarithm_from_the_lowest_to_the_highest_frequency(surface):
+    # red: `+ 1` of _even left out or doubled; low and high exchanged; another axis
+    nodes = np.log(surface.nodes)
+    is_even_and_no_finer(nodes, np.log(35.0), np.log(900.0), NODE_STEP)
+
+
+def test_the_values_computed_once_are_on_such_grids_too(surface):
+    # red: FREQUENCY_STEP for both; the axis of Γ for that of f
+    is_even_and_no_finer(surface._log_frequency, np.log(35.0), np.log(900.0), FREQUENCY_STEP)
+    is_even_and_no_finer(surface._log_acceleration, np.log(4.0), np.log(160.0), ACCELERATION_STEP)
+
+
+def test_one_frequency_and_one_acceleration_still_have_two_nodes():
+    # red: `low + step` of _even as `low - step`, or one value
+    surface = made_of(frequencies=(120.0,), accelerations=(25.0,))
+    np.testing.assert_allclose(np.log(surface.nodes), np.log(120.0) + np.array([0, NODE_STEP]))
+    values = surface._log_acceleration
+    np.testing.assert_allclose(values, np.log(25.0) + np.array([0, ACCELERATION_STEP]))
+    assert not surface.depends_on_acceleration
+
+
+@pytest.mark.parametrize("fill", [0.1, 0.2, 0.37, 0.8, 0.95])
+@pytest.mark.parametrize("gamma", [2.0, 4.0, 21.0, 160.0, 400.0])
+def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_cases(
+    surface, fill, gamma
+):
+    # red: any low for high, or one axis for another, in __call__ and _slice
+    frequency = np.array([10.0, 35.0, 36.3, 222.0, 899.0, 900.0, 3000.0])
+    read = surface(frequency, fill, gamma)
+    said = surface.at(fill, frequency, gamma)
+    # linear between values: 3e-3 of ln C_e, see FREQUENCY_STEP
+    np.testing.assert_allclose(
+        np.log(read.equivalent_damping), np.log(said.equivalent_damping), atol=3e-3
+    )
+    np.testing.assert_allclose(read.apparent_mass, said.apparent_mass, rtol=3e-3)
+    np.testing.assert_allclose(
+        read.equivalent_damping_error, said.equivalent_damping_error, rtol=2e-2
+    )
+    np.testing.assert_array_equal(read.inside, said.inside)
+
+
+def test_at_the_values_computed_once_nothing_is_interpolated(surface):
+    # red: weights of the two rows exchanged
+    k, m = 7, 11
+    frequency = np.exp(surface._log_frequency[[0, m, -1]])
+    for log_gamma in surface._log_acceleration[[0, k, -1]]:
+        read = surface(frequency, 0.45, np.exp(log_gamma))
+        said = surface.at(0.45, frequency, np.exp(log_gamma))
+        np.testing.assert_allclose(read.equivalent_damping, said.equivalent_damping, rtol=1e-9)
+
+
+def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
+    # red: high for low, or one axis for another, in to_dataset; the grids transposed
+    data = surface.to_dataset()
+    fill, frequency, gamma = (data[axis].to_numpy() for axis in AXES)
+    np.testing.assert_allclose(fill, np.linspace(0.2, 0.8, 17), rtol=1e-12)
+    for values, low, high, most in ((frequency, 35.0, 900.0, 64), (gamma, 4.0, 160.0, 52)):
+        assert values[0] == pytest.approx(low)
+        apart = np.diff(np.log(values))
+        np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
+        # the last is less than one spacing from the end, to rounding
+        assert -1e-9 < np.log(high / values[-1]) < apart[0]
+        # every so many of the values computed once, which leaves 33 and 27 or somewhat more
+        assert most / 2 <= len(values) <= most
+    for i, j, k in ((0, 0, 0), (16, 3, 2), (5, -1, -1), (9, 20, 11)):
+        said = surface.at([fill[i]], [frequency[j]], [gamma[k]])
+        for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass", "inside"):
+            assert float(data[name][i, j, k]) == pytest.approx(float(getattr(said, name)[0]))
