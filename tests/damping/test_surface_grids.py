@@ -16,6 +16,7 @@ from pidpanel.damping.surface import (
     PARTICLE_MASS,
     VALUE,
     DampingSurface,
+    groups,
 )
 
 FILLS, FREQUENCIES, ACCELERATIONS = (0.2, 0.45, 0.8), (35.0, 120.0, 900.0), (4.0, 25.0, 160.0)
@@ -77,7 +78,7 @@ def test_one_frequency_and_one_acceleration_still_have_two_nodes():
 
 
 @pytest.mark.parametrize("fill", [0.1, 0.2, 0.37, 0.8, 0.95])
-@pytest.mark.parametrize("gamma", [2.0, 4.0, 21.0, 160.0, 400.0])
+@pytest.mark.parametrize("gamma", [2.0, 4.0, 4.1, 21.0, 160.0, 400.0])
 def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_cases(
     surface, fill, gamma
 ):
@@ -123,3 +124,49 @@ def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
         said = surface.at([fill[i]], [frequency[j]], [gamma[k]])
         for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass", "inside"):
             assert float(data[name][i, j, k]) == pytest.approx(float(getattr(said, name)[0]))
+
+
+def test_a_narrow_range_is_shown_with_all_values_and_has_two_nodes():
+    # red: max(2, …) for max(1, …) in to_dataset; max(3, …) for max(2, …) in _even
+    surface = made_of(frequencies=(100.0, 101.0), accelerations=(4.0, 4.1))
+    assert len(surface.nodes) == 2
+    data = surface.to_dataset()
+    np.testing.assert_allclose(data[AXES[1]], np.exp(surface._log_frequency))
+    np.testing.assert_allclose(data[AXES[2]], np.exp(surface._log_acceleration))
+
+
+def test_a_full_cell_has_a_gap_of_two_percent():
+    # red: another LEAST_GAP
+    fill = np.array([0.979, 0.98, 1.0])
+    *_, stroke = groups(fill, np.full(3, 100.0), np.full(3, 20.0)).T
+    np.testing.assert_allclose(stroke[2] - stroke, [np.log(0.021 / 0.02), 0, 0], atol=1e-12)
+
+
+def test_one_case_without_mass_leaves_the_mass_of_the_others():
+    # red: all() for any() in from_frame
+    frame = made_of().cases
+    frame.loc[0, MASS] = 0.0
+    assert DampingSurface.from_frame(frame).mass is not None
+    assert DampingSurface.from_frame(frame.assign(**{MASS: 0.0})).mass is None
+
+
+def test_without_the_mass_of_the_particles_the_apparent_mass_is_taught_as_it_is():
+    # red: 1.0 for 0.0 in _training; g_m = m_a/(r h) where m₁ is not known
+    frame = made_of().cases  # which has no column of the particles' mass
+    surface = DampingSurface.from_frame(frame)
+    h = 1 - 1 / frame[AXES[2]] ** 2
+    np.testing.assert_allclose(surface.mass.values, frame[MASS] / (frame[AXES[0]] * h))
+
+
+def test_cases_in_one_plane_have_a_hull_of_no_volume():
+    # red: `>=` for `<` of the rank, or `+` for `-` of the first point, in _facets
+    gamma = {35.0: 4.0, 120.0: 12.0, 900.0: 77.0}
+    cases = made_of(accelerations=tuple(gamma.values())).cases
+    frame = cases[cases[AXES[2]] == cases[AXES[1]].map(gamma)]
+    slope = np.log(12.0 / 4.0) / np.log(120.0 / 35.0)
+    in_plane = 12.0 * (900.0 / 120.0) ** slope
+    frame = frame.assign(**{AXES[2]: frame[AXES[2]].replace(77.0, in_plane)})
+    surface = DampingSurface.from_frame(frame)
+    middle = np.array([[0.45, 120.0, 12.0], [0.3, 60.0, 4.0 * (60.0 / 35.0) ** slope]])
+    assert surface.inside(middle).all()
+    assert not surface.inside(middle * [1, 1, 1.2]).any()
