@@ -23,10 +23,10 @@ def test_the_slug_between_walls_is_that_of_the_table():
 
 
 def test_the_body_on_a_floor_is_that_of_the_table():
-    # the table's last level is rounded up past the end of the range; red: u² for ½ u²
+    # the table's last Γ is rounded up past the end of the range; red: u² for ½ u²
     for gamma, _, _, energy, *_ in table("bouncing_bed_e0"):
-        level = min(gamma, inelastic.LARGEST_GAMMA)
-        assert inelastic.floor_energy(level) == pytest.approx(energy, abs=1e-6)
+        gamma = min(gamma, inelastic.LARGEST_GAMMA)
+        assert inelastic.floor_energy(gamma) == pytest.approx(energy, abs=1e-6)
 
 
 def stepped(gravity, gap, cycles=6, steps=50_000):
@@ -71,10 +71,10 @@ def test_the_largest_losses_are_where_they_are_said_to_be():
     gaps = np.linspace(0.01, inelastic.LONGEST_GAP, 2001)
     energy = [inelastic.slug_energy(gap) for gap in gaps]
     assert max(energy) <= 4 and gaps[np.argmax(energy)] == pytest.approx(math.pi, abs=0.01)
-    levels = np.linspace(1.0, inelastic.LARGEST_GAMMA, 2001)
-    energy = [inelastic.floor_energy(level) for level in levels]
+    gammas = np.linspace(1.0, inelastic.LARGEST_GAMMA, 2001)
+    energy = [inelastic.floor_energy(gamma) for gamma in gammas]
     assert max(energy) == pytest.approx(2.2604, abs=1e-4)
-    assert levels[np.argmax(energy)] == pytest.approx(2.581, abs=0.005)
+    assert gammas[np.argmax(energy)] == pytest.approx(2.581, abs=0.005)
 
 
 @pytest.mark.parametrize(
@@ -88,3 +88,17 @@ def test_the_largest_losses_are_where_they_are_said_to_be():
 def test_outside_its_range_a_form_is_refused(form, value, text):
     with pytest.raises(ValueError, match=text):
         form(value)
+
+
+@pytest.mark.parametrize("gamma", [1.1, 1.7, 3.0])
+@pytest.mark.parametrize("restitution", [0.3, 0.5, 0.9])
+def test_a_ball_that_lands_once_a_period_loses_what_its_impact_takes(gamma, restitution):
+    # red: any factor of `ball_energy`; from the impact itself: in flight for a period T it leaves
+    # and lands at g T/2, and meets a floor that rises at v with e (g T/2 + v) = g T/2 − v
+    amplitude, omega, gravity = 2.0, 3.0, 2.0 * 3.0**2 / gamma
+    take_off = gravity * (2 * np.pi / omega) / 2
+    floor = take_off * (1 - restitution) / (1 + restitution)
+    assert restitution * (take_off + floor) == pytest.approx(take_off - floor)
+    lost = ((take_off + floor) ** 2 - (take_off - floor) ** 2) / 2
+    expected = lost / (amplitude * omega) ** 2
+    assert inelastic.ball_energy(gamma, restitution) == pytest.approx(expected, rel=1e-12)
