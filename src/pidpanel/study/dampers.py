@@ -1,0 +1,131 @@
+"""The section ``dampers`` of a study: what a patch can be filled with, one model for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pidpanel.paths import DATA
+from pidpanel.study.base import Model, Positive
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake
+
+Law = Literal["paper_corrected", "paper_printed"]
+Interpolation = Literal["log", "linear"]
+NotNegative = Annotated[float, Field(ge=0)]
+Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
+
+MOST_LOSS_FACTOR = 2.0
+"""η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent."""
+
+ALLOWED: Mapping[Kind, tuple[str, ...]] = {
+    "coupon": (),
+    "law": (),
+    "table": ("interpolation",),
+    "impedance": ("interpolation",),
+    "equivalent_damping_n_s_m3": (
+        "equivalent_damping_error_n_s_m3",
+        "apparent_mass_kg_m2",
+        "apparent_mass_error_kg_m2",
+        "particle_mass_per_area_kg_m2",
+    ),
+    "loss_factor": (
+        "loss_factor_error",
+        "apparent_mass_kg_m2",
+        "apparent_mass_error_kg_m2",
+        "particle_mass_per_area_kg_m2",
+        "patch_mass_per_area_kg_m2",
+    ),
+}
+"""Kinds of a damper, by the key that makes it one, and the keys that may stand beside it."""
+
+
+class Damper(Model):
+    """One damper: a coupon, a law, a table, an impedance, constants, or a loss factor.
+
+    Exactly one of ``coupon``, ``law``, ``table``, ``impedance``, ``equivalent_damping_n_s_m3`` and
+    ``loss_factor`` is given.
+    """
+
+    coupon: Coupon | None = None
+    """Cells and particles, simulated as those of the section ``coupon``."""
+    law: Law | None = None
+    """A law of the paper; without mass."""
+    table: Annotated[Path, file_in(DATA / "damping")] | None = None
+    """CSV table of C_e or η over fill fraction, frequency and amplitude."""
+    impedance: Annotated[Path, file_in(DATA / "damping")] | None = None
+    """CSV table of the impedance per area Z = C_e + iω m_a over frequency, whatever the fill and
+    the amplitude."""
+    interpolation: Interpolation | None = None
+    """Between the rows of a table: log (by default) or linear."""
+    equivalent_damping_n_s_m3: NotNegative | None = None
+    """C_e at every frequency, fill and amplitude [N s/m³]; 0 for dead weight."""
+    equivalent_damping_error_n_s_m3: NotNegative | None = None
+    """Its standard error [N s/m³]."""
+    apparent_mass_kg_m2: NotNegative | None = None
+    """m_a at every frequency, fill and amplitude [kg/m²]; 0 by default."""
+    apparent_mass_error_kg_m2: NotNegative | None = None
+    """Its standard error [kg/m²]."""
+    loss_factor: NotNegative | None = None
+    """η of C_e = η m″ ω, of the mass m″ that is given beside it; a number, not percent."""
+    loss_factor_error: NotNegative | None = None
+    """Its standard error."""
+    particle_mass_per_area_kg_m2: Positive | None = None
+    """What the damper weighs [kg/m²]; by default its apparent mass. m″ of the loss factor, unless
+    ``patch_mass_per_area_kg_m2`` is given."""
+    patch_mass_per_area_kg_m2: Positive | None = None
+    """m″ where the loss factor is that of the patch as a whole: panel and treatment [kg/m²]."""
+
+    @property
+    def kind(self) -> Kind:
+        """The key that makes the damper what it is."""
+        return self._kinds()[0]
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield several kinds or none, and keys that the kind lacks or does not have."""
+        kinds = self._kinds()
+        if len(kinds) != 1:
+            found = f"not {' and '.join(kinds)}" if kinds else "not none"
+            yield Mistake((), f"must have exactly one of {', '.join(ALLOWED)}, {found}")
+            return
+        (kind,) = kinds
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        for name in given:
+            if name not in (kind, *ALLOWED[kind]):
+                of = [one for one, allowed in ALLOWED.items() if name in allowed]
+                yield Mistake((name,), f"only allowed beside {' or '.join(of)}")
+        yield from self._mistakes_of_errors()
+        if self.loss_factor is not None:
+            yield from self._mistakes_of_loss_factor(self.loss_factor)
+        if self.coupon is not None and self.coupon.vary:
+            yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+
+    def _mistakes_of_errors(self) -> Iterator[Mistake]:
+        """Yield errors without their value; those of C_e and η are carried relative to it."""
+        for error, name in (
+            ("equivalent_damping_error_n_s_m3", "equivalent_damping_n_s_m3"),
+            ("loss_factor_error", "loss_factor"),
+        ):
+            if getattr(self, error) and getattr(self, name) == 0:
+                yield Mistake((error,), f"must be 0 where {name} is 0: it is relative to it")
+        if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
+            yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
+
+    def _mistakes_of_loss_factor(self, loss_factor: float) -> Iterator[Mistake]:
+        if loss_factor > MOST_LOSS_FACTOR:
+            yield Mistake(
+                ("loss_factor",), f"must be at most {MOST_LOSS_FACTOR:g}: a number, not percent"
+            )
+        if self.particle_mass_per_area_kg_m2 is None and self.patch_mass_per_area_kg_m2 is None:
+            yield Mistake(
+                ("particle_mass_per_area_kg_m2",),
+                "missing; required for loss_factor, of which it is m″, unless "
+                "patch_mass_per_area_kg_m2 (panel and treatment) is given",
+            )
+
+    def _kinds(self) -> tuple[Kind, ...]:
+        return tuple(name for name in ALLOWED if getattr(self, name) is not None)
