@@ -49,7 +49,7 @@ FORMULAS = {
     "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
     "triangles",
     "sound": "added_mass field spectrum table wavenumber_table",
-    "response": "bands dampers lines linearisation maps modal model power radiation scenarios "
+    "response": "bands dampers elements lines linearisation maps modal model power radiation scenarios "
     "stress tabdmp1 tables uncertainty",
 }
 """Modules with formulas, by stage; first those of all stages."""

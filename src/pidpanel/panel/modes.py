@@ -1,12 +1,32 @@
-"""Modes of the panel, and the residual vectors that a strong damper patch needs beside them.
+"""Modes of the panel, and the shapes that dampers need beside them.
 
-The response to a patch that nearly pins the panel is no sum of the modes below some frequency:
-the many modes above it respond statically. Their response to the forces of the patches is
-spanned by the residual vectors K⁻¹ D_patch Φ. Cleared of the modes and diagonalised among
-themselves, they join the modes in one basis in which M and K are diagonal.
+A strong or heavy patch moves the panel in shapes that are no sum of the modes below some
+frequency:
+
+- the many modes above it respond statically: their response to the forces of the patches is
+  spanned by the residual vectors K⁻¹ D_patch Φ;
+- with a mass on a patch waves are shorter there: m″ + m_a in place of m″. These shapes are the
+  modes of the loaded panel, with the heaviest damper of each patch attached, all at once.
+
+Measured on the paper's panel, C_e = 2000 N s/m³, 28 to 1000 Hz, largest error of the PSD of three
+points against all elements; patches of 0.2 m × 0.2 m to the whole panel, 0 to 150 kg/m²:
+
+=============================================  ==========  ============
+shapes beside the modes below 2 kHz            0.2 × 0.2   1.4 × 0.9, 30 kg/m²
+=============================================  ==========  ============
+residual vectors                               1.2 %       270 %
+modes of the loaded panel below 1.5 kHz        0.25 %      0.8 %
+both (this module)                             0.3 %       0.3 %
+=============================================  ==========  ============
+
+Masses between none and the heaviest, and single patches of several, stay within that as well.
+Cleared of the modes and diagonalised among themselves, these shapes join the modes in one basis
+in which M and K are diagonal.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -25,9 +45,67 @@ SPARE_MODES = 8
 # The shift of the eigenvalue problem lies below zero by the square of this share of the highest
 # frequency, so that a panel that can move as a rigid body has no singular matrix.
 SHIFT = 0.01
+# Modes of the loaded panel are kept up to this times the highest frequency asked for.
+LOADED_BEYOND = 1.5
+# A direction of these modes is dropped where the share of its elastic energy that the other
+# shapes leave is below the square of this.
+LOADED_TOLERANCE = 1e-4
 # A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
 # is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
 RIGID = 1e-12
+
+
+class Matrices(Protocol):
+    """Of a plate, as much as its modes need; see `AssembledPlate`."""
+
+    @property
+    def stiffness(self) -> sp.csr_array:
+        """(n, n) K."""
+
+    @property
+    def mass(self) -> sp.csr_array:
+        """(n, n) M."""
+
+    @property
+    def at_vertices(self) -> sp.csr_array:
+        """(n_vertices, n) w at the vertices."""
+
+
+class Plate(Matrices, Protocol):
+    """A plate with all that its basis needs; see `AssembledPlate`."""
+
+    @property
+    def patch_overlap(self) -> dict[str, sp.csr_array]:
+        """(n, n) D of each patch."""
+
+    @property
+    def curvature_at_vertices(self) -> tuple[sp.csr_array, ...]:
+        """Three matrices (n_vertices, n)."""
+
+    @property
+    def shear_at_vertices(self) -> tuple[sp.csr_array, ...]:
+        """Two matrices (n_vertices, n)."""
+
+    @property
+    def quadrature_position(self) -> Array:
+        """(n_quadrature, 2) [m]."""
+
+    @property
+    def quadrature_weight(self) -> Array:
+        """(n_quadrature,) [m²]."""
+
+    @property
+    def at_quadrature(self) -> sp.csr_array:
+        """(n_quadrature, n)."""
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Matrices of a plate with mass on its patches; see `Matrices`."""
+
+    stiffness: sp.csr_array
+    mass: sp.csr_array
+    at_vertices: sp.csr_array
 
 
 @dataclass(frozen=True)
@@ -110,30 +188,94 @@ class PanelBasis:
     patch_names: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Shapes:
+    """Modes and the shapes that dampers need beside them, in the free coordinates.
+
+    Attributes
+    ----------
+    frequency
+        (n_modes,) of the modes [Hz], ascending.
+    residual_frequency
+        (n_residual,) of the others [Hz], ascending.
+    vectors
+        (n_free, n_modes + n_residual) max |w| = 1 over the vertices; M and K are diagonal.
+    """
+
+    frequency: Array
+    residual_frequency: Array
+    vectors: Array
+
+    @property
+    def modes(self) -> Array:
+        """(n_free, n_modes)."""
+        return self.vectors[:, : len(self.frequency)]
+
+    @property
+    def residuals(self) -> Array:
+        """(n_free, n_residual)."""
+        return self.vectors[:, len(self.frequency) :]
+
+    def joined_by(self, plate: Plate, more: Array) -> "Shapes":
+        """Return the shapes with what further shapes (n_free, n_more), of any size, add to them.
+
+        What modes and residual vectors span already is dropped; the rest and the residual vectors
+        are diagonalised in M and K among themselves.
+        """
+        K, M = plate.stiffness, plate.mass
+        modes, residuals = self.modes, self.residuals
+        modal_mass = np.einsum("ki,ki->i", modes, M @ modes)
+        unit = residuals / np.sqrt(np.einsum("ki,ki->i", residuals, K @ residuals))
+        rest = more[:, ~_is_rigid(plate, more)]
+        rest = rest / np.sqrt(np.einsum("ki,ki->i", rest, K @ rest))
+        for _ in range(2):  # twice, as in `residual_vectors`
+            rest = rest - modes @ ((modes.T @ (M @ rest)) / modal_mass[:, None])
+            rest = rest - unit @ (unit.T @ (K @ rest))
+        energy, V = la.eigh(rest.T @ (K @ rest))
+        kept = energy > LOADED_TOLERANCE**2
+        Q = np.hstack([unit, rest @ (V[:, kept] / np.sqrt(energy[kept]))])
+        eigenvalue, rotation = la.eigh(Q.T @ (K @ Q), Q.T @ (M @ Q))
+        vectors = np.hstack([modes, _normalise(plate, Q @ rotation)])
+        return Shapes(self.frequency, np.sqrt(eigenvalue) / (2 * np.pi), vectors)
+
+
 def panel_basis(
     mesh: PanelMesh,
     plate: AssembledPlate,
     frequency_limit: float,
     residual_tolerance: float = 1e-4,
+    damper_mass: Mapping[str, float] | None = None,
 ) -> PanelBasis:
-    """Compute the modes below a frequency and the residual vectors of all patches of the mesh.
+    """Compute the modes below a frequency and the shapes that the patches of the mesh need.
+
+    Parameters and errors are those of `panel_shapes`.
+    """
+    shapes = panel_shapes(plate, frequency_limit, residual_tolerance, damper_mass)
+    return basis_of(mesh, plate, shapes)
+
+
+def panel_shapes(
+    plate: AssembledPlate,
+    frequency_limit: float,
+    residual_tolerance: float = 1e-4,
+    damper_mass: Mapping[str, float] | None = None,
+) -> Shapes:
+    """Compute the modes below a frequency and the shapes that the patches of the plate need.
 
     Parameters
     ----------
-    mesh
-        The mesh of the panel.
     plate
-        Assembled on `mesh`.
+        The supported plate.
     frequency_limit
         All modes below this frequency [Hz] are kept: twice the highest frequency of
         the analysis leaves PSDs within 0.5 %.
     residual_tolerance
         Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 × 4
         elements brings about 20; 1 keeps none.
-
-    Returns
-    -------
-    PanelBasis
+    damper_mass
+        Heaviest damper of each patch by name [kg/m²]; patches without one carry no mass. Modes of
+        the panel with all of them are kept below `LOADED_BEYOND` / `MODES_BEYOND` times
+        `frequency_limit`.
 
     Raises
     ------
@@ -145,33 +287,23 @@ def panel_basis(
     """
     frequency, modes = normal_modes(plate, frequency_limit)
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
-    vectors = _normalise(plate, np.hstack([modes, residuals]))
-    points = list(mesh.point_vertices.values())
-    at_vertices = plate.at_vertices @ vectors
-    curvature, shear = (
-        np.stack([component @ vectors for component in components], axis=1)
-        for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
-    )
+    shapes = Shapes(frequency, residual_frequency, _normalise(plate, np.hstack([modes, residuals])))
+    mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
+    if not mass:
+        return shapes
+    limit = frequency_limit * LOADED_BEYOND / MODES_BEYOND
+    return shapes.joined_by(plate, loaded_modes(plate, mass, limit))
+
+
+def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBasis:
+    """Return the values of shapes wherever they are needed."""
     layers = plate.section.layers
     cells = np.arange(len(mesh.cells))
+    points = np.array(list(mesh.point_vertices.values()), dtype=np.int64)
     return PanelBasis(
-        natural_frequency=np.concatenate([frequency, residual_frequency]),
-        modal_mass=np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
-        is_residual=np.arange(vectors.shape[1]) >= len(frequency),
-        shape_at_points=at_vertices[points],
-        patch_overlap=np.array(
-            [vectors.T @ (overlap @ vectors) for overlap in plate.patch_overlap.values()]
-        ).reshape(-1, vectors.shape[1], vectors.shape[1]),
-        quadrature_position=plate.quadrature_position,
-        quadrature_weight=plate.quadrature_weight,
-        shape_at_quadrature=plate.at_quadrature @ vectors,
+        **values_of(plate, shapes, points),
         vertex_position=mesh.vertices,
         cells=mesh.cells,
-        shape_at_vertices=at_vertices,
-        curvature_at_vertices=curvature,
-        shear_at_vertices=shear,
-        curvature_at_points=curvature[points],
-        shear_at_points=shear[points],
         layer_names=tuple(layer.name for layer in layers),
         layer_strain=np.array([layer.strain for layer in layers]),
         layer_stress=np.array([layer.stress for layer in layers]),
@@ -185,12 +317,49 @@ def panel_basis(
     )
 
 
+def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
+    """Return the attributes of a `PanelBasis` that follow from its shapes.
+
+    Parameters
+    ----------
+    plate
+        The supported plate.
+    shapes
+        Of it.
+    points
+        (n_points,) vertices that are response points.
+    """
+    vectors = shapes.vectors
+    at_vertices = plate.at_vertices @ vectors
+    curvature, shear = (
+        np.stack([component @ vectors for component in components], axis=1)
+        for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
+    )
+    return {
+        "natural_frequency": np.concatenate([shapes.frequency, shapes.residual_frequency]),
+        "modal_mass": np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
+        "is_residual": np.arange(vectors.shape[1]) >= len(shapes.frequency),
+        "shape_at_points": at_vertices[points],
+        "patch_overlap": np.array(
+            [vectors.T @ (overlap @ vectors) for overlap in plate.patch_overlap.values()]
+        ).reshape(-1, vectors.shape[1], vectors.shape[1]),
+        "quadrature_position": plate.quadrature_position,
+        "quadrature_weight": plate.quadrature_weight,
+        "shape_at_quadrature": plate.at_quadrature @ vectors,
+        "shape_at_vertices": at_vertices,
+        "curvature_at_vertices": curvature,
+        "shear_at_vertices": shear,
+        "curvature_at_points": curvature[points],
+        "shear_at_points": shear[points],
+    }
+
+
 def patch_areas(basis: PanelBasis) -> Array:
     """Return the area of each patch [m²], (n_patches,)."""
     return basis.cell_in_patch @ cell_areas(basis.vertex_position, basis.cells)
 
 
-def count_modes_below(plate: AssembledPlate, frequency: float) -> int:
+def count_modes_below(plate: Matrices, frequency: float) -> int:
     """Count the modes below a frequency without computing them.
 
     By Sylvester's law of inertia, the eigenvalues of (K, M) below (2πf)² are as many as the
@@ -271,6 +440,12 @@ def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, 
             f" {n_free} coordinates and carries no more than {n_free // 16} modes: refine it, or"
             " lower the limit"
         )
+    return _lowest(plate, count, frequency_limit)
+
+
+def _lowest(plate: Matrices, count: int, frequency_limit: float) -> tuple[Array, Array]:
+    """Return frequencies [Hz] and shapes of the `count` modes below a frequency."""
+    n_free = plate.stiffness.shape[0]
     wanted = min(count + SPARE_MODES, n_free - 1)
     shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
     eigenvalue, modes = spla.eigsh(
@@ -308,7 +483,7 @@ def _factors(matrix: sp.csr_array) -> spla.SuperLU:
     )
 
 
-def _is_rigid(plate: AssembledPlate, modes: Array) -> Flags:
+def _is_rigid(plate: Matrices, modes: Array) -> Flags:
     """Return whether the elastic energy of each mode is rounding error only."""
     energy = np.einsum("ki,ki->i", modes, plate.stiffness @ modes)
     terms = np.einsum("ki,ki->i", abs(modes), abs(plate.stiffness) @ abs(modes))
@@ -374,7 +549,29 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
 
 
-def _normalise(plate: AssembledPlate, vectors: Array) -> Array:
+def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit: float) -> Array:
+    """Return the modes (n_free, n) below a frequency of the panel with mass on its patches.
+
+    Parameters
+    ----------
+    plate
+        The supported plate.
+    damper_mass
+        By the name of the patch [kg/m²].
+    frequency_limit
+        [Hz].
+    """
+    mass = plate.mass
+    for name, value in damper_mass.items():
+        mass = mass + value * plate.patch_overlap[name]
+    heavy = Loaded(plate.stiffness, sp.csr_array(mass), plate.at_vertices)
+    count = count_modes_below(heavy, frequency_limit)
+    if count == 0:
+        return np.zeros((mass.shape[0], 0))
+    return _lowest(heavy, count, frequency_limit)[1]
+
+
+def _normalise(plate: Matrices, vectors: Array) -> Array:
     """Scale each column to max |w| = 1 over the vertices, w > 0 there.
 
     A symmetric shape has several vertices with the same |w|; the first of them, to within

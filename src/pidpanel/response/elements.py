@@ -1,0 +1,258 @@
+"""All elements beside the shapes of the basis: what the basis leaves out of a response.
+
+The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on all elements,
+
+    Z = K − ω²M + iωC + Σ_p s_p D_p,      s = iω C_e − ω² m_a,
+    C = (2ζ/ω_c) K + Σ_i 2ζ m_i ω_i (1 − ω_i/ω_c) (M φ_i)(M φ_i)ᵀ/m_i²,
+
+with C the damping of the basis: ζ in every mode φ_i, and above the last mode, at ω_c, proportional
+to the stiffness. Z is symmetric, so x tells what any sound does to the point.
+
+The start is the answer x₀ of the basis; the rest is solved by minimal residuals (GCR: Eisenstat,
+Elman and Schultz 1983), preconditioned by the basis and, in what it leaves out, by K⁻¹. There
+Z differs from K by (ω/ω_i)² of shapes above the range alone, so that a few steps do, and K is
+factorised once for all frequencies and dampers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.response.model import ModalBasis, ResponseError
+
+ENOUGH = 1e-3
+"""Residual over that of the basis, in the norm of K⁻¹: then what the basis leaves out is known to
+about as much of itself."""
+
+MOST_STEPS = 40
+"""Steps after which Z itself is factorised, line by line."""
+
+COLUMNS_AT_ONCE = 48
+"""Columns solved together, so that memory stays at some dozens of columns."""
+
+
+class SparsePlate(Protocol):
+    """Matrices of the elements; see `panel.plate.AssembledPlate`."""
+
+    @property
+    def stiffness(self) -> sp.csr_array:
+        """(n_free, n_free) K."""
+
+    @property
+    def mass(self) -> sp.csr_array:
+        """(n_free, n_free) M."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """A point that is pulled at a frequency on a panel with dampers.
+
+    Attributes
+    ----------
+    frequency
+        [Hz].
+    stiffness
+        (n_patches,) s of each patch [N/m³].
+    """
+
+    frequency: float
+    stiffness: Complexes
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a pull does to the panel.
+
+    Attributes
+    ----------
+    of_basis
+        (n_free, n_points) x₀, the answer of the basis for each point [m/N].
+    left_out
+        (n_free, n_points) x − x₀.
+    """
+
+    of_basis: Complexes
+    left_out: Complexes
+
+
+@dataclass(frozen=True)
+class Elements:
+    """The panel in all its elements, and the basis that stands for it.
+
+    Parameters
+    ----------
+    plate
+        K and M.
+    overlap
+        D of each patch, (n_free, n_free).
+    shapes
+        (n_free, n) of the basis, the modes first.
+    basis
+        Frequencies, masses and damping of these shapes.
+    is_residual
+        (n,) false for modes.
+    damping_ratio
+        ζ of the modes.
+    cutoff
+        ω_c/2π [Hz]: the damping ratio of a residual vector is ζ f/f_c.
+    points
+        (n_points, n_free) w at the points.
+    """
+
+    plate: SparsePlate
+    overlap: Sequence[sp.csr_array]
+    shapes: Array
+    basis: ModalBasis
+    is_residual: Array
+    damping_ratio: float
+    cutoff: float
+    points: sp.csr_array
+
+    def motions(self, pulls: Sequence[Pull]) -> list[Motion]:
+        """Return what each pull does to the panel when each point is pulled by 1 N."""
+        count = self.points.shape[0]
+        at_once = max(1, COLUMNS_AT_ONCE // max(count, 1))
+        found: list[Motion] = []
+        for start in range(0, len(pulls), at_once):
+            found += self._together(pulls[start : start + at_once])
+        return found
+
+    # -------------------------------------------------------------------- matrices
+
+    @cached_property
+    def _factors(self) -> spla.SuperLU:
+        """K, where the panel can move as a rigid body with a mass that holds it."""
+        lowest = self.basis.angular_frequency[~self.is_residual].min(initial=np.inf)
+        elastic = self.basis.angular_frequency.max()
+        shift = 0.0 if lowest > 1e-6 * elastic else (1e-3 * elastic) ** 2
+        matrix = sp.csc_matrix(self.plate.stiffness + shift * self.plate.mass)
+        return spla.splu(
+            matrix,
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+
+    @cached_property
+    def _pushed(self) -> Array:
+        """(n_free, n_modes) M φ/m."""
+        modes = ~self.is_residual
+        return np.asarray(self.plate.mass @ self.shapes[:, modes]) / self.basis.modal_mass[modes]
+
+    @cached_property
+    def _overlap_of_basis(self) -> Array:
+        """(n_patches, n, n) VᵀD V."""
+        return np.array([self.shapes.T @ (D @ self.shapes) for D in self.overlap]).reshape(
+            -1, *(self.shapes.shape[1],) * 2
+        )
+
+    def _applied(self, pulls: Sequence[Pull], which: Index, x: Complexes) -> Complexes:
+        """Z x, column by column of its own pull."""
+        omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])[which]
+        s = np.array([pull.stiffness for pull in pulls])[which]  # (columns, n_patches)
+        cutoff = 2 * np.pi * self.cutoff
+        K, M = self.plate.stiffness, self.plate.mass
+        result = (K @ x) * (1 + 2j * self.damping_ratio * omega / cutoff) - (M @ x) * omega**2
+        for index, D in enumerate(self.overlap):
+            if np.any(s[:, index]):
+                result += (D @ x) * s[:, index]
+        modes = ~self.is_residual
+        own = self.basis.angular_frequency[modes]
+        factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
+        result += self._pushed @ (1j * omega * factor[:, None] * (self._pushed.T @ x))
+        return np.asarray(result)
+
+    def _of_basis(self, pulls: Sequence[Pull]) -> Complexes:
+        """(n_pulls, n, n) VᵀZ V, inverted."""
+        frequency = np.array([pull.frequency for pull in pulls])
+        diagonal = self.basis.dynamic_stiffness(frequency)
+        stiffness = np.zeros((*diagonal.shape, diagonal.shape[1]), complex)
+        index = np.arange(diagonal.shape[1])
+        stiffness[:, index, index] = diagonal
+        for p, overlap in enumerate(self._overlap_of_basis):
+            stiffness += np.array([pull.stiffness[p] for pull in pulls])[:, None, None] * overlap
+        inverse: Complexes = np.linalg.inv(stiffness)
+        return inverse
+
+    # ------------------------------------------------------------------- solutions
+
+    def _together(self, pulls: Sequence[Pull]) -> list[Motion]:
+        count = self.points.shape[0]
+        which = np.repeat(np.arange(len(pulls)), count)
+        inverse = self._of_basis(pulls)
+
+        def by_basis(right: Complexes) -> Complexes:
+            small = (self.shapes.T @ right).reshape(-1, len(pulls), count).transpose(1, 0, 2)
+            answer = (inverse @ small).transpose(1, 0, 2).reshape(-1, len(which))
+            return np.asarray(self.shapes @ answer)
+
+        def preconditioned(right: Complexes) -> Complexes:
+            first = by_basis(right)
+            rest = self._static(right - self._applied(pulls, which, first))
+            return first + rest - by_basis(self._applied(pulls, which, rest))
+
+        pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
+        start = by_basis(pull)
+        found, steps = np.zeros_like(start), []
+        residual = pull - self._applied(pulls, which, start)
+        size = first = self._size(residual)
+        for _ in range(MOST_STEPS):
+            if np.all(size <= ENOUGH * first):
+                break
+            direction = preconditioned(residual)
+            image = self._applied(pulls, which, direction)
+            for earlier, earlier_image in steps:
+                share = np.sum(earlier_image.conj() * image, axis=0)
+                direction, image = direction - share * earlier, image - share * earlier_image
+            length = np.sqrt(np.sum(np.abs(image) ** 2, axis=0))
+            length[length == 0] = 1.0
+            direction, image = direction / length, image / length
+            steps.append((direction, image))
+            step = np.sum(image.conj() * residual, axis=0)
+            found, residual = found + step * direction, residual - step * image
+            size = self._size(residual)
+        for index in np.unique(which[size > ENOUGH * first]):
+            own = which == index
+            found[:, own] = self._direct(pulls[index], pull[:, own]) - start[:, own]
+        if not np.all(np.isfinite(found)):
+            raise ResponseError("the response of all elements is not finite")
+        return [
+            Motion(start[:, which == index], found[:, which == index])
+            for index in range(len(pulls))
+        ]
+
+    def _static(self, right: Complexes) -> Complexes:
+        """K⁻¹ right."""
+        width = right.shape[1]
+        answer = self._factors.solve(np.hstack([right.real, right.imag]))
+        return np.asarray(answer[:, :width] + 1j * answer[:, width:])
+
+    def _size(self, residual: Complexes) -> Array:
+        """(columns,) of a residual, each coordinate over its own stiffness."""
+        scale = 1 / self.plate.stiffness.diagonal()
+        return np.sqrt(scale @ np.abs(residual) ** 2)
+
+    def _direct(self, pull: Pull, right: Complexes) -> Complexes:
+        """Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
+        omega, cutoff = 2 * np.pi * pull.frequency, 2 * np.pi * self.cutoff
+        K, M = self.plate.stiffness, self.plate.mass
+        Z = K * (1 + 2j * self.damping_ratio * omega / cutoff) - omega**2 * M
+        for s, D in zip(pull.stiffness, self.overlap, strict=True):
+            Z = Z + s * D
+        modes = ~self.is_residual
+        own = self.basis.angular_frequency[modes]
+        factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
+        kept = factor > 0
+        B = self._pushed[:, kept]
+        answer = spla.splu(sp.csc_matrix(Z)).solve(np.hstack([right, B]).astype(complex))
+        x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
+        small = np.diag(1 / (1j * omega * factor[kept])) + B.T @ Y
+        return np.asarray(x - Y @ np.linalg.solve(small, B.T @ x))

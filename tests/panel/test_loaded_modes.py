@@ -1,0 +1,98 @@
+"""Shapes of the loaded panel in the basis, and the file of the plate."""
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+import xarray as xr
+
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.modes import loaded_modes, panel_shapes
+from pidpanel.panel.plate_files import read_plate, write_plate
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.polygon import Rectangle
+
+SIZE = (1.5, 1.0)
+PATCHES = {"all": Rectangle((0.75, 0.5), SIZE), "part": Rectangle((0.5, 0.5), (0.4, 0.4))}
+
+
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory):
+    path = tmp_path_factory.mktemp("loaded") / "panel.msh"
+    mesh = mesh_quadrilaterals(path, SIZE, (15, 10), PATCHES, {"a": (0.8, 0.5)})
+    return assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
+
+
+def frequencies_in(plate, vectors, mass):
+    """Frequencies of the loaded panel within the span of some shapes [Hz]."""
+    M = plate.mass + sum(value * plate.patch_overlap[name] for name, value in mass.items())
+    value = la.eigh(vectors.T @ (plate.stiffness @ vectors), vectors.T @ (M @ vectors))[0]
+    return np.sqrt(value) / (2 * np.pi)
+
+
+def test_mass_all_over_the_panel_makes_the_modes_of_a_heavier_panel(plate):
+    # red: in loaded_modes, mass + 1.1 * value * overlap
+    shapes = panel_shapes(plate, 400.0, damper_mass={"all": 12.0})
+    expected = panel_shapes(plate, 600.0, residual_tolerance=1.0).frequency / np.sqrt(16.0 / 4.0)
+    found = frequencies_in(plate, shapes.vectors, {"all": 12.0})[: len(expected)]
+    # the modes of the loaded panel are in the basis as they are
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
+def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
+    # red: in panel_shapes, return shapes before the loaded modes join them (3 % at the full mass)
+    shapes = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
+    mass = {"part": 80.0 * share}
+    expected = np.sqrt(
+        la.eigh(
+            plate.stiffness.toarray(),
+            (plate.mass + mass["part"] * plate.patch_overlap["part"]).toarray(),
+            eigvals_only=True,
+        )
+    ) / (2 * np.pi)
+    expected = expected[expected < 200.0]
+    found = frequencies_in(plate, shapes.vectors, mass)[: len(expected)]
+    # a PSD within 0.5 % asks for frequencies within a tenth of the bandwidth, 2ζ = 2 %
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test_a_light_damper_adds_few_shapes(plate):
+    # red: in Shapes.joined_by, kept = energy > 0
+    none = panel_shapes(plate, 400.0).vectors.shape[1]
+    light = panel_shapes(plate, 400.0, damper_mass={"part": 0.01}).vectors.shape[1]
+    heavy = panel_shapes(plate, 400.0, damper_mass={"part": 80.0}).vectors.shape[1]
+    assert none <= light < heavy
+
+
+def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
+    # red: in loaded_modes, return _lowest(heavy, count + 1, frequency_limit)[1]
+    modes = loaded_modes(plate, {"part": 80.0}, 150.0)
+    M = (plate.mass + 80.0 * plate.patch_overlap["part"]).toarray()
+    value = la.eigh(plate.stiffness.toarray(), M, eigvals_only=True)
+    assert modes.shape[1] == np.sum(value < (2 * np.pi * 150.0) ** 2)
+
+
+def test_the_plate_comes_back_from_its_file(plate, tmp_path):
+    # red: in read_plate, return found without its lower triangle
+    shapes = panel_shapes(plate, 300.0)
+    write_plate(tmp_path / "plate.nc", plate, shapes.vectors, {"study_hash": "x"})
+    found = read_plate(tmp_path / "plate.nc")
+    for name in ("stiffness", "mass", "at_vertices", "at_quadrature"):
+        before, after = getattr(plate, name), getattr(found, name)
+        assert after.shape == before.shape
+        assert abs(after - before).max() <= 1e-15 * abs(before).max()  # symmetric to rounding
+    assert list(found.patch_overlap) == list(plate.patch_overlap)
+    for name, overlap in plate.patch_overlap.items():
+        assert abs(found.patch_overlap[name] - overlap).max() == 0
+    for name in ("curvature_at_vertices", "shear_at_vertices"):
+        for before, after in zip(getattr(plate, name), getattr(found, name), strict=True):
+            assert after.shape == before.shape and abs(after - before).sum() == 0
+    np.testing.assert_array_equal(found.shapes, shapes.vectors.astype(np.float32))
+
+
+def test_another_file_is_no_plate(tmp_path):
+    # red: in read_plate, no check for stiffness_data
+    xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="scipy")
+    with pytest.raises(ValueError, match=r"other\.nc: not the matrices of a plate"):
+        read_plate(tmp_path / "other.nc")
