@@ -13,7 +13,6 @@ from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.study import CouponStudy, Study, StudyError
-from pidpanel.study.coupon import Coupon
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.panel import named_place
@@ -30,7 +29,7 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     """
     document = Document(Path(path))
     study = study_in(document)
-    mistakes = [] if study.coupon is None else [*check_decks(study.coupon)]
+    mistakes = [one for name in study.coupons for one in check_decks(study, name)]
     if isinstance(study, Study):
         mistakes += check_panel(study)
     if mistakes:
@@ -45,7 +44,7 @@ def check_machine(study: CouponStudy, results: Path) -> None:
     ------
     StudyError
     """
-    if study.coupon is not None:
+    if study.coupons:
         try:
             check_installed()
         except SolverMissing as error:
@@ -58,15 +57,17 @@ def check_machine(study: CouponStudy, results: Path) -> None:
         raise StudyError(f"{results}: must be a writable folder ({error.strerror})") from None
 
 
-def check_decks(coupon: Coupon) -> Iterator[Mistake]:
-    """Yield the mistakes of the user's own decks: variables that are unknown or not used."""
+def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
+    """Yield the mistakes of a coupon's own decks: variables that are unknown or not used."""
+    coupon = study.coupons[name]
+    way = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
     for case in cases_of(coupon):
         path = case.point.deck
         if path is None:
             continue
         # a varied deck is one of a list
         varied = [str(one) for one in coupon.vary.get("deck", ())]
-        keys = ("coupon", "vary", "deck", varied.index(path)) if varied else ("coupon", "deck")
+        keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
         given = case.point.deck_values(restart="none")
         text = Path(path).read_text(encoding="utf-8")
         try:
@@ -104,9 +105,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
                 f"must be in the bands of {study.sound.spectrum.name}, "
                 f"{edges[0]:.5g} to {edges[-1]:.5g} Hz",
             )
-    if any(reading.startswith("paper") for reading in study.damping.readings) and not (
-        FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1]
-    ):
+    outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
+    laws = [name for name in study.used_dampers if study.all_dampers[name].law is not None]
+    if outside_law and (laws or any(name.startswith("paper") for name in study.readings)):
         yield Mistake(
             ("response", "frequency_hz"),
             f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.check import checked_study
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import cpu_seconds
-from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.coupon.liggghts.failures import SolverFailure
 from pidpanel.coupon.probe import probe
 from pidpanel.paths import SNAKEFILE
@@ -84,19 +85,27 @@ def _run(path: Path, jobs: int) -> int:
     return subprocess.call([snakemake, "-s", SNAKEFILE, f"-j{jobs}", "--configfile", path])
 
 
+def _cases(study: CouponStudy) -> list[Case]:
+    """Return every case of all coupons of a study once."""
+    return [case for cases in distinct_cases(study).values() for case in cases]
+
+
 def _summary(study: CouponStudy) -> str:
     """Return how many cases, runs and scenarios a study has."""
-    cases = cases_of(study.coupon) if study.coupon else ()
+    cases = _cases(study)
     summary = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):
-        readings = ", ".join(study.damping.readings)
+        readings = ", ".join(study.readings)
         summary += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+        unused = [name for name in study.dampers if name not in study.used_dampers]
+        if unused:
+            summary += f"; not used: dampers {', '.join(unused)}"
     return summary
 
 
 def _estimate(study: CouponStudy, results: Path, jobs: int) -> str:
     """Return how many cases of a study are still to be run, and how long that takes."""
-    cases = cases_of(study.coupon) if study.coupon else ()
+    cases = _cases(study)
     folder = results / "coupon"
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
     if not left:

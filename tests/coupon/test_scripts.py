@@ -43,7 +43,7 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
     shake.main([batch, str(coupon), str(tmp_path / "batch.json")])
     states = json.loads((tmp_path / "batch.json").read_text())
     assert states == {f"{case.label}/s1": "ok" for case in cases}
-    cases_script.main([str(study), str(coupon), "none", str(tmp_path / "cases.csv")])
+    cases_script.main([str(study), "coupon", str(coupon), "none", str(tmp_path / "cases.csv")])
     table = pd.read_csv(tmp_path / "cases.csv")
     assert table["case"].tolist() == [case.label for case in cases]
     assert (table["equivalent_damping_n_s_m3"] > 0).all()
@@ -55,7 +55,7 @@ def test_a_table_without_its_coverage_is_refused_with_the_cases_named(tmp_path):
     study = study_file(tmp_path, 1.0)
     with pytest.raises(CoverageMissed) as ended:
         cases_script.main(
-            [str(study), str(tmp_path / "coupon"), "none", str(tmp_path / "cases.csv")]
+            [str(study), "coupon", str(tmp_path / "coupon"), "none", str(tmp_path / "cases.csv")]
         )
     said = str(ended.value).splitlines()
     assert len(said) == 3

@@ -135,7 +135,7 @@ def coupon(tmp_path_factory):
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
     found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None)
     coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
-    write_table(study, folder / "runs", folder / "cases.csv")
+    write_table(study, "coupon", folder / "runs", folder / "cases.csv")
     paths = ("cases.csv", "runs", "report.html", "report")
     script("coupon_report")([str(file), *(str(folder / path) for path in paths)])
     return file, folder, case

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.study import Scenario, load_any_study, load_study
+from pidpanel.study import load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.panel import Panel
 from pidpanel.study.section import Material
@@ -177,7 +177,7 @@ def test_a_family_takes_the_level_of_the_sound_unless_it_has_its_own():
 
 
 def test_a_scenario_at_the_level_of_its_table_has_no_level_in_its_name():
-    # red: f"_{self.oaspl_db}dB" always
-    scenario = Scenario(patch="P", fill_fraction=0.25, oaspl_db=None)
-    assert scenario.label == "P_r0.25"
+    # red: level_suffix that returns f"_{oaspl_db}dB" always
+    scenario = load_study(STUDIES / "launch.yaml").family_scenarios("fill")[1]
+    assert scenario.label == "PID-1_r0.3"
     assert scenario.bare.label == "bare"

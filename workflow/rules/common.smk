@@ -7,12 +7,13 @@ from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
-from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.from_study import cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
-from pidpanel.paths import PAPER_TABLE, PROJECT, TEMPLATES
+from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
 from pidpanel.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
+from pidpanel.study.study import NAME
 
 STUDY_FILE = str(
     Path(workflow.configfiles[-1]).resolve()
@@ -60,8 +61,22 @@ def section(*names, without=None):
     What rests on them runs again when they change. A hash, since Snakemake takes braces in a text
     for wildcards.
     """
-    values = STUDY.model_dump(include=set(names) or None, exclude=without)
+    return values_digest(STUDY.model_dump(include=set(names) or None, exclude=without))
+
+
+def values_digest(values):
+    """Hash of values of the study; files by their content."""
     return text_digest([json.dumps(by_content(values), sort_keys=True)])
+
+
+def coupon_file(stage, damper, name):
+    """A file of one coupon of this study."""
+    return str(of_damper(Path(results(stage)), damper, name))
+
+
+def coupon_digest(damper):
+    """Hash of one coupon: what rests on another does not run again when it changes."""
+    return values_digest(STUDY.coupons[damper].model_dump())
 
 
 def code(script):
@@ -86,13 +101,16 @@ def beds_of(batch):
     return [f"results/coupon/bed/{label}/bed.json" for label in labels]
 
 
-def outcomes_of(labels):
-    """What the batches of some cases leave; a batch that lacks the outcome of a run runs again."""
+def outcomes_of(labels, table):
+    """What the batches of some cases leave; a batch that lacks the outcome of a run runs again.
+
+    ``table`` is the one that is made of them.
+    """
     found = []
     for label in dict.fromkeys(BATCH_OF[label] for label in labels):
         found.append(f"results/coupon/batch/{label}.json")
         runs = (path for c in BATCHES[label].cases for path in c.outcomes(Path("results/coupon")))
-        made = Path(found[-1]).exists() or Path(results("coupon/cases.csv")).exists()
+        made = Path(found[-1]).exists() or Path(table).exists()
         if made and not all(path.exists() for path in runs):
             # Snakemake knows one file per batch, not the outcomes behind it, and makes no file again
             # from which a table was made that is still there
@@ -100,9 +118,12 @@ def outcomes_of(labels):
     return found
 
 
-def outcomes_wanted(wildcards):
-    """What the cases of the study leave: all of the sweep, or those that its target needed."""
-    return outcomes_of(Round.read(Path(last_round())).cases if HAS_TARGET else CASES)
+def outcomes_wanted(damper):
+    """What the cases of a coupon leave: all of its sweep, or those that the target needed."""
+    chosen = COUPON_CASES[damper]
+    if HAS_TARGET and damper == SECTION:
+        chosen = Round.read(Path(last_round())).cases
+    return outcomes_of(chosen, coupon_file("coupon", damper, "cases.csv"))
 
 
 def last_round():
@@ -125,4 +146,4 @@ def round_before(wildcards):
 def outcomes_of_round(wildcards):
     """What the cases of a round leave."""
     found = checkpoints.design.get(round=wildcards.round).output[0]
-    return outcomes_of(Round.read(Path(found)).cases)
+    return outcomes_of(Round.read(Path(found)).cases, results("coupon/cases.csv"))

@@ -3,16 +3,27 @@
 # docs/reruns.md lists what triggers a rerun: the labels of packings, beds and cases hold all that
 # their numbers depend on, so only the judgement of runs has the code among its params.
 
-CASES = {case.label: case for case in cases_of(STUDY.coupon)} if STUDY.coupon else {}
+# the coupons of a study share the runs; a case of two of them runs once, to the accuracy of both
+COUPON_CASES = cases_by_coupon(STUDY)
+DISTINCT_CASES = distinct_cases(STUDY)
+CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
 BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
 PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+# no batch of two coupons: a change of one leaves the batches of the others as they are
 BATCHES = {
     batch.label: batch
+    for damper, cases in DISTINCT_CASES.items()
     for batch in (
-        [Batch((case,)) for case in CASES.values()] if HAS_TARGET else batches_of(CASES.values())
+        [Batch((case,)) for case in cases]
+        if HAS_TARGET and damper == SECTION
+        else batches_of(cases)
     )
 }
 BATCH_OF = {case.label: label for label, batch in BATCHES.items() for case in batch.cases}
+
+
+wildcard_constraints:
+    damper=NAME,
 
 
 rule pour:
@@ -55,14 +66,30 @@ rule shake:
 
 rule cases:
     input:
-        outcomes_wanted,
+        lambda wildcards: outcomes_wanted(SECTION),
     output:
         results("coupon/cases.csv"),
     log:
         results("coupon/cases.log"),
     params:
         chosen=lambda wildcards: last_round() if HAS_TARGET else "none",
-        study=section("coupon"),
+        study=lambda wildcards: coupon_digest(SECTION),
         code=code("cases"),
     shell:
-        'python -m scripts.cases "$PIDPANEL_STUDY" results/coupon {params.chosen} {output} 2> {log}'
+        'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
+        " 2> {log}"
+
+
+rule damper_cases:
+    input:
+        lambda wildcards: outcomes_wanted(wildcards.damper),
+    output:
+        results("coupon/{damper}/cases.csv"),
+    log:
+        results("coupon/{damper}/cases.log"),
+    params:
+        study=lambda wildcards: coupon_digest(wildcards.damper),
+        code=code("cases"),
+    shell:
+        'python -m scripts.cases "$PIDPANEL_STUDY" {wildcards.damper} results/coupon none {output}'
+        " 2> {log}"

@@ -39,4 +39,5 @@ rule round_cases:
         chosen=lambda wildcards: results(f"design/round{wildcards.round}.json"),
         code=code("cases"),
     shell:
-        'python -m scripts.cases "$PIDPANEL_STUDY" results/coupon {params.chosen} {output} 2> {log}'
+        'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
+        " 2> {log}"

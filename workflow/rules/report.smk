@@ -1,17 +1,18 @@
 # Figures and one page that holds them all.
 
-CASES_CSV = [results("coupon/cases.csv")] if STUDY.coupon else []
-DAMPING_FILES = (
-    [results(f"damping/{name}") for name in ("surface.nc", "law.csv", "forms.csv")]
-    if "dem" in STUDY.damping.readings
-    else []
-)
+CASES_CSV = [coupon_file("coupon", damper, "cases.csv") for damper in STUDY.coupons]
+DAMPING_FILES = [
+    coupon_file("damping", damper, name)
+    for damper in STUDY.surfaces
+    for name in ("surface.nc", "law.csv", "forms.csv")
+]
 
 
 rule report:
     input:
         psd=results("response/psd.nc"),
         summary=results("response/summary.csv"),
+        layouts=results("response/layouts.csv"),
         stress=results("response/stress.csv"),
         beside=BESIDE,
         maps=results("response/maps.nc"),

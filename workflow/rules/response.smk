@@ -1,10 +1,17 @@
 # PSDs of every scenario in every reading of the damping; maps; files for other programs.
 
-SURFACE = [results("damping/surface.nc")] if "dem" in STUDY.damping.readings else []
+SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and that of cases change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target"}}
-SCENARIOS = text_digest(scenario.label for scenario in STUDY.all_scenarios())
+SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
+# coupons come as surfaces
+DAMPERS = values_digest(
+    {
+        damper: STUDY.all_dampers[damper].model_dump(exclude={"coupon"})
+        for damper in STUDY.used_dampers
+    }
+)
 BESIDE = [results("response/radiation.csv")] if STUDY.response.radiation_beside != "none" else []
 
 
@@ -12,25 +19,27 @@ rule response:
     input:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
-        surface=SURFACE,
+        surfaces=SURFACES,
         air=AIR,
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
+        results("response/layouts.csv"),
         results("response/stress.nc"),
         results("response/stress.csv"),
         BESIDE,
     log:
         results("response/response.log"),
     params:
-        surface=SURFACE or "none",
+        damping=results("damping") if SURFACES else "none",
         air=AIR or "none",
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+        dampers=DAMPERS,
         scenarios=SCENARIOS,
         code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {params.surface} {params.air} {output} 2> {log}"
+        " {params.damping} {params.air} {output} 2> {log}"
 
 
 rule maps:
@@ -63,7 +72,7 @@ rule export:
     log:
         results("response/export.log"),
     params:
-        readings=" ".join(STUDY.damping.readings),
+        readings=" ".join(STUDY.readings),
         damping_ratio=STUDY.panel.damping_ratio,
         scenarios=SCENARIOS,
         code=code("export"),

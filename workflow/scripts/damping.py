@@ -9,9 +9,9 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, cases.csv; surface.nc, surface.csv, law.csv, forms.csv."""
-    study, *files = arguments
-    write_damping(load_study(study), *map(Path, files))
+    """Study, name of the damper, cases.csv; surface.nc, surface.csv, law.csv, forms.csv."""
+    study, damper, *files = arguments
+    write_damping(load_study(study), damper, *map(Path, files))
 
 
 if __name__ == "__main__":

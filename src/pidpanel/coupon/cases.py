@@ -25,7 +25,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -487,6 +487,20 @@ class Target:
         """Name of the file that says how a run ended."""
         return f"{100 * self.relative_error:.4g}pc_{self.min_cycles}to{self.max_cycles}"
 
+    def as_strict_as(self, other: Target) -> Target:
+        """Return the target that satisfies another too.
+
+        Examples
+        --------
+        >>> Target(0.05, 12, 400).as_strict_as(Target(0.1, 20, 200))
+        Target(relative_error=0.05, min_cycles=20, max_cycles=400)
+        """
+        return Target(
+            min(self.relative_error, other.relative_error),
+            max(self.min_cycles, other.min_cycles),
+            max(self.max_cycles, other.max_cycles),
+        )
+
 
 @dataclass(frozen=True)
 class Case:
@@ -525,6 +539,12 @@ class Case:
             f"r{first.fill_fraction:g}_{first.drive.label}"
             f"_d{first.packing.diameter * 1e3:g}mm_{_hash(*(r.identity for r in self.runs))[:8]}"
         )
+
+    def as_strict_as(self, other: Case) -> Case:
+        """Return the case with a target that satisfies that of another, of the same runs, too."""
+        target = self.target.as_strict_as(other.target)
+        error = min(self.relative_error, other.relative_error)
+        return replace(self, target=target, relative_error=error)
 
     @property
     def bias(self) -> float:

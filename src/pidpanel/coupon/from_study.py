@@ -29,22 +29,59 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
     )
 
 
-def write_table(study: CouponStudy, folder: Path, file: Path, chosen: Path | None = None) -> None:
-    """Write the ``cases.csv`` of a study; see `summary.write_table`.
+def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
+    """Every case of every coupon of a study: name of the damper → label of the case → case.
+
+    A case of two coupons is one, run to the accuracy that satisfies both.
+    """
+    strictest: dict[str, Case] = {}
+    found = {name: cases_of(coupon) for name, coupon in study.coupons.items()}
+    for cases in found.values():
+        for case in cases:
+            strictest[case.label] = case.as_strict_as(strictest.get(case.label, case))
+    return {
+        name: {case.label: case.as_strict_as(strictest[case.label]) for case in cases}
+        for name, cases in found.items()
+    }
+
+
+def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
+    """Every case of a study once: name of the first damper that has it → cases."""
+    of_first: dict[str, str] = {}
+    found = cases_by_coupon(study)
+    for name, cases in found.items():
+        for label in cases:
+            of_first.setdefault(label, name)
+    return {
+        name: tuple(case for label, case in cases.items() if of_first[label] == name)
+        for name, cases in found.items()
+    }
+
+
+def write_table(
+    study: CouponStudy, damper: str, folder: Path, file: Path, chosen: Path | None = None
+) -> None:
+    """Write the ``cases.csv`` of one coupon of a study; see `summary.write_table`.
+
+    Parameters
+    ----------
+    study, damper
+        The study, and the name of the damper; ``coupon`` for the section of that name.
+    folder, file, chosen
+        As of `summary.write_table`.
 
     Raises
     ------
     CoverageMissed
-        If fewer cases are ok than ``coupon.accuracy.coverage`` requires.
+        If fewer cases are ok than ``accuracy.coverage`` of the coupon requires.
     ValueError
-        If the study has no section ``coupon``.
+        If the study has no such coupon.
     """
-    coupon = study.coupon
-    if coupon is None:
-        raise ValueError(f"{study.name}: no section 'coupon'")
-    summary.write_table(
-        cases_of(coupon), folder, file, coverage=coupon.accuracy.coverage, chosen=chosen
-    )
+    if damper not in study.coupons:
+        raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
+    cases = tuple(cases_by_coupon(study)[damper].values())
+    coverage = study.coupons[damper].accuracy.coverage
+    summary.write_table(cases, folder, file, coverage=coverage, chosen=chosen)
 
 
 def _plain(value: Any) -> Any:

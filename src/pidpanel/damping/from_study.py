@@ -82,24 +82,40 @@ def _reading_with_mass(name: Reading, table: Path | None, surface: Path | None) 
 
 
 def write_damping(
-    study: Study, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path, forms_csv: Path
+    study: Study,
+    damper: str,
+    cases: Path,
+    surface_nc: Path,
+    surface_csv: Path,
+    law_csv: Path,
+    forms_csv: Path,
 ) -> None:
-    """Write the surface of the cases, the constants of the law and the comparison of forms.
+    """Write the surface of a coupon's cases, the constants of the law and the comparison of forms.
+
+    Parameters
+    ----------
+    study, damper
+        The study, and the name of the damper; ``coupon`` for the section of that name.
+    cases
+        Its ``cases.csv``.
+    surface_nc, surface_csv, law_csv, forms_csv
+        What to write.
 
     Raises
     ------
     ValueError
-        For a study without a coupon.
+        For a study without such a coupon.
     DampingError
         If the cases make no surface.
     """
-    if study.coupon is None:
-        raise ValueError(f"{study.name}: no section coupon, so there are no cases")
-    surface = surface_of(study.coupon, read_cases(cases))
+    if damper not in study.coupons:
+        raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
+    coupon = study.coupons[damper]
+    surface = surface_of(coupon, read_cases(cases))
     surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
     to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
-    comparison, fits = forms.compare(surface, study.coupon.cell.depth)
+    comparison, fits = forms.compare(surface, coupon.cell.depth)
     constants = pd.concat([law, pd.DataFrame(_constants(fits, len(surface.cases)))])
     constants.to_csv(law_csv, index=False, float_format="%.6g")
     comparison.to_csv(forms_csv, index=False, float_format="%.5g")

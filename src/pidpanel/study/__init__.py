@@ -6,8 +6,8 @@ file, the line, the key, the value and what is allowed (`StudyError`).
 
 `base`
     What all sections are made of.
-`coupon`, `panel`, `sound`, `damping`, `response`
-    The sections, one module each; scenarios belong to the response.
+`coupon`, `dampers`, `panel`, `sound`, `damping`, `response`, `scenarios`
+    The sections, one module each.
 `study`
     A whole study, and what its sections require of each other.
 `files`
@@ -22,12 +22,14 @@ file, the line, the key, the value and what is allowed (`StudyError`).
 
 from pidpanel.study.base import StudyError
 from pidpanel.study.reading import load_any_study, load_study
-from pidpanel.study.response import Family, Scenario
+from pidpanel.study.scenarios import Family, Filling, Layout, Scenario
 from pidpanel.study.study import CouponStudy, Study
 
 __all__ = [
     "CouponStudy",
     "Family",
+    "Filling",
+    "Layout",
     "Scenario",
     "Study",
     "StudyError",

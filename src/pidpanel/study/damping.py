@@ -13,7 +13,7 @@ from pidpanel.study.base import Model, Positive
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 
-Reading = Literal["dem", "paper_corrected", "paper_printed", "table"]
+Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table"]
 
 
 class Level(Model):
@@ -22,11 +22,15 @@ class Level(Model):
     kind: Literal["patch", "stated"] = "patch"
     acceleration_g: Positive | None = None
     """Stated acceleration amplitude Γ, in units of standard gravity."""
+    by: Literal["patch", "element"] = "patch"
+    """Whose motion it is: the mean over the patch, or that of each element of the mesh in it."""
     outside: Literal["mark", "refuse"] = "mark"
     """What becomes of values outside the simulated range."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a stated acceleration that is missing or not allowed."""
+        """Yield a stated acceleration that is missing or not allowed, and elements beside one."""
+        if self.kind == "stated" and self.by == "element":
+            yield Mistake(("by",), "only allowed for kind: patch; a stated motion is one for all")
         if (self.kind == "stated") != (self.acceleration_g is not None):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
@@ -53,7 +57,10 @@ class Target(Model):
 class Damping(Model):
     """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
-    readings: Annotated[tuple[Reading, ...], Field(min_length=1)] = ("dem",)
+    readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
+    """``stated``: every patch as ``dampers`` states it. The others are of all patches alike:
+    ``dem`` the section ``coupon``, ``table`` the key below, the rest the paper's law. By default
+    ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
@@ -62,9 +69,8 @@ class Damping(Model):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""
-        if len(set(self.readings)) != len(self.readings):
+        readings = self.readings or ()
+        if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a reading more than once")
-        if self.target is not None and "dem" not in self.readings:
-            yield Mistake(("target",), "only allowed with the reading 'dem'")
-        if ("table" in self.readings) != (self.table is not None):
+        if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")

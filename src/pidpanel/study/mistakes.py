@@ -92,3 +92,17 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     return "unknown key; " + (
         f"did you mean {near[0]}?" if near else f"allowed are {', '.join(allowed)}"
     )
+
+
+def not_among(section: str, name: str, known: Sequence[str]) -> str:
+    """Return what to say of a name that is not among those of a section.
+
+    Examples
+    --------
+    >>> not_among("dampers", "stele", ["acrylic", "steel"])
+    'must be one of dampers: acrylic, steel; did you mean steel?'
+    """
+    near = difflib.get_close_matches(name, known, n=1) if len(known) > 1 else []
+    return f"must be one of {section}: {', '.join(known)}" + (
+        f"; did you mean {near[0]}?" if near else ""
+    )

@@ -198,7 +198,7 @@ class Panel(Model):
     masses: Mapping[str, Mass] = {}
     damping_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
     mesh: Mesh = Mesh()
-    patches: Mapping[str, Patch]
+    patches: Mapping[str, Patch] = {}
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
 
     @property

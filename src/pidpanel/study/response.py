@@ -1,15 +1,14 @@
-"""The sections ``response`` and ``scenarios``: what is computed, and for which dampers."""
+"""The section ``response`` of a study: what is computed of the panel in its sound."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Literal
 
-from pidpanel.study.base import Fill, Model, Positive
+from pidpanel.study.base import Model, Positive
 from pidpanel.study.mistakes import Mistake
 
 Radiation = Literal["none", "one_side", "two_sides"]
-Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 
 class Response(Model):
@@ -41,66 +40,3 @@ class Response(Model):
                     yield Mistake(
                         (key,), "must be none for modal_damping: diagonal, the paper's form"
                     )
-
-
-class Family(Model):
-    """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
-
-    patch: str | tuple[str, ...]
-    fill_fraction: Fill | tuple[Fill, ...]
-    oaspl_db: float | tuple[float, ...] | None = None
-    """Overall sound pressure level [dB]; by default that of the section ``sound``."""
-    title: str = ""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a comparison of nothing, or of more than one thing."""
-        for key in self._lists():
-            if not getattr(self, key):
-                yield Mistake((key,), "must have at least 1 value(s), not 0")
-        lists = len(self._lists())
-        if lists != 1:
-            yield Mistake(
-                (),
-                "exactly one of patch, fill_fraction and oaspl_db must be a list, "
-                + (f"not {lists}" if lists else "not none"),
-            )
-
-    @property
-    def varied(self) -> Varied:
-        """The key that is a list."""
-        return self._lists()[0]
-
-    def _lists(self) -> list[Varied]:
-        keys: tuple[Varied, ...] = ("patch", "fill_fraction", "oaspl_db")
-        return [key for key in keys if isinstance(getattr(self, key), tuple)]
-
-
-class Scenario(Model):
-    """One response: a patch with its fill, or the bare panel, at one level.
-
-    Attributes
-    ----------
-    patch : str or None
-        Name of the patch that is filled; None for the bare panel.
-    fill_fraction : float
-        Fill of the patch; 0 for the bare panel.
-    oaspl_db : float or None
-        Overall sound pressure level [dB]; None for that of the spectrum's table.
-    """
-
-    patch: str | None
-    fill_fraction: float
-    oaspl_db: float | None
-
-    @property
-    def label(self) -> str:
-        """Name of the scenario in tables and files, such as ``PID-1_r0.5_162dB``."""
-        level = "" if self.oaspl_db is None else f"_{self.oaspl_db:g}dB"
-        if self.patch is None:
-            return f"bare{level}"
-        return f"{self.patch}_r{self.fill_fraction:g}{level}"
-
-    @property
-    def bare(self) -> Scenario:
-        """The bare panel at the same level."""
-        return Scenario(patch=None, fill_fraction=0.0, oaspl_db=self.oaspl_db)

@@ -5,19 +5,38 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator, Mapping
-from typing import Annotated, TypeVar
+from typing import TypeVar
 
-from pydantic import Field
-
+from pidpanel.paths import SECTION
 from pidpanel.study.base import Model, as_tuple
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.dampers import Damper
 from pidpanel.study.damping import Damping
-from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
+from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
-from pidpanel.study.response import Family, Response, Scenario
+from pidpanel.study.response import Response
+from pidpanel.study.scenarios import (
+    Compared,
+    Family,
+    Filled,
+    Filling,
+    Layout,
+    Scenario,
+    level_suffix,
+)
 from pidpanel.study.sound import Sound
 
 T = TypeVar("T")
+
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
+"""Of what names folders: studies and dampers."""
+
+OF_A_FILL = ("coupon", "law", "table")
+"""Kinds of damper whose C_e and m_a are those of a fill."""
+
+BARE = "bare"
+"""The only reading of a study without scenarios: there is nothing to read."""
 
 
 class CouponStudy(Model):
@@ -32,87 +51,229 @@ class CouponStudy(Model):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a name that cannot be that of a folder, and a study without any section."""
-        if not re.fullmatch("[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
-            yield Mistake(
-                ("name",),
-                "must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a "
-                "digit; by default it is the name of the file",
-            )
+        if not re.fullmatch(NAME, self.name):
+            says = f"must be {NAME_WORDS}; by default it is the name of the file"
+            yield Mistake(("name",), says)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")
+
+    @property
+    def coupons(self) -> Mapping[str, Coupon]:
+        """Coupons to simulate by name, that of the section first."""
+        return {SECTION: self.coupon} if self.coupon else {}
 
 
 class Study(CouponStudy):
     """All that a run of the whole workflow depends on."""
 
+    dampers: Mapping[str, Damper] = {}
+    """What patches can be filled with, by name. The section ``coupon`` is the damper ``coupon``
+    beside them; a damper that no scenario names is not simulated."""
     damping: Damping = Damping()
     panel: Panel
     sound: Sound
     response: Response = Response()
-    scenarios: Annotated[Mapping[str, Family], Field(min_length=1)]
+    scenarios: Mapping[str, Compared] = {}
+    """Families of one patch and explicit layouts; none for a study of the bare panel."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
         yield from super().mistakes()
-        if "dem" in self.damping.readings:
-            if self.coupon is None:
-                yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
-            elif self.coupon.vary:
-                yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+        yield from self._mistakes_of_dampers()
+        yield from self._mistakes_of_readings()
         yield from mistakes_of_names("scenarios", self.scenarios)
-        for name, family in self.scenarios.items():
-            yield from (one.below("scenarios", name) for one in self._mistakes_of(family))
+        found = [
+            one.below("scenarios", name)
+            for name, compared in self.scenarios.items()
+            for one in self._mistakes_of(compared)
+        ]
+        yield from found
+        if found:
+            return
         yield from self._mistakes_of_labels()
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
                 yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
 
+    # ------------------------------------------------------------------------ dampers
+
+    @property
+    def all_dampers(self) -> Mapping[str, Damper]:
+        """What patches can be filled with: the section ``coupon``, then those of ``dampers``."""
+        own = {SECTION: Damper.model_construct(coupon=self.coupon)} if self.coupon else {}
+        return {**own, **self.dampers}
+
+    @property
+    def used_dampers(self) -> tuple[str, ...]:
+        """Names of the dampers that the reading ``stated`` needs."""
+        fillings = (f for s in self.all_scenarios() for f in s.fillings)
+        named = {filling.damper for filling in fillings}
+        used = tuple(name for name in self.all_dampers if name in named)
+        return used if "stated" in self.readings else ()
+
+    @property
+    def coupons(self) -> Mapping[str, Coupon]:
+        """Coupons to simulate by the names of their dampers, that of the section first."""
+        of_section = super().coupons
+        used = {name: self.all_dampers[name].coupon for name in self.used_dampers}
+        return {**of_section, **{name: one for name, one in used.items() if one is not None}}
+
+    @property
+    def surfaces(self) -> tuple[str, ...]:
+        """Names of the coupons whose cases become a surface of C_e and m_a that is read."""
+        read = set(self.used_dampers) | ({SECTION} if "dem" in self.readings else set())
+        return tuple(name for name in self.coupons if name in read)
+
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """Readings of the damping; ``bare`` alone for a study of the bare panel."""
+        if not self.scenarios:
+            return (BARE,)
+        if self.damping.readings is None:
+            return ("stated",) if self.dampers else ("dem",)
+        return self.damping.readings
+
+    def _mistakes_of_dampers(self) -> Iterator[Mistake]:
+        for name in self.dampers:
+            if not re.fullmatch(NAME, name):
+                yield Mistake(("dampers", name), f"must have a name of {NAME_WORDS}")
+            if name == SECTION and self.coupon is not None:
+                yield Mistake(("dampers", name), "must have another name than the section coupon")
+
+    def _mistakes_of_readings(self) -> Iterator[Mistake]:
+        if self.coupon is not None and self.coupon.vary:
+            yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+        if "dem" in self.readings and self.coupon is None:
+            if self.damping.readings is None:
+                says = "missing; scenarios need a section coupon, dampers, or damping.readings"
+                yield Mistake(("dampers",), says)
+            else:
+                yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
+        if "stated" in self.readings and not self.all_dampers:
+            yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
+        if self.damping.target is not None and "dem" not in self.readings:
+            yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
+
+    # ---------------------------------------------------------------------- scenarios
+
     def _mistakes_of_labels(self) -> Iterator[Mistake]:
-        """Yield families with a scenario whose label another scenario has."""
+        """Yield entries with a scenario whose label another scenario has."""
         named: dict[str, Scenario] = {}
-        for name, family in self.scenarios.items():
+        for name, compared in self.scenarios.items():
             for scenario in self.family_scenarios(name):
                 for one in (scenario.bare, scenario):
-                    if named.setdefault(one.label, one) != one:
-                        yield Mistake(
-                            ("scenarios", name, family.varied),
-                            f"two scenarios would be named {one.label}; "
-                            "values must differ in their first six digits",
-                        )
-
-    def _mistakes_of(self, family: Family) -> Iterator[Mistake]:
-        for keys, patch in _items("patch", family.patch):
-            if patch not in self.panel.patches:
-                names = ", ".join(self.panel.patches)
-                yield Mistake(
-                    keys,
-                    f"must be one of panel.patches: {names}" if names else "there are no patches",
-                )
-        if "dem" in self.damping.readings and self.coupon is not None:
-            low, high = (f(self.coupon.sweep.fill_fraction) for f in (min, max))
-            for keys, fill in _items("fill_fraction", family.fill_fraction):
-                if not low <= fill <= high:
+                    if named.setdefault(one.label, one) == one:
+                        continue
+                    alike = named[one.label].patches == one.patches
+                    keys = () if isinstance(compared, Layout) else (compared.varied,)
                     yield Mistake(
-                        keys, f"must be in the range of coupon.sweep, {low:g} to {high:g}"
+                        ("scenarios", name, *keys),
+                        f"two scenarios would be named {one.label}; "
+                        + (
+                            "values must differ in their first six digits"
+                            if keys and alike
+                            else "give the layout another name"
+                        ),
                     )
 
+    def _mistakes_of(self, compared: Family | Layout) -> Iterator[Mistake]:
+        if isinstance(compared, Layout):
+            for patch, filled in compared.layout.items():
+                yield from self._mistakes_of_patch(("layout", patch), patch)
+                for one in self._mistakes_of_filling(filled):
+                    yield one.below("layout", patch)
+            return
+        for keys, patch in _items("patch", compared.patch):
+            yield from self._mistakes_of_patch(keys, patch)
+        yield from self._mistakes_of_filling(compared)
+
+    def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
+        known = list(self.panel.patches)
+        if not known:
+            yield Mistake(keys, "there are no patches")
+        elif patch not in known:
+            yield Mistake(keys, not_among("panel.patches", patch, known))
+
+    def _mistakes_of_filling(self, filled: Family | Filled) -> Iterator[Mistake]:
+        """Yield a damper that is unknown or missing, and fills that its coupon does not have."""
+        known = list(self.all_dampers)
+        if filled.damper is not None and filled.damper not in known:
+            says = not_among("dampers", filled.damper, known) if known else "there are no dampers"
+            yield Mistake(("damper",), says)
+            return
+        if filled.damper is None and len(known) > 1:
+            yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(known)}")
+            return
+        damper = self._damper_name(filled)
+        if filled.fill_fraction is None and self._needs_fill(damper):
+            yield Mistake(("fill_fraction",), "missing; this damper is one of a fill")
+        for keys, fill in _items("fill_fraction", filled.fill_fraction):
+            for way, coupon in self._coupons_read(damper):
+                low, high = (f(coupon.sweep.fill_fraction) for f in (min, max))
+                if fill is not None and not low <= fill <= high:
+                    yield Mistake(keys, f"must be in the range of {way}.sweep, {low:g} to {high:g}")
+
+    def _damper_name(self, filled: Family | Filled) -> str | None:
+        """Return the damper that is meant: the one that is named, or the only one."""
+        return filled.damper or next(iter(self.all_dampers), None)
+
+    def _needs_fill(self, damper: str | None) -> bool:
+        """Whether a reading of a patch with a damper asks for its fill."""
+        if damper is None or set(self.readings) - {"stated"}:
+            return True
+        return self.all_dampers[damper].kind in OF_A_FILL
+
+    def _coupons_read(self, damper: str | None) -> Iterator[tuple[str, Coupon]]:
+        """Yield the coupons from which a patch with a damper is read, with the ways to them."""
+        if self.coupon is not None and "dem" in self.readings:
+            yield "coupon", self.coupon
+        if damper is not None and damper in self.dampers and "stated" in self.readings:
+            coupon = self.dampers[damper].coupon
+            if coupon is not None:
+                yield f"dampers.{damper}.coupon", coupon
+        elif self.coupon is not None and "stated" in self.readings and "dem" not in self.readings:
+            yield "coupon", self.coupon
+
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
-        """Return the scenarios of one family, in the order of its list."""
-        family = self.scenarios[name]
-        level = self.sound.oaspl_db if family.oaspl_db is None else family.oaspl_db
+        """Return the scenarios of one family, in the order of its list; one for a layout."""
+        compared = self.scenarios[name]
+        level = self.sound.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
+        if isinstance(compared, Layout):
+            fillings = tuple(
+                Filling(
+                    patch=patch,
+                    damper=self._damper_name(filled),
+                    fill_fraction=filled.fill_fraction,
+                )
+                for patch, filled in compared.layout.items()
+            )
+            return (Scenario(label=name, fillings=fillings, oaspl_db=level),)
         return tuple(
-            Scenario(patch=patch, fill_fraction=fill, oaspl_db=level)
+            self._of_one_patch(patch, self._damper_name(compared), fill, level)
             for patch, fill, level in itertools.product(
-                as_tuple(family.patch), as_tuple(family.fill_fraction), as_tuple(level)
+                as_tuple(compared.patch), as_tuple(compared.fill_fraction), as_tuple(level)
             )
         )
 
+    def _of_one_patch(
+        self, patch: str, damper: str | None, fill: float | None, level: float | None
+    ) -> Scenario:
+        parts = [patch]
+        if damper is not None and len(self.all_dampers) > 1:
+            parts.append(damper)
+        if fill is not None:
+            parts.append(f"r{fill:g}")
+        filling = Filling(patch=patch, damper=damper, fill_fraction=fill)
+        label = "_".join(parts) + level_suffix(level)
+        return Scenario(label=label, fillings=(filling,), oaspl_db=level)
+
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""
-        families = [s for name in self.scenarios for s in self.family_scenarios(name)]
-        ordered = dict.fromkeys([s.bare for s in families] + families)
-        return tuple(ordered)
+        found = [s for name in self.scenarios for s in self.family_scenarios(name)]
+        if not found:
+            return (Scenario.bare_at(self.sound.oaspl_db),)
+        return tuple(dict.fromkeys([s.bare for s in found] + found))
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""

@@ -1,0 +1,171 @@
+"""The section ``scenarios`` of a study: families of one patch each, and explicit layouts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from pidpanel.study.base import Fill, Model
+from pidpanel.study.mistakes import Mistake
+
+Varied = Literal["patch", "fill_fraction", "oaspl_db"]
+
+
+class Family(Model):
+    """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
+
+    patch: str | tuple[str, ...]
+    damper: str | None = None
+    """Name under ``dampers``; may be left out where there is only one."""
+    fill_fraction: Fill | tuple[Fill, ...] | None = None
+    """Required unless the damper needs none, such as one of constants."""
+    oaspl_db: float | tuple[float, ...] | None = None
+    """Overall sound pressure level [dB]; by default that of the section ``sound``."""
+    title: str = ""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a comparison of nothing, or of more than one thing."""
+        for key in self._lists():
+            if not getattr(self, key):
+                yield Mistake((key,), "must have at least 1 value(s), not 0")
+        lists = len(self._lists())
+        if lists != 1:
+            yield Mistake(
+                (),
+                "exactly one of patch, fill_fraction and oaspl_db must be a list, "
+                + (f"not {lists}" if lists else "not none"),
+            )
+
+    @property
+    def varied(self) -> Varied:
+        """The key that is a list."""
+        return self._lists()[0]
+
+    def _lists(self) -> list[Varied]:
+        keys: tuple[Varied, ...] = ("patch", "fill_fraction", "oaspl_db")
+        return [key for key in keys if isinstance(getattr(self, key), tuple)]
+
+
+class Filled(Model):
+    """What one patch of a layout is filled with."""
+
+    damper: str | None = None
+    """Name under ``dampers``; may be left out where there is only one."""
+    fill_fraction: Fill | None = None
+    """Required unless the damper needs none, such as one of constants."""
+
+
+class Layout(Model):
+    """One scenario of its own: any number of patches together, each with its damper and fill."""
+
+    layout: Annotated[Mapping[str, Filled], Field(min_length=1)]
+    """Patches by their names under ``panel.patches``."""
+    oaspl_db: float | None = None
+    """Overall sound pressure level [dB]; by default that of the section ``sound``."""
+    title: str = ""
+
+
+def _kind(values: Any) -> str:
+    """Return which of the two an entry of ``scenarios`` is: a layout has the key ``layout``."""
+    if isinstance(values, Layout) or (isinstance(values, Mapping) and "layout" in values):
+        return "Layout"
+    return "Family"
+
+
+Compared = Annotated[
+    Annotated[Family, Tag("Family")] | Annotated[Layout, Tag("Layout")], Discriminator(_kind)
+]
+"""An entry of ``scenarios``."""
+
+
+class Filling(Model):
+    """A patch and what it is filled with.
+
+    Attributes
+    ----------
+    patch : str
+        Its name.
+    damper : str or None
+        Name of the damper; None in a study without a coupon and without ``dampers``, whose
+        readings are laws and tables for any patch.
+    fill_fraction : float or None
+        None where the damper needs none.
+    """
+
+    patch: str
+    damper: str | None
+    fill_fraction: float | None
+
+
+class Scenario(Model):
+    """One response: a layout of filled patches, or the bare panel, at one level.
+
+    Attributes
+    ----------
+    label : str
+        Its name in tables and files: the key of an explicit layout; of a family's scenario such
+        as ``PID-1_r0.5_162dB``, with the damper (``PID-1_steel_r0.5_162dB``) where the study has
+        several.
+    fillings : tuple of Filling
+        None of them for the bare panel.
+    oaspl_db : float or None
+        Overall sound pressure level [dB]; None for that of the spectrum's table.
+    """
+
+    label: str
+    fillings: tuple[Filling, ...]
+    oaspl_db: float | None
+
+    @staticmethod
+    def bare_at(oaspl_db: float | None) -> Scenario:
+        """Return the bare panel at a level.
+
+        Examples
+        --------
+        >>> Scenario.bare_at(None).label, Scenario.bare_at(142.5).label
+        ('bare', 'bare_142.5dB')
+        """
+        return Scenario(label=f"bare{level_suffix(oaspl_db)}", fillings=(), oaspl_db=oaspl_db)
+
+    @property
+    def bare(self) -> Scenario:
+        """The bare panel at the same level."""
+        return Scenario.bare_at(self.oaspl_db)
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether no patch is filled."""
+        return not self.fillings
+
+    @property
+    def patches(self) -> tuple[str, ...]:
+        """Names of the filled patches."""
+        return tuple(filling.patch for filling in self.fillings)
+
+    @property
+    def patch(self) -> str | None:
+        """Names of the filled patches in one text; None for the bare panel.
+
+        Examples
+        --------
+        >>> one, two = (Filling(patch=name, damper=None, fill_fraction=0.5) for name in "AB")
+        >>> Scenario(label="both", fillings=(one, two), oaspl_db=None).patch
+        'A+B'
+        """
+        return "+".join(self.patches) or None
+
+    @property
+    def fill_fraction(self) -> float:
+        """The fill of the only patch; 0 for the bare panel, NaN for several or for no fill."""
+        if self.is_bare:
+            return 0.0
+        fills = [filling.fill_fraction for filling in self.fillings]
+        return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
+
+
+def level_suffix(oaspl_db: float | None) -> str:
+    """Return how a label ends for a level [dB]; nothing where none is stated."""
+    return "" if oaspl_db is None else f"_{oaspl_db:g}dB"
