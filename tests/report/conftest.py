@@ -120,7 +120,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0):
     """
     frequency = np.geomspace(100, 400, 200)
     labels = [s.label for s in study.all_scenarios()]
-    points, readings = list(study.panel.points), list(study.damping.readings)
+    points, readings = list(study.panel.points), list(study.readings)
     shape = (len(readings), len(labels), len(frequency))
     acceleration = np.full((*shape, len(points)), np.nan)
     rows = []
@@ -202,7 +202,7 @@ def strains(study):
                 "rms": 1.0,
                 "three_sigma": 3.0,
             }
-            for reading in study.damping.readings
+            for reading in study.readings
             for scenario in study.all_scenarios()
             for point in study.panel.points
             for quantity, unit in shown.items()
@@ -223,7 +223,7 @@ def inputs(study, modes, basis, section, bands, printed):
         section=section,
         bands=bands,
         printed=printed,
-        coupon=None,
+        coupons={},
         stress=strains(study),
     )
 

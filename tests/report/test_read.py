@@ -53,7 +53,7 @@ def folder(tmp_path):
 
 def test_the_damping_of_a_study_is_read_whole(dem, folder):
     # red: the depth in mm; law.csv and forms.csv exchanged
-    found = read_damping(dem, folder)
+    found = read_damping(dem, "coupon", folder)
     assert found.depth == pytest.approx(0.03)
     assert len(found.cases) == len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
@@ -65,13 +65,13 @@ def test_the_damping_of_a_study_is_read_whole(dem, folder):
 
 def test_rounds_are_read_where_the_study_has_a_target(dem, folder):
     # red: rounds always read, and a file missed
-    assert [one.round for one in read_damping(dem, folder).rounds] == [0, 1]
+    assert [one.round for one in read_damping(dem, "coupon", folder).rounds] == [0, 1]
     without = dem.damping.model_copy(update={"target": None})
     (folder / "design" / "round0.json").unlink()
-    assert read_damping(dem.model_copy(update={"damping": without}), folder).rounds == ()
+    assert read_damping(dem.model_copy(update={"damping": without}), "coupon", folder).rounds == ()
 
 
 def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
-    with pytest.raises(StudyError, match="dem: no section coupon"):
-        read_damping(dem.model_copy(update={"coupon": None}), folder)
+    with pytest.raises(StudyError, match="dem: no coupon of the name .coupon."):
+        read_damping(dem.model_copy(update={"coupon": None}), "coupon", folder)

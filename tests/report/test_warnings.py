@@ -114,7 +114,7 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
         inputs,
         summary=inputs.summary.assign(patch=patch),
         radiation=beside.assign(radiation="one_side"),
-        coupon=Coupon(cases, [], None),
+        coupons={"coupon": Coupon(cases, [], None)},
     )
     said = warnings.study_warnings(read)
     assert [sum(words in text for text in said) for words in ("With radiation", "NotSteady")] == [

@@ -159,7 +159,7 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
     text = (folder / "cases.csv").read_text()
     (folder / "others.csv").write_text(text.replace(case.label, "r0.4_f200Hz"))
     with pytest.raises(StudyError, match=r"others\.csv: r0\.4_f200Hz: not a case of cell as it is"):
-        read.read_coupon(load_any_study(file), folder / "others.csv", folder / "runs")
+        read.read_coupon(load_any_study(file), "coupon", folder / "others.csv", folder / "runs")
 
 
 # --------------------------------------------------------------------------- verification

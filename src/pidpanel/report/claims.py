@@ -252,8 +252,8 @@ def verdicts(
     """
     return [
         verdict
-        for name in study.scenarios
-        for reading in study.damping.readings
+        for name in study.families
+        for reading in study.readings
         for verdict in _family_verdicts(study, name, reading, summary, psd, distance)
     ]
 
@@ -268,7 +268,7 @@ def _family_verdicts(
 ) -> Iterator[Verdict]:
     scenarios = study.family_scenarios(name)
     points = list(study.panel.points)
-    varied = study.scenarios[name].varied
+    varied = study.families[name].varied
     labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
     rms = rms_by(summary, reading, labels, points)
     bare_labels = [s.bare.label for s in scenarios]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.paths import PROJECT
+from pidpanel.paths import PROJECT, SECTION, of_damper
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number
@@ -28,7 +28,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             f"{study.response.modal_damping} modal damping matrix; apparent mass of the damper "
             + ("included" if study.response.damper_mass else "neglected"),
         ),
-        ("Damping", ", ".join(READINGS[reading] for reading in study.damping.readings)),
+        ("Damping", ", ".join(READINGS[reading] for reading in study.readings)),
         ("C_e(r, f, Γ) read at", read_at_text(study)),
         (
             "Power balance",
@@ -36,8 +36,9 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             "the power input in every scenario",
         ),
     ]
-    if inputs.coupon is not None:
-        rows.append(("Coupon", cases_text(inputs.coupon.cases)))
+    for name, coupon in inputs.coupons.items():
+        called = "Coupon" if name == SECTION else f"Coupon {name}"
+        rows.append((called, cases_text(coupon.cases)))
     rows.append(("Software", software_text(inputs.stamp)))
     return rows
 
@@ -90,11 +91,12 @@ def run_step(study_file: Path) -> tuple[str, str]:
 def files_step(study: Study) -> tuple[str, str]:
     """Return which files hold the numbers of the page of a study with a panel."""
     files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
-    if study.coupon is not None:
-        files.append("coupon/cases.csv")
-    if "dem" in study.damping.readings:
-        files += ["damping/surface.nc", "damping/law.csv", "damping/forms.csv"]
+    files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in study.coupons]
+    for name in study.surfaces:
+        of = ("surface.nc", "law.csv", "forms.csv")
+        files += [str(of_damper(Path("damping"), name, file)) for file in of]
     files += ["sound/spectrum.csv", "response/psd.nc", "response/summary.csv"]
+    files.append("response/layouts.csv")
     files += ["response/stress.csv", "response/maps.nc"]
     if study.response.radiation_beside != "none":
         files.append("response/radiation.csv")

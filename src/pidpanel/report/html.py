@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -106,6 +106,20 @@ class Section:
     name: str
     title: str
     blocks: Sequence[Block]
+
+    def of(self, what: str) -> Section:
+        """Return the section as one of several, each of something else.
+
+        Examples
+        --------
+        >>> Section("coupon", "Coupon", []).of("steel")
+        Section(name='coupon-steel', title='Coupon: steel', blocks=[])
+        """
+        blocks = [
+            replace(block, name=f"{block.name}_{what}") if isinstance(block, Picture) else block
+            for block in self.blocks
+        ]
+        return Section(f"{self.name}-{what}", f"{self.title}: {what}", blocks)
 
 
 @dataclass(frozen=True)

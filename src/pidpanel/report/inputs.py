@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pandas as pd
 import xarray as xr
@@ -76,8 +76,8 @@ class Inputs:
         ``sound/spectrum.csv``.
     printed
         Table 1 of the paper.
-    coupon
-        None for a study without a coupon.
+    coupons
+        By the names of their dampers; ``coupon`` is the section of the study.
     stress
         ``response/stress.csv`` (points as text).
     radiation
@@ -85,7 +85,7 @@ class Inputs:
     maps
         ``response/maps.nc``.
     damping
-        None for a study without the reading ``dem``.
+        Of the coupons that are read, by the names of their dampers.
     """
 
     study: Study
@@ -97,8 +97,8 @@ class Inputs:
     section: pd.DataFrame
     bands: pd.DataFrame
     printed: pd.DataFrame
-    coupon: Coupon | None
+    coupons: Mapping[str, Coupon]
     stress: pd.DataFrame
     radiation: pd.DataFrame | None = None
     maps: xr.Dataset | None = None
-    damping: DampingResults | None = None
+    damping: Mapping[str, DampingResults] = field(default_factory=dict)

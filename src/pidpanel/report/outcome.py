@@ -29,9 +29,9 @@ def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
     """
     sentences = []
     points = list(study.panel.points)
-    for reading, family in product(study.damping.readings, study.scenarios):
+    for reading, family in product(study.readings, study.families):
         scenarios = study.family_scenarios(family)
-        varied = study.scenarios[family].varied
+        varied = study.families[family].varied
         labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
         bare_labels = {getattr(s, varied): s.bare.label for s in scenarios}
         rms = rms_by(summary, reading, labels, points)

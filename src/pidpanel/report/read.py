@@ -7,10 +7,10 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.paths import PAPER_TABLE
+from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.report import evidence
 from pidpanel.report.inputs import Coupon, DampingResults, Inputs
 from pidpanel.round import read_rounds
@@ -50,13 +50,14 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         section=pd.read_csv(panel / "section.csv"),
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         printed=pd.read_csv(PAPER_TABLE, comment="#"),
-        coupon=read_coupon(study, folder / "coupon" / "cases.csv", coupon)
-        if study.coupon
-        else None,
+        coupons={
+            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
+            for name in study.coupons
+        },
         stress=_read_by_point(response / "stress.csv"),
         radiation=_read_by_point(response / "radiation.csv") if beside else None,
         maps=_read_dataset(response / "maps.nc"),
-        damping=read_damping(study, folder) if "dem" in study.damping.readings else None,
+        damping={name: read_damping(study, name, folder) for name in study.surfaces},
     )
 
 
@@ -70,15 +71,15 @@ def _read_dataset(path: Path) -> xr.Dataset:
         return dataset.load()
 
 
-def read_coupon(study: CouponStudy, table: Path, folder: Path) -> Coupon:
+def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> Coupon:
     """Read the cases of a coupon, the cycles of a few and the particles of one.
 
     Parameters
     ----------
-    study
-        Study with a section ``coupon``.
+    study, damper
+        Study, and the name of the damper; ``coupon`` for the section of that name.
     table
-        ``coupon/cases.csv`` of the study.
+        Its ``cases.csv``.
     folder
         Runs of the coupon, ``results/coupon``.
 
@@ -87,10 +88,10 @@ def read_coupon(study: CouponStudy, table: Path, folder: Path) -> Coupon:
     StudyError
         If the table holds a case that the study does not.
     """
-    if study.coupon is None:
-        raise StudyError(f"{study.name}: no section coupon")
+    if damper not in study.coupons:
+        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
     cases = pd.read_csv(table)
-    known = {case.label: case for case in cases_of(study.coupon)}
+    known = cases_by_coupon(study)[damper]
     if unknown := sorted(set(cases["case"]) - set(known)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
@@ -106,23 +107,29 @@ def read_coupon(study: CouponStudy, table: Path, folder: Path) -> Coupon:
     )
 
 
-def read_damping(study: Study, folder: Path) -> DampingResults:
-    """Read what the damping stage left in the results of a study.
+def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
+    """Read what the damping stage left of a coupon in the results of a study.
 
     Parameters
     ----------
-    study
-        Study with a section ``coupon``.
+    study, damper
+        As of `read_coupon`.
     folder
         Results of the study, ``results/<study>``.
     """
-    if study.coupon is None:
-        raise StudyError(f"{study.name}: no section coupon")
+
+    if damper not in study.coupons:
+        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
+
+    def file(name: str) -> Path:
+        return of_damper(folder / "damping", damper, name)
+
+    has_rounds = study.damping.target is not None and damper == SECTION
     return DampingResults(
-        DampingSurface.from_dataset(_read_dataset(folder / "damping" / "surface.nc")),
-        pd.read_csv(folder / "damping" / "law.csv"),
-        pd.read_csv(folder / "damping" / "forms.csv"),
-        pd.read_csv(folder / "coupon" / "cases.csv"),
-        study.coupon.cell.depth,
-        read_rounds(folder / "design") if study.damping.target else (),
+        DampingSurface.from_dataset(_read_dataset(file("surface.nc"))),
+        pd.read_csv(file("law.csv")),
+        pd.read_csv(file("forms.csv")),
+        pd.read_csv(of_damper(folder / "coupon", damper, "cases.csv")),
+        study.coupons[damper].cell.depth,
+        read_rounds(folder / "design") if has_rounds else (),
     )

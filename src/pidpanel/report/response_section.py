@@ -38,7 +38,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
         Key of the family under ``scenarios``.
     """
     study, psd = inputs.study, inputs.psd
-    title = study.scenarios[name].title or f"Scenarios: {name}"
+    title = study.families[name].title or f"Scenarios: {name}"
     readings = stable_readings(inputs, name)
     if not readings:
         text = "No reading of the damping gives a steady response, since C_e is negative."
@@ -72,7 +72,7 @@ def stable_readings(inputs: Inputs, name: str) -> list[str]:
     psd = inputs.psd["acceleration_psd"]
     return [
         reading
-        for reading in inputs.study.damping.readings
+        for reading in inputs.study.readings
         if bool(np.isfinite(psd.sel(reading=reading, scenario=labels)).all())
     ]
 
@@ -80,7 +80,7 @@ def stable_readings(inputs: Inputs, name: str) -> list[str]:
 def _known_as(inputs: Inputs, name: str, scenario: Scenario) -> tuple[str, str]:
     """Return the name of a scenario within its family, and its colour."""
     study = inputs.study
-    varied = study.scenarios[name].varied
+    varied = study.families[name].varied
     if varied == "fill_fraction":
         return f"r = {scenario.fill_fraction:g}", style.fill_colour(scenario.fill_fraction)
     if varied == "patch":
@@ -160,7 +160,7 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
         labels = [s.label for s in inputs.study.family_scenarios(name)]
         if not all(_inside(inputs, reading, label).all() for label in labels):
             parts.append("Dashed: Γ or frequency outside the simulated range.")
-    for reading in inputs.study.damping.readings:
+    for reading in inputs.study.readings:
         if reading not in readings:
             parts.append(f"{READINGS[reading]}: not drawn, since its C_e is negative.")
     return " ".join(parts)
@@ -183,7 +183,7 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
         "fill_fraction": "fill fraction r",
         "patch": "patch",
         "oaspl_db": "sound level, dB",
-    }[study.scenarios[name].varied]
+    }[study.families[name].varied]
     rows = [
         _known_as(inputs, name, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
     ]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pidpanel.damping.laws import paper_corrected
+from pidpanel.paths import SECTION
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
-from pidpanel.report.coupon_section import coupon_section
+from pidpanel.report.coupon_section import Law, coupon_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
 from pidpanel.report.html import Page, Section
@@ -47,6 +48,16 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     )
 
 
+def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[Section]:
+    """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
+    coupon = inputs.coupons[name]
+    good = coupon.cases[coupon.cases["status"] == "ok"]
+    found = [coupon_section(coupon, law=law), losses_section(good)]
+    if name in inputs.damping:
+        found.append(damping_section(inputs.damping[name]))
+    return found
+
+
 def _sections(inputs: Inputs) -> list[Section]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, points = inputs.study, list(inputs.study.panel.points)
@@ -54,14 +65,11 @@ def _sections(inputs: Inputs) -> list[Section]:
         panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
         sound_section(inputs.bands, study.sound.spectrum.name, study.response.frequency_hz),
     ]
-    if inputs.coupon is not None:
-        cases = inputs.coupon.cases
-        law = paper_corrected if "paper_corrected" in study.damping.readings else None
-        sections.append(coupon_section(inputs.coupon, law=law))
-        sections.append(losses_section(cases[cases["status"] == "ok"]))
-    if inputs.damping is not None:
-        sections.append(damping_section(inputs.damping))
-    sections += [response_section(inputs, name) for name in study.scenarios]
+    law = paper_corrected if "paper_corrected" in study.readings else None
+    for name in inputs.coupons:
+        of_coupon = _coupon_sections(inputs, name, law)
+        sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
+    sections += [response_section(inputs, name) for name in study.families]
     if inputs.radiation is not None:
         own = study.response.radiation
         sections.append(radiation_section(inputs.summary, inputs.radiation, own, points))

@@ -9,6 +9,8 @@ from typing import Any
 import pandas as pd
 
 READINGS = {
+    "stated": "As stated",
+    "bare": "Bare panel",
     "dem": "DEM",
     "paper_corrected": "The paper's law, corrected",
     "paper_printed": "The paper's law, as printed",

@@ -12,6 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
+from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent
@@ -48,10 +49,10 @@ def study_warnings(inputs: Inputs) -> list[str]:
     if inputs.radiation is not None:
         both = compared(inputs.summary, inputs.radiation)
         said.append(radiation_finding(both, study.response.radiation, list(study.panel.points)))
-    if inputs.damping is not None:
-        said += target_warnings(inputs.damping.rounds)
-    if inputs.coupon is not None:
-        said += coupon_warnings(inputs.coupon.cases)
+    for results in inputs.damping.values():
+        said += target_warnings(results.rounds)
+    for name, coupon in inputs.coupons.items():
+        said += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
     return said
 
 
@@ -172,20 +173,22 @@ def target_warnings(rounds: Sequence[Round]) -> list[str]:
     ]
 
 
-def coupon_warnings(cases: pd.DataFrame) -> list[str]:
+def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
     """Return the cases of a coupon that are excluded or less accurate than requested.
 
     Parameters
     ----------
     cases
         ``coupon/cases.csv``.
+    of
+        Of which damper, where the study has several.
     """
     warnings = []
 
     def warn(rows: pd.DataFrame, text: str, *, named: bool = True) -> None:
         if len(rows):
             names = f": {', '.join(rows['case'])}" if named else ""
-            warnings.append(f"{len(rows)} of {len(cases)} coupon cases {text}{names}.")
+            warnings.append(f"{len(rows)} of {len(cases)} coupon cases{of} {text}{names}.")
 
     for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
         warn(rows, f"excluded ({status})")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from pidpanel.paths import SECTION
 from pidpanel.report import style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
@@ -63,7 +64,7 @@ def write_coupon_page(
         If the table is not that of the study.
     """
     study = load_any_study(study_file)
-    inputs = read_coupon(study, table, coupon)
+    inputs = read_coupon(study, SECTION, table, coupon)
     files = f"The numbers behind this page are in results/{study.name}/coupon/cases.csv."
     with style.context():
         page = coupon_page(study, stamp(study), inputs, [run_step(study_file), (files, "")])

@@ -235,6 +235,16 @@ class Study(CouponStudy):
         elif self.coupon is not None and "stated" in self.readings and "dem" not in self.readings:
             yield "coupon", self.coupon
 
+    @property
+    def families(self) -> Mapping[str, Family]:
+        """The families among the scenarios."""
+        return {name: one for name, one in self.scenarios.items() if isinstance(one, Family)}
+
+    @property
+    def layouts(self) -> Mapping[str, Layout]:
+        """The explicit layouts among the scenarios."""
+        return {name: one for name, one in self.scenarios.items() if isinstance(one, Layout)}
+
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
         """Return the scenarios of one family, in the order of its list; one for a layout."""
         compared = self.scenarios[name]
