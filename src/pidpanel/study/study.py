@@ -206,8 +206,10 @@ class Study(CouponStudy):
             yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(known)}")
             return
         damper = self._damper_name(filled)
-        if filled.fill_fraction is None and self._needs_fill(damper):
-            yield Mistake(("fill_fraction",), "missing; this damper is one of a fill")
+        for needed in self._needs_fill(damper):
+            if filled.fill_fraction is None:
+                yield Mistake(("fill_fraction",), f"missing; required for {needed}")
+                break
         for keys, fill in _items("fill_fraction", filled.fill_fraction):
             for way, coupon in self._coupons_read(damper):
                 low, high = (f(coupon.sweep.fill_fraction) for f in (min, max))
@@ -218,11 +220,13 @@ class Study(CouponStudy):
         """Return the damper that is meant: the one that is named, or the only one."""
         return filled.damper or next(iter(self.all_dampers), None)
 
-    def _needs_fill(self, damper: str | None) -> bool:
-        """Whether a reading of a patch with a damper asks for its fill."""
-        if damper is None or set(self.readings) - {"stated"}:
-            return True
-        return self.all_dampers[damper].kind in OF_A_FILL
+    def _needs_fill(self, damper: str | None) -> Iterator[str]:
+        """Yield what of a patch with a damper asks for its fill."""
+        for reading in self.readings:
+            if reading != "stated":
+                yield f"the reading '{reading}' of damping"
+            elif damper is not None and self.all_dampers[damper].kind in OF_A_FILL:
+                yield f"the {self.all_dampers[damper].kind} of {damper}"
 
     def _coupons_read(self, damper: str | None) -> Iterator[tuple[str, Coupon]]:
         """Yield the coupons from which a patch with a damper is read, with the ways to them."""
