@@ -66,7 +66,7 @@ def test_a_light_damper_adds_few_shapes(plate):
 
 
 def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
-    # red: in loaded_modes, return _lowest(heavy, count + 1, frequency_limit)[1]
+    # red: in loaded_modes, normal_modes(heavy, 1.5 * frequency_limit)
     modes = loaded_modes(plate, {"part": 80.0}, 150.0)
     M = (plate.mass + 80.0 * plate.patch_overlap["part"]).toarray()
     value = la.eigh(plate.stiffness.toarray(), M, eigvals_only=True)

@@ -9,6 +9,7 @@ from scripts import panel
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.mesh import read_mesh
+from pidpanel.panel.modes import LEAST_MODES
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.stamp import stamp
 from pidpanel.study import load_study
@@ -18,11 +19,11 @@ damping: {readings: [paper_corrected]}
 panel:
   outline_m: [0.9, 0.6]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
-  mesh: {elements: [9, 6]}
+  mesh: {elements: [18, 12]}
   patches: {P: {centre_m: [0.4, 0.3], size_m: [0.2, 0.2]}}
   points: {A: [0.4, 0.3]}
 sound: {spectrum: smc_s_016_2014_min_third.csv}
-response: {frequency_hz: [30, 500]}
+response: {frequency_hz: [30, 1400]}
 scenarios: {one: {title: "One", patch: [P], fill_fraction: 0.5}}
 """
 OUTPUTS = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")
@@ -41,8 +42,9 @@ def test_modes_are_kept_to_twice_the_highest_frequency_and_are_naviers(built):
     modes = pd.read_csv(built / "modes.csv")
     m, n = np.meshgrid(range(1, 12), range(1, 12))
     exact = np.sort(thin_plate_frequency(m, n, (0.9, 0.6), 3273.07, 4.0).ravel())
-    exact = exact[exact < 1000.0]
-    # bicubic elements, 9 × 6 of them: 1e-3 at three half waves along each side
+    exact = exact[exact < 2800.0]
+    assert len(exact) > LEAST_MODES
+    # bicubic elements, 18 × 12 of them: 1e-3 at five half waves along each side
     np.testing.assert_allclose(modes["frequency_hz"], exact, rtol=1e-3)
     np.testing.assert_allclose(modes["navier_hz"], exact, rtol=1e-7)  # %.8g
 

@@ -40,6 +40,9 @@ from pidpanel.plane_mesh import cell_areas
 
 # Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
 MODES_BEYOND = 2.0
+# A stiff panel may have no mode below that: it then responds as the first modes above, all but
+# statically.
+LEAST_MODES = 12
 # Modes requested beyond those counted, so that the last ones counted converge quickly.
 SPARE_MODES = 8
 # The shift of the eigenvalue problem lies below zero by the square of this share of the highest
@@ -267,8 +270,8 @@ def panel_shapes(
     plate
         The supported plate.
     frequency_limit
-        All modes below this frequency [Hz] are kept: twice the highest frequency of
-        the analysis leaves PSDs within 0.5 %.
+        All modes below this frequency [Hz] are kept, and at least `LEAST_MODES`: twice the
+        highest frequency of the analysis leaves PSDs within 0.5 %.
     residual_tolerance
         Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 × 4
         elements brings about 20; 1 keeps none.
@@ -280,12 +283,11 @@ def panel_shapes(
     Raises
     ------
     ValueError
-        If `frequency_limit` is not positive, has no mode below it or more than the mesh can
-        carry, or `residual_tolerance` is negative.
+        If `frequency_limit` is not positive, or `residual_tolerance` is negative.
     RuntimeError
         If the modes found are not as many as Sylvester's count.
     """
-    frequency, modes = normal_modes(plate, frequency_limit)
+    frequency, modes = normal_modes(plate, frequency_limit, LEAST_MODES)
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
     shapes = Shapes(frequency, residual_frequency, _normalise(plate, np.hstack([modes, residuals])))
     mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
@@ -399,11 +401,12 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
     return int(np.sum(factors.U.diagonal() < 0))
 
 
-def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, Array]:
+def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
     """Compute all modes below a frequency, (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
     Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
-    modes, also where two frequencies coincide; none is missed, by Sylvester's count.
+    modes, also where two frequencies coincide; none is missed, by Sylvester's count. A mesh with
+    hardly more coordinates than modes is solved whole.
 
     Parameters
     ----------
@@ -411,6 +414,8 @@ def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, 
         The supported plate.
     frequency_limit
         [Hz].
+    at_least
+        So many modes, also where fewer lie below the limit; of a small mesh, all that it has.
 
     Returns
     -------
@@ -422,8 +427,7 @@ def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, 
     Raises
     ------
     ValueError
-        If `frequency_limit` is not positive, has no mode below it, or has more than the mesh
-        can carry.
+        If `frequency_limit` is not positive.
     RuntimeError
         If the modes found are not as many as Sylvester's count.
     """
@@ -431,46 +435,35 @@ def normal_modes(plate: AssembledPlate, frequency_limit: float) -> tuple[Array, 
         raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; it must be positive")
     count = count_modes_below(plate, frequency_limit)
     n_free = plate.stiffness.shape[0]
-    if count == 0:
-        raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; the first mode lies above")
-    # The coordinates of two by two Bogner-Fox-Schmit elements to each half wave by half wave.
-    if count > n_free // 16:
-        raise ValueError(
-            f"frequency_limit is {frequency_limit:g} Hz, with {count} modes below; the mesh has"
-            f" {n_free} coordinates and carries no more than {n_free // 16} modes: refine it, or"
-            " lower the limit"
+    wanted = max(count, at_least) + SPARE_MODES
+    if 3 * wanted < n_free:
+        shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
+        eigenvalue, modes = spla.eigsh(
+            plate.stiffness,
+            k=wanted,
+            M=plate.mass,
+            sigma=-shift,
+            OPinv=spla.LinearOperator(
+                plate.stiffness.shape, _factors(plate.stiffness + shift * plate.mass).solve
+            ),
+            v0=np.random.default_rng(0).standard_normal(n_free),
+            # a Krylov space this wide finds both modes of a pair before it stops
+            ncv=3 * wanted,
         )
-    return _lowest(plate, count, frequency_limit)
-
-
-def _lowest(plate: Matrices, count: int, frequency_limit: float) -> tuple[Array, Array]:
-    """Return frequencies [Hz] and shapes of the `count` modes below a frequency."""
-    n_free = plate.stiffness.shape[0]
-    wanted = min(count + SPARE_MODES, n_free - 1)
-    shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
-    eigenvalue, modes = spla.eigsh(
-        plate.stiffness,
-        k=wanted,
-        M=plate.mass,
-        sigma=-shift,
-        OPinv=spla.LinearOperator(
-            plate.stiffness.shape, _factors(plate.stiffness + shift * plate.mass).solve
-        ),
-        v0=np.random.default_rng(0).standard_normal(n_free),
-        # a Krylov space this wide finds both modes of a pair before it stops
-        ncv=min(n_free, 3 * wanted),
-    )
+    else:
+        eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
     order = np.argsort(eigenvalue)
     eigenvalue, modes = eigenvalue[order], modes[:, order]
     eigenvalue[_is_rigid(plate, modes)] = 0.0
     frequency = np.sqrt(eigenvalue) / (2 * np.pi)
-    below = frequency < frequency_limit
-    if np.sum(below) != count:
+    found = int(np.sum(frequency < frequency_limit))
+    if found != count:
         raise RuntimeError(
-            f"{np.sum(below)} modes were found below {frequency_limit:g} Hz, where"
+            f"{found} modes were found below {frequency_limit:g} Hz, where"
             f" {count} exist by Sylvester's count"
         )
-    return frequency[below], _normalise(plate, modes[:, below])
+    kept = slice(max(count, at_least))
+    return frequency[kept], _normalise(plate, modes[:, kept])
 
 
 def _factors(matrix: sp.csr_array) -> spla.SuperLU:
@@ -565,10 +558,7 @@ def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit
     for name, value in damper_mass.items():
         mass = mass + value * plate.patch_overlap[name]
     heavy = Loaded(plate.stiffness, sp.csr_array(mass), plate.at_vertices)
-    count = count_modes_below(heavy, frequency_limit)
-    if count == 0:
-        return np.zeros((mass.shape[0], 0))
-    return _lowest(heavy, count, frequency_limit)[1]
+    return normal_modes(heavy, frequency_limit)[1]
 
 
 def _normalise(plate: Matrices, vectors: Array) -> Array:

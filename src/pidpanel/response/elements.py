@@ -25,7 +25,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.response.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-3
@@ -111,7 +111,7 @@ class Elements:
     overlap: Sequence[sp.csr_array]
     shapes: Array
     basis: ModalBasis
-    is_residual: Array
+    is_residual: Flags
     damping_ratio: float
     cutoff: float
     points: sp.csr_array
@@ -160,7 +160,9 @@ class Elements:
         s = np.array([pull.stiffness for pull in pulls])[which]  # (columns, n_patches)
         cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
-        result = (K @ x) * (1 + 2j * self.damping_ratio * omega / cutoff) - (M @ x) * omega**2
+        result: Complexes = (K @ x) * (1 + 2j * self.damping_ratio * omega / cutoff) - (
+            M @ x
+        ) * omega**2
         for index, D in enumerate(self.overlap):
             if np.any(s[:, index]):
                 result += (D @ x) * s[:, index]
@@ -201,7 +203,8 @@ class Elements:
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
         start = by_basis(pull)
-        found, steps = np.zeros_like(start), []
+        found = np.zeros_like(start)
+        steps: list[tuple[Complexes, Complexes]] = []
         residual = pull - self._applied(pulls, which, start)
         size = first = self._size(residual)
         for _ in range(MOST_STEPS):
@@ -250,7 +253,7 @@ class Elements:
         modes = ~self.is_residual
         own = self.basis.angular_frequency[modes]
         factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
-        kept = factor > 0
+        kept = factor != 0
         B = self._pushed[:, kept]
         answer = spla.splu(sp.csc_matrix(Z)).solve(np.hstack([right, B]).astype(complex))
         x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
