@@ -26,7 +26,7 @@ sound: {spectrum: smc_s_016_2014_min_third.csv}
 response: {frequency_hz: [30, 1400]}
 scenarios: {one: {title: "One", patch: [P], fill_fraction: 0.5}}
 """
-OUTPUTS = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")
+OUTPUTS = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ def upstream(tmp_path_factory, write_study, table_values):
     study = str(write_study(folder, "table", table_values()))
     at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
     importlib.import_module("scripts.panel").main(
-        [study, *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")]
+        [study, *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]
     )
     importlib.import_module("scripts.sound").main(
         [study, *at("modes.nc", "spectrum.csv", "modal_force.nc", "air.nc")]

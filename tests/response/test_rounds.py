@@ -78,7 +78,10 @@ def law(tmp_path_factory, write_study, law_values):
     study = write_study(folder, "law", values)
     at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
     panel_script.main(
-        [str(study), *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")]
+        [
+            str(study),
+            *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc"),
+        ]
     )
     sound_script.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc")])
     return study, PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)

@@ -36,7 +36,15 @@ def basis(tmp_path_factory):
     folder = tmp_path_factory.mktemp("basis")
     (folder / "bands.csv").write_text(BANDS)
     (folder / "small.yaml").write_text(STUDY.format(sound="field: uniform"))
-    names = ("small.yaml", "modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")
+    names = (
+        "small.yaml",
+        "modes.nc",
+        "modes.csv",
+        "modes.vtu",
+        "mesh.msh",
+        "section.csv",
+        "plate.nc",
+    )
     panel.main([str(folder / name) for name in names])
     return folder / "modes.nc"
 

@@ -64,7 +64,12 @@ def stages(folder, study, *, radiation):
     names = ("panel", "sound", "response", "maps", "export")
     panel, sound, response, maps, export = (importlib.import_module(f"scripts.{n}") for n in names)
     at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
-    panel.main([str(study), *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv")])
+    panel.main(
+        [
+            str(study),
+            *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc"),
+        ]
+    )
     air = at("air.nc") if radiation else []
     sound.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc"), *air])
     beside = at("radiation.csv") if radiation else []

@@ -9,6 +9,7 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
+from pidpanel.panel.from_study import damper_masses
 from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
 from pidpanel.round import Round
 from pidpanel.stamp import by_content

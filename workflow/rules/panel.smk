@@ -8,10 +8,13 @@ rule panel:
         results("panel/modes.vtu"),
         results("panel/mesh.msh"),
         results("panel/section.csv"),
+        results("panel/plate.nc"),
     log:
         results("panel/panel.log"),
     params:
         study=section("panel"),
+        # the basis follows the panel with its heaviest dampers
+        damper_mass=text_digest([json.dumps(damper_masses(STUDY), sort_keys=True)]),
         highest=STUDY.response.frequency_hz[1],
         files=content(*STUDY.panel.files),
         code=code("panel"),

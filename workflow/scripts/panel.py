@@ -1,4 +1,4 @@
-"""Mesh and modes of the panel of a study: modes.nc, modes.csv, modes.vtu, mesh.msh, section.csv."""
+"""Mesh and modes of the panel of a study: modes, mesh, section and matrices."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Take the study and the files to write, in the order above."""
+    """Take the study; modes.nc, modes.csv, modes.vtu, mesh.msh, section.csv, plate.nc to write."""
     study, *files = arguments
     write_panel(load_study(study), *map(Path, files))
 

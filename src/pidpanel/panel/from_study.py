@@ -1,5 +1,6 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +14,10 @@ from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
-from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, panel_basis
+from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, basis_of, panel_shapes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.plate_files import write_plate
 from pidpanel.panel.resolution import check_resolution
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
@@ -215,8 +217,10 @@ class StudiedPanel:
             plate = assemble_shear_plate(mesh, self.section, self.supports)
         return with_attachments(plate, self.attachments.values(), mesh)
 
-    def basis(self, mesh_file: Path, frequency: float) -> PanelBasis:
-        """Return the modes and residual vectors for a response up to a frequency.
+    def basis(
+        self, mesh_file: Path, frequency: float, damper_mass: Mapping[str, float] | None = None
+    ) -> PanelBasis:
+        """Return the modes and the shapes that dampers need for a response up to a frequency.
 
         Parameters
         ----------
@@ -224,9 +228,21 @@ class StudiedPanel:
             The ``.msh`` file to write.
         frequency
             The highest of the response [Hz]; modes are kept up to `MODES_BEYOND` times it.
+        damper_mass
+            Heaviest damper of each patch by name [kg/m²].
         """
         mesh = self.mesh(mesh_file)
-        return panel_basis(mesh, self.plate(mesh), MODES_BEYOND * frequency)
+        plate = self.plate(mesh)
+        return basis_of(mesh, plate, self.shapes_of(plate, frequency, damper_mass))
+
+    def shapes_of(
+        self,
+        plate: AssembledPlate,
+        frequency: float,
+        damper_mass: Mapping[str, float] | None = None,
+    ) -> Shapes:
+        """Return the shapes of `basis` in the free coordinates of the plate."""
+        return panel_shapes(plate, MODES_BEYOND * frequency, damper_mass=damper_mass)
 
     def mode_table(self, basis: PanelBasis) -> pd.DataFrame:
         """Return the table of modes, with the closed form where there is one."""
@@ -292,6 +308,24 @@ class StudiedPanel:
         return self.foreign.at_node(grid)
 
 
+def damper_masses(study: Study) -> dict[str, float]:
+    """Return about the heaviest damper of each patch that a scenario fills [kg/m²].
+
+    The basis follows the panel with these masses. 0 where the mass is not known before the run, as
+    of a table.
+    """
+    highest = study.response.frequency_hz[1]
+    found: dict[str, float] = {}
+    for scenario in study.all_scenarios():
+        for filling in scenario.fillings:
+            damper = study.all_dampers.get(filling.damper or "")
+            mass = 0.0
+            if damper is not None and study.response.damper_mass:
+                mass = damper.largest_mass_per_area(filling.fill_fraction, highest)
+            found[filling.patch] = max(found.get(filling.patch, 0.0), mass)
+    return found
+
+
 def write_panel(
     study: Study,
     modes_nc: Path,
@@ -299,6 +333,7 @@ def write_panel(
     modes_vtu: Path,
     mesh_msh: Path,
     section_csv: Path,
+    plate_nc: Path,
 ) -> None:
     """Mesh the panel of a study, find its modes, and write the files of the stage.
 
@@ -308,7 +343,11 @@ def write_panel(
         As of `StudiedPanel`.
     """
     panel = StudiedPanel(study.panel)
-    basis = panel.basis(mesh_msh, study.response.frequency_hz[1])
+    mesh = panel.mesh(mesh_msh)
+    plate = panel.plate(mesh)
+    shapes = panel.shapes_of(plate, study.response.frequency_hz[1], damper_masses(study))
+    basis = basis_of(mesh, plate, shapes)
+    write_plate(plate_nc, plate, shapes.vectors, stamp(study))
     write_basis(modes_nc, basis, stamp(study))
     write_shapes(modes_vtu, basis)
     panel.mode_table(basis).to_csv(modes_csv, index=False, float_format="%.8g")

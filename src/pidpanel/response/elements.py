@@ -181,8 +181,7 @@ class Elements:
         stiffness[:, index, index] = diagonal
         for p, overlap in enumerate(self._overlap_of_basis):
             stiffness += np.array([pull.stiffness[p] for pull in pulls])[:, None, None] * overlap
-        inverse: Complexes = np.linalg.inv(stiffness)
-        return inverse
+        return np.asarray(np.linalg.inv(stiffness))
 
     # ------------------------------------------------------------------- solutions
 

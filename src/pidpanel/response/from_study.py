@@ -18,6 +18,7 @@ from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis, patch_areas
+from pidpanel.response.basis_error import cutoff_frequency, damping_ratios
 from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
@@ -125,8 +126,13 @@ class PanelInSound:
     def modal(self) -> ModalBasis:
         """The shapes with the damping ratio of the bare panel."""
         basis = self.basis
-        ratio = self.study.panel.damping_ratio
-        return ModalBasis(basis.natural_frequency, basis.modal_mass, np.asarray(ratio))
+        ratio = damping_ratios(basis, self.study.panel.damping_ratio, self.cutoff)
+        return ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+
+    @property
+    def cutoff(self) -> float:
+        """f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
+        return cutoff_frequency(self.study.response.frequency_hz[1])
 
     @cached_property
     def frequency(self) -> Array:

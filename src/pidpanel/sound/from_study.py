@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
 import pandas as pd
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write_tables
@@ -123,6 +124,25 @@ def modal_force_tables(
         case "plane_wave" | "progressive_wave":
             table = field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
     return {MODAL_FORCE: table}
+
+
+def modal_force_at(sound: Sound, frequency: float, shapes: PanelShapes) -> Array | Complexes:
+    """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table.
+
+    Parameters are those of `modal_force_tables`.
+    """
+    k, face = field.wavenumber(frequency, sound.speed_m_s), _face(shapes)
+    match sound.field:
+        case "diffuse":
+            return field.diffuse_modal_force(float(k), face)
+        case "uncorrelated":
+            area = field.lumped_area(shapes.vertex_position, shapes.cells)
+            return field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
+        case "uniform":
+            return field.uniform_modal_force(face)
+        case "plane_wave" | "progressive_wave":
+            of_wave = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
+            return np.asarray(of_wave[0], np.complex128)
 
 
 def air_tables(

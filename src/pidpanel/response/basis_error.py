@@ -1,0 +1,234 @@
+"""What the shapes of the basis miss of a response, and a basis that misses less.
+
+At a few lines of every scenario the same panel is solved on all elements (`elements`), under the
+same sound; the error of the basis is the largest difference of the PSD of a point, relative to
+that of all elements. The check is of the structure alone: in vacuum, with the dampers' C_e and
+m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from pidpanel.arrays import Array, Index
+from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, values_of
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.response.elements import Elements, Motion, Pull
+from pidpanel.response.model import ModalBasis
+from pidpanel.sound.from_study import modal_force_at
+from pidpanel.study.sound import Sound
+
+ALLOWED = 5e-3
+"""Largest error of a PSD that is left to the basis."""
+
+REFINED_ABOVE = 3e-3
+"""Error at the lines tried above which the basis is refined: between them it may be larger."""
+
+LINES = (2, 12)
+"""Fewest and most lines of a scenario."""
+
+WORK = 1.2e7
+"""Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
+coordinates with three points and 22 scenarios the check has 3 lines each."""
+
+
+@dataclass(frozen=True)
+class PatchDampers:
+    """C_e and m_a of every patch of the basis in a scenario.
+
+    Attributes
+    ----------
+    equivalent_damping, apparent_mass
+        (n_patches, nf) [N s/m³] and [kg/m²] on the lines of the check; 0 where there is no damper.
+    """
+
+    equivalent_damping: Array
+    apparent_mass: Array
+
+
+@dataclass(frozen=True)
+class BasisCheck:
+    """Errors of the basis in every scenario.
+
+    Attributes
+    ----------
+    frequency
+        (nf,) lines tried [Hz].
+    error
+        (n_scenarios, nf) largest relative error of the PSD of a point [1].
+    left_out
+        (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`.
+    """
+
+    frequency: Array
+    error: Array
+    left_out: Array
+
+    @property
+    def largest(self) -> Array:
+        """(n_scenarios,) [1]."""
+        worst: Array = self.error.max(axis=1)
+        return worst
+
+
+def lines_to_try(
+    frequency_range: tuple[float, float], coordinates: int, columns: int, attempt: int = 0
+) -> Array:
+    """Return the lines [Hz] at which all elements are solved, denser towards the highest.
+
+    Parameters
+    ----------
+    frequency_range
+        Of the response [Hz].
+    coordinates
+        Of the elements.
+    columns
+        Points times scenarios.
+    attempt
+        Number of the basis from 0. Each has lines of its own, since a basis is right at the lines
+        at which it was refined.
+    """
+    count = int(np.clip(WORK // max(1, coordinates * columns), *LINES))
+    low, high = frequency_range
+    offset = (0.5 + attempt * (np.sqrt(5) - 1) / 2) % 1  # the golden section keeps them apart
+    share = np.sqrt((np.arange(count) + offset) / count)
+    lines: Array = low + (high - low) * share
+    return lines
+
+
+def cutoff_frequency(highest: float) -> float:
+    """Return f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
+    return MODES_BEYOND * highest
+
+
+def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Array:
+    """Return ζ of every shape: that of the panel in modes, ζ f/f_c in residual vectors.
+
+    A residual vector has no damping ratio of its own, being no mode. With a damping proportional
+    to the stiffness above f_c the answer does not depend on how the shapes above are chosen.
+    """
+    share = np.where(basis.is_residual, basis.natural_frequency / cutoff, 1.0)
+    ratios: Array = damping_ratio * share
+    return ratios
+
+
+def check_basis(
+    basis: PanelBasis,
+    plate: StoredPlate,
+    modal: ModalBasis,
+    sound: Sound,
+    damping_ratio: float,
+    cutoff: float,
+    frequency: Array,
+    scenarios: Sequence[PatchDampers],
+) -> BasisCheck:
+    """Compare the basis with all elements.
+
+    Parameters
+    ----------
+    basis
+        Of the panel.
+    plate
+        Its elements.
+    modal
+        Frequencies, masses and damping of the basis.
+    sound
+        Field and speed of sound.
+    damping_ratio, cutoff
+        ζ of the bare panel and f_c [Hz].
+    frequency
+        (nf,) [Hz].
+    scenarios
+        Dampers at these lines.
+    """
+    elements = Elements(
+        plate,
+        list(plate.patch_overlap.values()),
+        plate.shapes.astype(np.float64),
+        modal,
+        basis.is_residual,
+        damping_ratio,
+        cutoff,
+        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
+    )
+    omega = 2 * np.pi * frequency
+    error = np.zeros((len(scenarios), len(frequency)))
+    left_out: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
+    for line, f in enumerate(frequency.tolist()):
+        pulls = [
+            Pull(
+                f,
+                1j * omega[line] * one.equivalent_damping[:, line]
+                - omega[line] ** 2 * one.apparent_mass[:, line],
+            )
+            for one in scenarios
+        ]
+        motions = elements.motions(pulls)
+        error[:, line] = _errors(motions, basis, plate, sound, f)
+        for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
+            missing = motions[missed].left_out
+            left_out += [np.real(missing), np.imag(missing)]
+    return BasisCheck(frequency, error, np.hstack(left_out))
+
+
+def point_vertices(basis: PanelBasis) -> Index:
+    """Return (n_points,) the vertices that are response points."""
+    distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
+    nearest: Index = np.argmin(distance, axis=1)
+    return nearest
+
+
+def _errors(
+    motions: Sequence[Motion], basis: PanelBasis, plate: StoredPlate, sound: Sound, frequency: float
+) -> Array:
+    """(n_scenarios,) largest relative error of the PSD of a point at a line."""
+    count = motions[0].of_basis.shape[1]
+    answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
+    columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
+    face = _MovedFace(
+        plate.quadrature_position,
+        plate.quadrature_weight,
+        plate.at_quadrature @ columns,
+        basis.vertex_position,
+        basis.cells,
+        plate.at_vertices @ columns,
+    )
+    force = modal_force_at(sound, frequency, face)
+    # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
+    blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, 2, count)
+    real, imag = blocks[:, :, 0], blocks[:, :, 1]
+    psd = (
+        force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
+    ).real  # (n_scenarios, basis or all elements, n_points)
+    moved = psd[:, 1] > 0  # a point on a support does not
+    ratio = np.divide(psd[:, 0], psd[:, 1], out=np.ones_like(psd[:, 1]), where=moved)
+    error: Array = np.abs(ratio - 1).max(axis=1, initial=0.0)
+    return error
+
+
+@dataclass(frozen=True)
+class _MovedFace:
+    """Motions of the face as shapes; see `sound.from_study.PanelShapes`."""
+
+    quadrature_position: Array
+    quadrature_weight: Array
+    shape_at_quadrature: Array
+    vertex_position: Array
+    cells: Index
+    shape_at_vertices: Array
+
+
+def refined(
+    basis: PanelBasis, plate: StoredPlate, left_out: Array
+) -> tuple[PanelBasis, StoredPlate]:
+    """Return the basis with what it left out (n_free, k), and the plate with its shapes."""
+    frequency = basis.natural_frequency
+    vectors = plate.shapes.astype(np.float64)
+    shapes = Shapes(frequency[~basis.is_residual], frequency[basis.is_residual], vectors)
+    wider = shapes.joined_by(plate, left_out)
+    values = values_of(plate, wider, point_vertices(basis))
+    return replace(basis, **values), replace(plate, shapes=wider.vectors)
