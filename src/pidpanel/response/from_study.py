@@ -19,20 +19,14 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis, patch_areas
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios
-from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import MatrixInput, bare_panels
+from pidpanel.response.modal import MatrixInput
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.power import power_balance
 from pidpanel.response.radiation import Air
-from pidpanel.response.scenarios import (
-    DiagonalSolver,
-    ScenarioResponse,
-    Solver,
-    solve_bare,
-    solve_scenario,
-)
+from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
+from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import spectrum_of
@@ -41,9 +35,8 @@ from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Scenario, Study
 from pidpanel.study.response import Radiation
 
-COARSE_CUTOFF = 1e-4
 COARSE_LINES_PER_BANDWIDTH = 3.0
-"""Of the search for Γ: rms of the patch within 1e-3. The first is `modal.bare_panels`'s."""
+"""Of the search for Γ: rms of the patch within 1e-3."""
 
 BALANCE_LINES = 12
 """Lines on which the power balance of each scenario is checked."""
@@ -73,8 +66,8 @@ class SolvedScenario:
         The bare panel under the same sound.
     pressure_factor
         S_p over that of the study.
-    solver, damping
-        What it was computed with; no damping for the bare panel.
+    solver, loads
+        What it was computed with; no load for the bare panel.
     """
 
     scenario: Scenario
@@ -82,8 +75,8 @@ class SolvedScenario:
     found: ScenarioResponse | UnstableDamping
     bare: ScenarioResponse
     pressure_factor: float
-    solver: Solver | DiagonalSolver
-    damping: DampingOfMotion | None
+    solver: Solver
+    loads: tuple[Load, ...]
 
 
 def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
@@ -204,8 +197,8 @@ class PanelInSound:
 
     # --------------------------------------------------------------- solutions
 
-    def solvers(self, *, rms_only: bool = False) -> Mapping[str, Solver | DiagonalSolver]:
-        """Return a solver of each loaded patch, of the form that the study asks for.
+    def solver(self, *, rms_only: bool = False) -> Solver:
+        """Return a solver of all loaded patches, of the form that the study asks for.
 
         Parameters
         ----------
@@ -215,11 +208,11 @@ class PanelInSound:
         lines = self.coarse_frequency if rms_only else self.frequency
         motion = self.deflection_at_points if rms_only else self.motion_at_points
         if self.study.response.modal_damping == "full":
-            return self.full_solvers(lines, motion)
-        return self.diagonal_solvers(lines, motion)
+            return self.full_solver(lines, motion)
+        return DiagonalSolver(self.in_field, lines, motion, self.coarse_frequency)
 
-    def full_solvers(self, frequency: Array, motion_at_points: Array) -> dict[str, Solver]:
-        """Return solvers with the full modal damping matrix, the panel solved once for all.
+    def full_solver(self, frequency: Array, motion_at_points: Array) -> PanelSolver:
+        """Return a solver with the full modal damping matrix.
 
         Parameters
         ----------
@@ -228,70 +221,47 @@ class PanelInSound:
         motion_at_points
             (n_points, m, n) the motions looked at.
         """
-        names = self.loaded_patches
-        carriers = [self.patch(name) for name in names]
-        nothing = np.zeros((0, 1, self.modal.natural_frequency.size))
-        coarse = self.coarse_frequency
-        air = self.air_stiffness
-        few = bare_panels(
-            coarse, self.modal, carriers, nothing, self.psd(coarse), self.force, air,
-            overlap_cutoff=COARSE_CUTOFF,
-        )  # fmt: skip
-        bare = bare_panels(
-            frequency, self.modal, carriers, motion_at_points, self.psd(frequency), self.force, air
-        )
-        return {
-            name: Solver(one, PatchMotion.of(coarse_one))
-            for name, one, coarse_one in zip(names, bare, few, strict=True)
-        }
+        return PanelSolver(self.in_field, frequency, motion_at_points, self.coarse_frequency)
 
-    def diagonal_solvers(
-        self, frequency: Array, motion_at_points: Array
-    ) -> dict[str, DiagonalSolver]:
-        """Return solvers of the paper's form, in which a damper does not couple the modes.
-
-        Parameters are those of `full_solvers`.
-        """
-        coarse = self.coarse_frequency
-        sound = (self.psd(coarse), self.force)
-        panel = (motion_at_points, self.psd(frequency), self.force)
-        found = {}
-        for name in self.loaded_patches:
-            patch = self.patch(name)
-            motion = PatchMotion.diagonal(coarse, self.modal, patch, *sound)
-            found[name] = DiagonalSolver(frequency, self.modal, patch, *panel, motion)
-        return found
+    @cached_property
+    def in_field(self) -> PanelInField:
+        """The panel with the patches that a scenario fills, in the order of `loaded_patches`."""
+        index = [self.basis.patch_names.index(name) for name in self.loaded_patches]
+        patches = Patches(self.basis.patch_overlap[index], self.patch_area[index])
+        return PanelInField(self.modal, patches, self.psd, self.force, self.air_stiffness)
 
     def responses(
-        self,
-        solvers: Mapping[str, Solver | DiagonalSolver],
-        readings: Mapping[str, DampingReading],
+        self, solver: Solver, readings: Mapping[str, DampingReading]
     ) -> Iterator[SolvedScenario]:
         """Yield every scenario in every reading of the damping."""
-        bare: dict[float, ScenarioResponse] = {}
-        for scenario in self.study.all_scenarios():
-            solver = solvers[scenario.patch or next(iter(solvers))]
-            factor = self.pressure_factor(scenario)
-            if scenario.patch is None:
-                bare[factor] = solve_bare(solver, factor)
+        scenarios = self.study.all_scenarios()
+        stated = self.study.damping.level.acceleration_g
+        factors = list(dict.fromkeys(self.pressure_factor(one) for one in scenarios))
+        layouts: dict[tuple[str, str | None, float], Layout] = {
+            ("", None, factor): Layout((), factor) for factor in factors
+        }
+        for scenario in scenarios:
             for name, reading in readings.items():
-                own = (bare[factor], factor, solver)
-                if scenario.patch is None:
-                    yield SolvedScenario(scenario, name, bare[factor], *own, None)
-                    continue
-                damping = damping_of_motion(reading, scenario.fill_fraction)
-                found: ScenarioResponse | UnstableDamping
-                try:
-                    found = solve_scenario(
-                        solver,
-                        damping,
-                        factor,
-                        depends_on_acceleration=reading.depends_on_acceleration,
-                        stated_acceleration_g=self.study.damping.level.acceleration_g,
+                if scenario.patch is not None:
+                    load = Load(
+                        self.loaded_patches.index(scenario.patch),
+                        damping_of_motion(reading, scenario.fill_fraction),
+                        reading.depends_on_acceleration,
                     )
-                except UnstableDamping as error:
-                    found = error
-                yield SolvedScenario(scenario, name, found, *own, damping)
+                    factor = self.pressure_factor(scenario)
+                    layouts[name, scenario.label, factor] = Layout((load,), factor, stated)
+        found = solve_layouts(solver, list(layouts.values()))
+        solved = dict(zip(layouts, found, strict=True))
+        for scenario in scenarios:
+            factor = self.pressure_factor(scenario)
+            bare = solved["", None, factor]
+            assert isinstance(bare, ScenarioResponse)  # nothing can feed it
+            for name in readings:
+                key: tuple[str, str | None, float] = ("", None, factor)
+                if scenario.patch is not None:
+                    key = (name, scenario.label, factor)
+                loads = tuple(layouts[key].loads)
+                yield SolvedScenario(scenario, name, solved[key], bare, factor, solver, loads)
 
     def reads_own_motion(self, reading: DampingReading) -> bool:
         """Whether a reading is taken at the motion that the patch ends up with."""
@@ -317,8 +287,8 @@ class PanelInSound:
             self.patch(patch or self.basis.patch_names[0]),
             factor * self.psd(self.frequency[lines]),
             self.force,
-            one.equivalent_damping[None, lines],
-            one.apparent_mass[None, lines],
+            one.equivalent_damping[:, lines] if patch else np.zeros((1, self.frequency[lines].size)),
+            one.apparent_mass[:, lines] if patch else np.zeros((1, self.frequency[lines].size)),
             self.air_stiffness,
         )
         return float(balance.error.max())

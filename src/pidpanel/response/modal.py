@@ -9,13 +9,14 @@ where M = diag(m_i), K = diag(m_i ω_i²), C = diag(2 ζ_i m_i ω_i), D_p = ∫_
 of the shapes on patch p, C_e,p(ω) and m_a,p(ω) its equivalent damping and apparent mass per area,
 G the modal force of the sound field, R and M_air an optional radiation resistance and added mass.
 
-A patch is known to the panel only by a few numbers: D = U Uᵀ with about 35 columns. So the bare
-panel is solved once for the motions w = Wᵀq of the patches (columns U) and of the points
-(columns φᵀ),
+Patches are known to the panel only by a few numbers: D_p = E Δ_p Eᵀ with about 35 columns E of all
+of them for each patch of 0.2 m. So the bare panel is solved once for the motions w = Wᵀq of the
+patches (columns E) and of the points (columns φᵀ),
 
-    R_wu = Wᵀ Z₀⁻¹ U,      S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ U,
+    R_wu = Wᵀ Z₀⁻¹ E,      S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E,
 
-and any damper is then attached exactly (`dampers`).
+and any dampers are then attached exactly (`dampers`). Patches whose columns are nearly as many as
+the shapes are better solved directly (`direct`).
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +28,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.response.model import ModalBasis, Patches, ResponseError, checked_array
+from pidpanel.response.model import (
+    ModalBasis,
+    PatchCoordinates,
+    Patches,
+    ResponseError,
+    checked_array,
+)
 
 Matrices = Array | Complexes
 MatrixInput = Matrices | Callable[[Array], Matrices]
@@ -44,8 +51,8 @@ LINES_AT_ONCE = 128
 class BarePanel:
     """Motions of the panel without dampers at some patches and points, ready to carry dampers.
 
-    Of the motions w = Wᵀq the first r are those of the patches (u_p = U_pᵀ q, mean square over
-    the patch = Σ u²/A_p), then come m motions at each point.
+    Of the motions w = Wᵀq the first r are those of the patches (u = Eᵀ q, mean square over a
+    patch = uᵀ Δ_p u/A_p), then come m motions at each point.
 
     Parameters
     ----------
@@ -53,12 +60,12 @@ class BarePanel:
         (nf,) [Hz].
     patches
         The patches, in order.
-    patch_columns
-        For each patch its columns in u.
+    coordinates
+        E and Δ.
     receptance
-        (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ U.
+        (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ E.
     patch_psd
-        (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ U.
+        (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E.
     point_psd
         (nf, n_points, m, m) the same among the motions of one point.
     damping_norm
@@ -68,7 +75,7 @@ class BarePanel:
 
     frequency: Array
     patches: Patches
-    patch_columns: list[slice]
+    coordinates: PatchCoordinates
     receptance: Complexes
     patch_psd: Complexes
     point_psd: Complexes
@@ -125,8 +132,8 @@ def bare_panels(
         check_patches(patches, n)
 
     n_points, m = points.shape[:2]
-    factors = [patches.factors(overlap_cutoff) for patches in carriers]
-    columns = [np.concatenate([*parts, np.zeros((n, 0))], axis=1) for parts in factors]
+    coordinates = [patches.coordinates(overlap_cutoff) for patches in carriers]
+    columns = [one.columns for one in coordinates]
     ends = np.cumsum([n_points * m] + [part.shape[1] for part in columns]).tolist()
     observed = np.concatenate([points.reshape(-1, n).T, *columns], axis=1)
 
@@ -146,28 +153,24 @@ def bare_panels(
         at_points = motion[:, :, : n_points * m]
         by_point = at_points.reshape(len(motion), n, n_points, m).transpose(2, 0, 1, 3)
         for point, one in enumerate(by_point):
-            point_psd[lines, point] = sound * _product(one, force, one)
+            point_psd[lines, point] = sound * product(one, force, one)
         for index, (start, stop) in enumerate(pairwise(ends)):
             patch = motion[:, :, start:stop]
             both = np.concatenate([patch, at_points], axis=2)
-            patch_psd[index][lines] = sound * _product(both, force, patch)
+            patch_psd[index][lines] = sound * product(both, force, patch)
             own = np.concatenate([columns[index], observed[:, : n_points * m]], axis=1)
             receptance[index][lines] = own.T @ patch
     return [
         BarePanel(
             frequency=frequency,
             patches=patches,
-            patch_columns=[
-                slice(a, b) for a, b in pairwise(np.cumsum([0] + [u.shape[1] for u in parts]))
-            ],
+            coordinates=coordinates[index],
             receptance=receptance[index],
             patch_psd=patch_psd[index],
             point_psd=point_psd,
-            damping_norm=np.array(
-                [np.linalg.norm(u / np.sqrt(basis.damping)[:, None], 2) ** 2 for u in parts]
-            ),
+            damping_norm=patches.damping_norm(basis.damping),
         )
-        for index, (patches, parts) in enumerate(zip(carriers, factors, strict=True))
+        for index, patches in enumerate(carriers)
     ]
 
 
@@ -195,7 +198,7 @@ def _solve_bare(
     return in_air
 
 
-def _product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
+def product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
     """Return leftᵀ G right*, (nf, n_left, n_right)."""
     if np.iscomplexobj(force):
         pushed = force @ right.conj()
@@ -266,7 +269,6 @@ def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
 
 def check_patches(patches: Patches, n: int) -> None:
     """Raise `ResponseError` unless the patches have n shapes."""
-    if patches.overlap.shape[1] != n:
-        raise ResponseError(
-            f"overlap has shape {patches.overlap.shape}: (n_patches, {n}, {n}) is needed"
-        )
+    if patches.shapes != n:
+        shape = (len(patches), patches.shapes, patches.shapes)
+        raise ResponseError(f"overlap has shape {shape}: (n_patches, {n}, {n}) is needed")

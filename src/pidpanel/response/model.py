@@ -1,6 +1,8 @@
 """What the response is computed from and what comes out: arrays with their checks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -83,13 +85,31 @@ class ModalBasis:
 
 
 @dataclass(frozen=True)
+class PatchCoordinates:
+    """The motions of the shapes that some patches feel, D_p = E Δ_p Eᵀ.
+
+    Parameters
+    ----------
+    columns
+        (n, r) E [m].
+    weight
+        (n_patches, r, r) Δ_p [1], which sum to about one; the unit matrix for one patch alone.
+    inverse
+        (r, n) of E: a motion cᵀq with c = E a is aᵀu, a = inverse c.
+    """
+
+    columns: Array
+    weight: Array
+    inverse: Array
+
+
 class Patches:
-    """Areas of the panel that carry dampers.
+    """Areas of the panel that carry dampers, each known by D_p = ∫_p φ φᵀ dA.
 
     Parameters
     ----------
     overlap
-        (n_patches, n, n) D_p = ∫_p φ φᵀ dA [m²], symmetric positive semidefinite.
+        (n_patches, n, n) D_p [m²], symmetric positive semidefinite.
     area
         (n_patches,) A_p [m²].
 
@@ -99,44 +119,192 @@ class Patches:
         Where shapes disagree, D is not symmetric or has a negative eigenvalue.
     """
 
-    overlap: Array
-    area: Array
-
-    def __post_init__(self) -> None:
-        overlap = np.array(self.overlap, dtype=np.float64)
-        area = np.array(self.area, dtype=np.float64)
-        if overlap.ndim != 3 or overlap.shape[1] != overlap.shape[2]:
-            raise ResponseError(f"overlap has shape {overlap.shape}: (n_patches, n, n) is needed")
-        if area.shape != overlap.shape[:1]:
-            raise ResponseError(f"area has shape {area.shape}: {overlap.shape[:1]} is needed")
-        bad = ~(np.isfinite(area) & (area > 0))
-        if np.any(bad):
-            raise ResponseError(f"area = {area[bad].flat[0]!r} m² must be finite and positive")
-        for index, matrix in enumerate(overlap):
+    def __init__(self, overlap: ArrayLike, area: ArrayLike) -> None:
+        matrices = np.array(overlap, dtype=np.float64)
+        if matrices.ndim != 3 or matrices.shape[1] != matrices.shape[2]:
+            raise ResponseError(f"overlap has shape {matrices.shape}: (n_patches, n, n) is needed")
+        self.area = _checked_area(area, matrices.shape[:1])
+        for index, matrix in enumerate(matrices):
             largest = np.max(np.abs(matrix))
             if not np.isfinite(largest):
                 raise ResponseError(f"overlap of patch {index} has values that are not finite")
             if np.max(np.abs(matrix - matrix.T)) > 1e-10 * largest:
                 raise ResponseError(f"overlap of patch {index} is not symmetric")
-        object.__setattr__(self, "overlap", overlap)
-        object.__setattr__(self, "area", area)
+        self._shapes = matrices.shape[1]
+        self._coordinates: dict[float, PatchCoordinates] = {}
+        self._overlap: list[Array] | None = list(matrices)
+        self._factor: list[Array] | None = None
+
+    @classmethod
+    def of_rows(cls, rows: ArrayLike, row_patch: ArrayLike, area: ArrayLike) -> "Patches":
+        """Return patches from the rows of their quadrature, D_p = Σ row rowᵀ.
+
+        Parameters
+        ----------
+        rows
+            (n_rows, n) √weight times the shapes at a quadrature point [m].
+        row_patch
+            (n_rows,) the patch of each row.
+        area
+            (n_patches,) A_p [m²].
+
+        Raises
+        ------
+        ResponseError
+            Where shapes disagree, a value is not finite, or a patch has no row.
+        """
+        rows = np.asarray(rows, dtype=np.float64)
+        owner = np.asarray(row_patch, dtype=np.int64)
+        if rows.ndim != 2 or owner.shape != rows.shape[:1]:
+            raise ResponseError(
+                f"rows have shape {rows.shape} and row_patch {owner.shape}: (n_rows, n) and "
+                "(n_rows,) are needed"
+            )
+        if not np.all(np.isfinite(rows)):
+            raise ResponseError("rows have values that are not finite")
+        self = cls.__new__(cls)
+        self.area = _checked_area(area, None)
+        count = np.bincount(owner, minlength=self.area.size)
+        if count.size != self.area.size or not np.all(count):
+            raise ResponseError(
+                f"row_patch has rows of {np.count_nonzero(count)} patches: "
+                f"each of the {self.area.size} of area needs one or more"
+            )
+        order = np.argsort(owner, kind="stable")
+        self._shapes = rows.shape[1]
+        self._coordinates = {}
+        self._overlap = None
+        self._factor = [
+            _compressed(part.T) for part in np.split(rows[order], np.cumsum(count)[:-1])
+        ]
+        return self
+
+    def __len__(self) -> int:
+        return int(self.area.size)
+
+    @property
+    def shapes(self) -> int:
+        """Number of shapes n."""
+        return self._shapes
+
+    @cached_property
+    def overlap(self) -> Array:
+        """(n_patches, n, n) D_p [m²]."""
+        if self._overlap is not None:
+            parts = self._overlap
+        else:
+            parts = [factor @ factor.T for factor in self.factors(0.0)]
+        return np.array(parts).reshape(len(self), self.shapes, self.shapes)
+
+    @cached_property
+    def diagonal(self) -> Array:
+        """(n_patches, n) diagonals of D_p [m²]."""
+        if self._overlap is not None:
+            parts = [np.diagonal(matrix) for matrix in self._overlap]
+        else:
+            parts = [np.sum(factor**2, axis=1) for factor in self.factors(0.0)]
+        return np.array(parts).reshape(len(self), self.shapes)
+
+    def only(self, indices: Sequence[int]) -> "Patches":
+        """Return some of the patches."""
+        self.factors(0.0)  # once for all that are taken from here
+        part = Patches.__new__(Patches)
+        part.area = self.area[list(indices)]
+        part._shapes = self._shapes
+        part._coordinates = {}
+        part._overlap = None if self._overlap is None else [self._overlap[i] for i in indices]
+        part._factor = None if self._factor is None else [self._factor[i] for i in indices]
+        return part
 
     def factors(self, cutoff: float) -> list[Array]:
         """Return U_p (n, rank_p) [m] of each patch with D_p = U_p U_pᵀ.
 
-        Eigenvalues of D_p below `cutoff` times the largest are dropped.
+        Eigenvalues of D_p, the squares of the columns of U_p, below `cutoff` times the largest
+        are dropped.
         """
+        if self._factor is None:
+            assert self._overlap is not None  # of the two one is always there
+            self._factor = [_factor(index, matrix) for index, matrix in enumerate(self._overlap)]
         factors = []
-        for index, matrix in enumerate(self.overlap):
-            value, vector = np.linalg.eigh((matrix + matrix.T) / 2)
-            if value[0] < -1e-10 * value[-1]:
-                raise ResponseError(
-                    f"overlap of patch {index} has the eigenvalue {value[0]:g} m² "
-                    f"beside {value[-1]:g} m²: an integral of φ φᵀ has none below zero"
-                )
-            kept = value > cutoff * value[-1]
-            factors.append(vector[:, kept] * np.sqrt(value[kept]))
+        for factor in self._factor:
+            value = np.sum(factor**2, axis=0)
+            factors.append(factor[:, value > cutoff * np.max(value, initial=0.0)])
         return factors
+
+    def coordinates(self, cutoff: float) -> PatchCoordinates:
+        """Return the motions that the patches together feel.
+
+        Parameters
+        ----------
+        cutoff
+            Share of the largest eigenvalue, of D of each patch and of all together, each patch in
+            parts of its own largest, below which eigenvalues are dropped.
+        """
+        if cutoff not in self._coordinates:
+            self._coordinates[cutoff] = _coordinates(
+                self.factors(cutoff), cutoff, self.shapes
+            )
+        return self._coordinates[cutoff]
+
+    def damping_norm(self, damping: Array) -> Array:
+        """Return (n_patches,) the largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)].
+
+        Parameters
+        ----------
+        damping
+            (n,) diagonal of C [N s/m].
+        """
+        norms = []
+        for factor in self.factors(1e-8):
+            scaled = factor / np.sqrt(damping)[:, None]
+            norms.append(np.max(np.linalg.eigvalsh(scaled.T @ scaled), initial=0.0))
+        return np.array(norms)
+
+
+def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinates:
+    if len(factors) == 1:
+        (own,) = factors
+        square = np.sum(own**2, axis=0)
+        return PatchCoordinates(own, np.eye(own.shape[1])[None], (own / square).T)
+    scaled = [u / np.sqrt(np.max(np.sum(u**2, axis=0), initial=1e-300)) for u in factors]
+    together = np.concatenate([*scaled, np.zeros((n, 0))], axis=1)
+    vector, value, _ = np.linalg.svd(together, full_matrices=False)
+    kept = value**2 > cutoff * np.max(value, initial=0.0) ** 2
+    columns, inverse = vector[:, kept] * value[kept], (vector[:, kept] / value[kept]).T
+    seen = [inverse @ u for u in factors]
+    weight = np.array([u @ u.T for u in seen]).reshape(len(seen), *2 * inverse.shape[:1])
+    return PatchCoordinates(columns, weight, inverse)
+
+
+def _checked_area(area: ArrayLike, shape: tuple[int, ...] | None) -> Array:
+    array = np.array(area, dtype=np.float64)
+    if array.ndim != 1 or (shape is not None and array.shape != shape):
+        raise ResponseError(f"area has shape {array.shape}: {shape or '(n_patches,)'} is needed")
+    bad = ~(np.isfinite(array) & (array > 0))
+    if np.any(bad):
+        raise ResponseError(f"area = {array[bad].flat[0]!r} m² must be finite and positive")
+    return array
+
+
+def _factor(index: int, overlap: Array) -> Array:
+    """U (n, rank) of one D."""
+    value, vector = np.linalg.eigh((overlap + overlap.T) / 2)
+    if value[0] < -1e-10 * value[-1]:
+        raise ResponseError(
+            f"overlap of patch {index} has the eigenvalue {value[0]:g} m² "
+            f"beside {value[-1]:g} m²: an integral of φ φᵀ has none below zero"
+        )
+    kept = value > 1e-15 * value[-1]
+    factor: Array = vector[:, kept] * np.sqrt(value[kept])
+    return factor
+
+
+def _compressed(factor: Array) -> Array:
+    """U of D = factor factorᵀ with orthogonal columns."""
+    left, value, _ = np.linalg.svd(factor, full_matrices=False)
+    kept = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
+    columns: Array = left[:, kept] * value[kept]
+    return columns
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,8 @@ from pidpanel.response.from_study import (
 from pidpanel.response.map_files import map_dataset, write_paraview
 from pidpanel.response.maps import layer_maps, modal_covariances, rms_map
 from pidpanel.response.model import Response, ResponseError, UnstableDamping
-from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.response.scenarios import ScenarioResponse
+from pidpanel.response.solvers import PanelSolver, Request
 from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
 from pidpanel.response.tables import (
     beside_rows,
@@ -88,11 +89,11 @@ def write_response(
     }
     layers = _layers(panel)
     # what the diagonal form of the paper costs is said beside it
-    judges: Mapping[str, Solver] = {}
+    judge = None
     if study.response.modal_damping == "diagonal":
-        judges = panel.full_solvers(panel.frequency, panel.motion_at_points)
+        judge = panel.full_solver(panel.frequency, panel.motion_at_points)
     found, errors, rows, strained, strain_rows = {}, {}, [], {}, []
-    for case in panel.responses(panel.solvers(), readings):
+    for case in panel.responses(panel.solver(), readings):
         one, key = case.found, (case.reading, case.scenario.label)
         if isinstance(one, UnstableDamping):
             print(f"{case.reading}, {case.scenario.label}: {one}", file=sys.stderr)
@@ -104,7 +105,7 @@ def write_response(
         error = standard_errors(panel, case, one, readings[case.reading])
         if error is not None:
             errors[key] = error
-        rows += _summary(panel, case, one, error, _judged(judges, case, one))
+        rows += _summary(panel, case, one, error, _judged(judge, case, one))
         strained[key], more = _strains(panel, layers, one)
         strain_rows += [
             {"reading": case.reading, "scenario": case.scenario.label, **row} for row in more
@@ -131,12 +132,13 @@ def standard_errors(
 
     None for the bare panel and for a reading without errors.
     """
-    if not isinstance(reading, DampingSurface) or case.damping is None:
+    if not isinstance(reading, DampingSurface) or not case.loads:
         return None
-    covariance = reading.covariance(reading.nodes, case.scenario.fill_fraction, one.acceleration_g)
+    (gamma,) = one.acceleration_g.tolist()
+    covariance = reading.covariance(reading.nodes, case.scenario.fill_fraction, gamma)
     return uncertainty.sensitivity(
         case.solver,
-        case.damping,
+        case.loads,
         one,
         reading.nodes,
         case.pressure_factor,
@@ -151,7 +153,7 @@ def with_other_radiation(
     radiation = study.response.radiation_beside
     panel = read_panel_in_sound(study, files, radiation)
     rows = []
-    for case in panel.responses(panel.solvers(), readings):
+    for case in panel.responses(panel.solver(), readings):
         if not isinstance(case.found, UnstableDamping):
             row = {
                 "radiation": radiation,
@@ -188,21 +190,21 @@ def _unstable_rows(panel: PanelInSound, case: SolvedScenario) -> list[dict[str, 
 def _refuse_outside(frequency: Array, case: SolvedScenario, one: ScenarioResponse) -> None:
     if one.inside.all():
         return
-    worst = frequency[~one.inside]
+    worst = frequency[~one.inside.all(axis=0)]
     raise OutsideSimulatedRange(
-        f"{case.reading}, {case.scenario.label}: C_e is read at {one.acceleration_g:.3g} g, "
+        f"{case.reading}, {case.scenario.label}: C_e is read at {one.acceleration_g[0]:.3g} g, "
         f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the simulated range; widen "
         "coupon.sweep or set damping.level.outside: mark"
     )
 
 
-def _judged(judges: Mapping[str, Solver], case: SolvedScenario, one: ScenarioResponse) -> Response:
+def _judged(judge: PanelSolver | None, case: SolvedScenario, one: ScenarioResponse) -> Response:
     """Return the response with the full modal damping matrix."""
-    judge = judges.get(case.scenario.patch or "")
-    if judge is None:
+    if judge is None or not case.loads:
         return one.response
-    full = judge.response(one.equivalent_damping, one.apparent_mass)
-    return full.under(case.pressure_factor)
+    patches = tuple(load.patch for load in case.loads)
+    (full,) = judge.responses([Request(patches, one.equivalent_damping, one.apparent_mass)])
+    return full.response.under(case.pressure_factor)
 
 
 def _summary(

@@ -90,18 +90,20 @@ def points_of(cases: Sequence[Case]) -> Array:
 
 def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
     """Of every scenario with a damper: its label, and how its rms values follow the surface."""
-    for case in panel.responses(panel.solvers(rms_only=True), {"dem": surface}):
-        if case.damping is None or isinstance(case.found, UnstableDamping):
+    for case in panel.responses(panel.solver(rms_only=True), {"dem": surface}):
+        if not case.loads or isinstance(case.found, UnstableDamping):
             continue
         derivative = uncertainty.sensitivity(
             case.solver,
-            case.damping,
+            case.loads,
             case.found,
             surface.nodes,
             case.pressure_factor,
             own_acceleration=panel.reads_own_motion(surface),
         ).log_rms
-        wanted = design.Wanted(case.scenario.fill_fraction, case.found.acceleration_g, derivative)
+        wanted = design.Wanted(
+            case.scenario.fill_fraction, float(case.found.acceleration_g[0]), derivative
+        )
         yield case.scenario.label, wanted
 
 

@@ -52,15 +52,24 @@ def summary_rows(
                 "displacement_rms_mm": displacement * 1e3,
                 "reduction_db": 20 * np.log10(of_bare[index] / acceleration),
                 "diagonal_form_error_db": 20 * np.log10(acceleration / of_full[index]),
-                "damping_read_at_g": found.acceleration_g,
-                "patch_motion_g": found.patch_acceleration_g,
-                "outside_run_points_share": 1 - float(np.mean(found.inside)),
+                "damping_read_at_g": _of_one_load(found.acceleration_g),
+                "patch_motion_g": _of_one_load(
+                    found.patch_acceleration_g
+                    if found.loads.size
+                    else found.bare_patch_acceleration_g[:1]
+                ),
+                "outside_run_points_share": 1 - float(np.mean(found.inside.all(axis=0))),
                 "levels": found.fixed_points,
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
             }
         )
     return rows
+
+
+def _of_one_load(values: Array) -> float:
+    """Return the value of the one load; NaN for the bare panel."""
+    return float(values[0]) if values.size else np.nan
 
 
 def beside_rows(
@@ -76,7 +85,7 @@ def beside_rows(
             "point": point,
             "acceleration_rms_g": acceleration[index] / STANDARD_GRAVITY,
             "reduction_db": 20 * np.log10(of_bare[index] / acceleration[index]),
-            "damping_read_at_g": found.acceleration_g,
+            "damping_read_at_g": _of_one_load(found.acceleration_g),
         }
         for index, point in enumerate(points)
     ]
@@ -108,7 +117,9 @@ def psd_dataset(
         acceleration[at] = one.response.acceleration_psd
         velocity[at] = one.response.velocity_psd
         displacement[at] = one.response.displacement_psd
-        damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
+        damping[at] = one.equivalent_damping.sum(axis=0)
+        mass[at] = one.apparent_mass.sum(axis=0)
+        inside[at] = one.inside.all(axis=0)
     dims = ("reading", "scenario", "frequency")
     variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
         ("acceleration_psd", (*dims, "point"), acceleration, "m2 s-4 Hz-1",

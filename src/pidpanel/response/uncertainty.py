@@ -1,17 +1,19 @@
 """Standard errors of C_e and m_a carried through to PSDs and rms values.
 
-The damper acts line by line, so what a change of C_e or m_a does to the PSD at a frequency is that
-of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t) with t of `dampers.acceleration_slope`:
+The dampers act line by line, so what a change of C_e or m_a of load p does to the PSD at a
+frequency is that of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t_p) with t_p of
+`dampers.acceleration_slope`:
 
-    A(f) = ∂ ln S_a/∂ ln C_e = 2ω C_e Im t/S_a,      B(f) = ∂ ln S_a/∂ m_a = 2ω² Re t/S_a
+    A_p(f) = ∂ ln S_a/∂ ln C_e = 2ω C_e Im t_p/S_a,      B_p(f) = ∂ ln S_a/∂ m_a = 2ω² Re t_p/S_a
 
-at a given Γ.
+at given Γ.
 
-Where Γ is the patch's own, a change of its motion moves Γ too. With a change b of C_e or m_a that
-alters ln a_rms of the patch by q_b at given Γ, and Γ_out(Γ) the motion that a Γ leads to,
+Where Γ is the patches' own, a change of their motion moves Γ too. With a change b of C_e or m_a
+that alters ln a_rms of the patches by q_b at given Γ, Γ_out(Γ) the motions that the Γ of all loads
+lead to, and J = ∂ ln Γ_out/∂ ln Γ,
 
-    d ln Γ = q_b/(1 − d ln Γ_out/d ln Γ),
-    d ln S_a = A δ ln C_e + B δ m_a + (A ∂ ln C_e/∂ ln Γ + B ∂ m_a/∂ ln Γ) d ln Γ.
+    d ln Γ = (1 − J)⁻¹ q_b,
+    d ln S_a = Σ_p A_p δ ln C_e + B_p δ m_a + (A_p ∂ ln C_e/∂ ln Γ_p + B_p ∂ m_a/∂ ln Γ_p) d ln Γ_p.
 
 Changes are given at nodes of frequency and linear in ln f between them, so a covariance over the
 nodes becomes that of every line: first order in the errors, which near the jump of C_e are not
@@ -25,10 +27,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array, Complexes
-from pidpanel.response.linearisation import sine_acceleration_g
-from pidpanel.response.scenarios import DampingOfMotion, DiagonalSolver, ScenarioResponse, Solver
+from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.response.scenarios import Load, ScenarioResponse, Solver, read_dampers
+from pidpanel.response.solvers import Request
 
 STEP = 0.05
 """ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
@@ -36,16 +39,17 @@ STEP = 0.05
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Derivatives with respect to ln C_e at the nodes, then m_a [kg/m²] at the nodes.
+    """Derivatives with respect to what is known with errors, load by load: of each load ln C_e at
+    the n nodes, then m_a [kg/m²] at the nodes, k = 2n n_loads in all.
 
     Attributes
     ----------
     log_psd
-        (2n, nf, n_points) of ln S_a.
+        (k, nf, n_points) of ln S_a.
     log_rms
-        (2n, n_points) of ln of the rms acceleration.
+        (k, n_points) of ln of the rms acceleration.
     log_acceleration
-        (2n,) of ln Γ; 0 where Γ is stated or plays no part.
+        (k, n_loads) of ln Γ; 0 where Γ is stated or plays no part.
     """
 
     log_psd: Array
@@ -53,12 +57,12 @@ class Sensitivity:
     log_acceleration: Array
 
     def under(self, covariance: Array) -> StandardErrors:
-        """Return the standard errors for a covariance (2n, 2n) of C_e and m_a at the nodes."""
+        """Return the standard errors for a covariance (k, k), see `joint_covariance`."""
         psd, rms, gamma = (
             _standard_error(of, covariance)
             for of in (self.log_psd, self.log_rms, self.log_acceleration)
         )
-        return StandardErrors(psd, rms, float(gamma))
+        return StandardErrors(psd, rms, gamma)
 
 
 @dataclass(frozen=True)
@@ -72,89 +76,145 @@ class StandardErrors:
     log_rms
         (n_points,) of ln of the rms acceleration: its relative standard error.
     log_acceleration
-        Of ln Γ.
+        (n_loads,) of ln Γ.
     """
 
     log_psd: Array
     log_rms: Array
-    log_acceleration: float
+    log_acceleration: Array
+
+
+def joint_covariance(
+    blocks: Sequence[Sequence[Array | None]], n_nodes: int
+) -> tuple[Array, Flags]:
+    """Return the covariance of all loads from those of each two of them.
+
+    Parameters
+    ----------
+    blocks
+        For loads i and j the covariance (2n, 2n) of ln C_e and m_a at the nodes of i, down, with
+        those of j; None where they are independent, and on the diagonal where the errors of a
+        load are not known.
+    n_nodes
+        Number n of nodes.
+
+    Returns
+    -------
+    covariance
+        (2n n_loads, 2n n_loads); errors that are not known count as none.
+    known
+        (n_loads,) whether a load's errors are known.
+    """
+    size = 2 * n_nodes
+    covariance = np.zeros((len(blocks) * size,) * 2)
+    for i, row in enumerate(blocks):
+        for j, block in enumerate(row):
+            if block is not None:
+                covariance[i * size : (i + 1) * size, j * size : (j + 1) * size] = block
+    return covariance, np.array([row[i] is not None for i, row in enumerate(blocks)], bool)
 
 
 def _standard_error(derivative: Array, covariance: Array) -> Array:
-    variance = np.einsum("i...,ij,j...->...", derivative, covariance, derivative, optimize=True)
+    flat = derivative.reshape(len(derivative), -1)
+    variance = np.sum(flat * (covariance @ flat), axis=0).reshape(derivative.shape[1:])
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def sensitivity(
-    solver: Solver | DiagonalSolver,
-    damping: DampingOfMotion,
+    solver: Solver,
+    loads: Sequence[Load],
     found: ScenarioResponse,
     nodes: Array,
     pressure_factor: float,
     *,
-    own_acceleration: bool,
+    own_acceleration: ArrayLike,
 ) -> Sensitivity:
     """Return how a scenario's response follows its damping.
 
     Parameters
     ----------
-    solver, damping
-        As in `scenarios.solve_scenario`.
+    solver, loads
+        As in `scenarios.solve_layout`.
     found
-        Its answer.
+        Its answer; with its slopes, or they are computed here.
     nodes
-        (n,) rising [Hz].
+        (n,) rising [Hz], of all loads.
     pressure_factor
-        As in `scenarios.solve_scenario`.
+        As in `scenarios.solve_layout`.
     own_acceleration
-        Whether Γ is the patch's own, which moves with the damping.
+        Whether Γ is the patch's own, which moves with the damping: one for all or (n_loads,), see
+        `scenarios.Layout.own_acceleration`.
     """
+    patches = tuple(load.patch for load in loads)
     value, mass = found.equivalent_damping, found.apparent_mass
+    slope = found.slope
+    if slope is None:
+        (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
+        assert answer.slope is not None  # as asked for
+        slope = pressure_factor * answer.slope
     psd = found.response.acceleration_psd
-    of_damping, of_mass = _local(
-        pressure_factor * solver.slope(value, mass), psd, solver.frequency, value
-    )
     by_node = _hats(solver.frequency, nodes)
+    local = _local(slope, psd, solver.frequency, value)
     # Γ held
-    rows = np.concatenate(
-        [by_node[..., None] * of_damping, by_node[..., None] * of_mass]
-    )  # (2n, nf, points)
-    log_acceleration = np.zeros(2 * len(nodes))
-    if own_acceleration:
-        gamma, lines = found.acceleration_g, solver.motion.frequency
-        read, read_mass, _ = damping(lines, gamma)
-        patch_psd = solver.motion.acceleration_psd(read, read_mass)
-        slope = solver.motion.acceleration_slope(read, read_mass)
-        local = _local(slope[:, None], patch_psd[:, None], lines, read)
-        hats = _hats(lines, nodes)
-        pushed = np.concatenate([hats * one[:, 0] for one in local])
-        own = _log_rms(lines, patch_psd, pushed)
-        log_acceleration = own / (1 - _motion_slope(solver, damping, gamma))
-        high, high_mass, _ = damping(solver.frequency, gamma * np.exp(STEP))
-        low, low_mass, _ = damping(solver.frequency, gamma * np.exp(-STEP))
-        ratio = np.divide(high, low, out=np.ones_like(low), where=low > 0)
-        with_motion = (np.log(ratio) / (2 * STEP))[:, None] * of_damping
-        with_motion = with_motion + ((high_mass - low_mass) / (2 * STEP))[:, None] * of_mass
-        rows = rows + log_acceleration[:, None, None] * with_motion
+    rows = _rows(local, by_node)  # (k, nf, points)
+    log_acceleration = np.zeros((len(rows), len(loads)))
+    own = np.flatnonzero(np.broadcast_to(own_acceleration, len(loads)))
+    if own.size:
+        motion = _motion(solver, loads, found, nodes)
+        jacobian, pushed = motion
+        at_rest = np.eye(own.size) - jacobian[np.ix_(own, own)]
+        log_acceleration[:, own] = np.linalg.solve(at_rest, pushed[:, own].T).T
+        follows = _with_motion(loads, solver.frequency, found.acceleration_g, own.tolist())
+        for load in own:
+            by_motion = sum(
+                of[load] * by[load][:, None] for of, by in zip(local, follows, strict=True)
+            )
+            rows += log_acceleration[:, load, None, None] * by_motion
     return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_acceleration)
 
 
-def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
-    """A and B (nf, n) of PSDs (nf, n) with the slopes t."""
-    omega = 2 * np.pi * frequency[:, None]
-    of_damping = 2 * omega * damping[:, None] * slope.imag / psd
-    of_mass = 2 * omega**2 * slope.real / psd
+def _motion(
+    solver: Solver, loads: Sequence[Load], found: ScenarioResponse, nodes: Array
+) -> tuple[Array, Array]:
+    """J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
+    motions, lines = solver.motions(tuple(load.patch for load in loads)), solver.search_frequency
+    gamma = found.acceleration_g
+    value, mass, _ = read_dampers(loads, lines, gamma)
+    psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)
+    slope = motions.acceleration_slope(value, mass).transpose(1, 2, 0)  # (damper, nf, patch)
+    local = _local(slope, psd, lines, value)
+    of_damping, of_mass = _with_motion(loads, lines, gamma, np.flatnonzero(np.isfinite(gamma)).tolist())
+    by_motion = local[0] * of_damping[:, :, None] + local[1] * of_mass[:, :, None]
+    jacobian = _log_rms(lines, psd, by_motion).T
+    return jacobian, _log_rms(lines, psd, _rows(local, _hats(lines, nodes)))
+
+
+def _with_motion(
+    loads: Sequence[Load], frequency: Array, gamma: Array, own: Sequence[int]
+) -> tuple[Array, Array]:
+    """∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
+    of_damping, of_mass = np.zeros((2, len(loads), frequency.size))
+    for load in own:
+        high, high_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(STEP)))
+        low, low_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(-STEP)))
+        ratio = np.divide(high, low, out=np.ones_like(low), where=(low > 0) & (high > 0))
+        of_damping[load] = np.log(ratio) / (2 * STEP)
+        of_mass[load] = (high_mass - low_mass) / (2 * STEP)
     return of_damping, of_mass
 
 
-def _motion_slope(solver: Solver | DiagonalSolver, damping: DampingOfMotion, gamma: float) -> float:
-    """d ln Γ_out/d ln Γ."""
+def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
+    """(k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
+    both = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
+    return both.reshape(-1, *both.shape[3:])
 
-    def log_out(at: float) -> float:
-        value, mass, _ = damping(solver.motion.frequency, at)
-        return float(np.log(sine_acceleration_g(solver.motion.acceleration_rms(value, mass))))
 
-    return (log_out(gamma * np.exp(STEP)) - log_out(gamma * np.exp(-STEP))) / (2 * STEP)
+def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
+    """A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
+    omega = 2 * np.pi * frequency[:, None]
+    of_damping = 2 * omega * damping[:, :, None] * slope.imag / psd
+    of_mass = 2 * omega**2 * slope.real / psd
+    return of_damping, of_mass
 
 
 def _hats(frequency: Array, nodes: Array) -> Array:
@@ -194,7 +254,7 @@ def error_columns(
     """
     count = len(rows)
     relative = np.full(count, np.nan) if errors is None else errors.log_rms
-    log_acceleration = np.nan if errors is None else errors.log_acceleration
+    log_acceleration = np.nan if errors is None else float(errors.log_acceleration[0])
     return [
         {
             **row,
