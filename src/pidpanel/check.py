@@ -88,8 +88,9 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
 def check_panel(study: Study) -> Iterator[Mistake]:
     """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
+    from pidpanel.damping.from_study import read_table
     from pidpanel.damping.laws import FREQUENCY_RANGE
-    from pidpanel.damping.tables import read_surface
+    from pidpanel.damping.table_files import TableError
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.sound.table import read_spl_table
 
@@ -115,9 +116,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         )
     if study.damping.table is not None:
         try:
-            read_surface(study.damping.table)
-        except ValueError as error:
-            yield Mistake(("damping", "table"), str(error))
+            read_table(study.damping.table)
+        except TableError as error:
+            yield from (Mistake(("damping", "table"), fault) for fault in error.faults)
     try:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:

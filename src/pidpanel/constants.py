@@ -5,3 +5,6 @@ STANDARD_GRAVITY = 9.80665
 
 LIGGGHTS_VERSION = "3.8.0"
 """The version that the decks and readers are written for; no other is run."""
+
+MOST_LOSS_FACTOR = 2.0
+"""η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1]."""

@@ -7,7 +7,6 @@ import xarray as xr
 
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.surface import DampingSurface, groups, onset
-from pidpanel.damping.tables import in_our_terms, read_surface, read_table, to_frame
 
 FILLS = np.array([0.1, 0.5, 0.9])
 FREQUENCIES = np.geomspace(30.0, 2000.0, 5)
@@ -293,6 +292,42 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
     )
 
 
+def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
+    # a Gaussian process is a function: values at two points are jointly normal, so their joint
+    # matrix has no negative eigenvalue, the blocks on its diagonal are the covariances, and the
+    # difference of the two has the variance that the process itself foretells for it
+    # red: second, other_scale = self._held(frequency, *one); scale * other_scale → scale**2
+    frequency = np.geomspace(30, 2000, 12)
+    one, other = (0.3, 20.0), (0.7, 5.0)
+    blocks = [
+        [surface.cross_covariance(frequency, a, b) for b in (one, other)] for a in (one, other)
+    ]
+    joint = np.block(blocks)
+    # what rounding leaves of the posterior, 1e-9 of the prior variance of the mean
+    assert np.linalg.eigvalsh(joint).min() > -1e-9 * np.diag(joint).max()
+    for block, point in ((blocks[0][0], one), (blocks[1][1], other)):
+        np.testing.assert_array_equal(block, surface.covariance(frequency, *point))
+    np.testing.assert_allclose(blocks[0][1], blocks[1][0].T, rtol=1e-6, atol=1e-12)
+    points = [groups(np.full(12, r), frequency, np.full(12, level)) for r, level in (one, other)]
+    both = surface.damping.covariance(np.concatenate(points))
+    np.testing.assert_allclose(blocks[0][1][:12, :12], both[:12, 12:], rtol=1e-6, atol=1e-12)
+    h = [1 - 1 / level**2 for _, level in (one, other)]
+    mass = surface.mass.covariance(*points) * 0.3 * h[0] * 0.7 * h[1]
+    np.testing.assert_allclose(blocks[0][1][12:, 12:], mass, rtol=1e-6)
+    assert (blocks[0][1][:12, 12:] == 0).all() and (blocks[0][1][12:, :12] == 0).all()
+    # near points err nearly alike
+    near = surface.cross_covariance(frequency, one, (0.301, 20.1))
+    np.testing.assert_allclose(np.diag(near), np.diag(blocks[0][0]), rtol=0.02)
+
+
+def test_the_particles_weigh_what_the_cases_say(surface):
+    # red: / fill_fraction in mass_per_area
+    assert surface.mass_per_area(0.4) == pytest.approx(0.4 * MASS_PER_FILL)
+    assert surface.without_mass().mass_per_area(0.4) == surface.mass_per_area(0.4)
+    unknown = frame().drop(columns="particle_mass_per_area_kg_m2")
+    assert np.isnan(DampingSurface.from_frame(unknown).mass_per_area(0.4))
+
+
 # ------------------------------------------------------------------------ files
 
 
@@ -306,75 +341,6 @@ def test_the_file_gives_the_surface_back(surface, tmp_path):
         np.testing.assert_array_equal(
             getattr(back(asked, 0.4, 20.0), name), getattr(surface(asked, 0.4, 20.0), name)
         )
-
-
-def test_our_own_csv_becomes_the_same_surface(surface, tmp_path):
-    to_frame(surface, 4, 9, 5).to_csv(tmp_path / "ours.csv", index=False)
-    back = read_surface(tmp_path / "ours.csv")
-    asked = np.geomspace(30, 2000, 50)
-    away = np.log(
-        back(asked, 0.4, 20.0).equivalent_damping / surface(asked, 0.4, 20.0).equivalent_damping
-    )
-    assert np.abs(away).max() < 0.02
-
-
-def test_loss_factors_over_stroke_become_the_same_surface(surface):
-    rows = frame().drop(columns="status")
-    omega = 2 * np.pi * rows["frequency_hz"]
-    unit = rows["particle_mass_per_area_kg_m2"] * omega
-    foreign = pd.DataFrame(
-        {
-            "fill_fraction": rows["fill_fraction"],
-            "frequency_hz": rows["frequency_hz"],
-            "displacement_mm": 1e3 * 9.80665 * rows["acceleration_g"] / omega**2,
-            "loss_factor": rows["equivalent_damping_n_s_m3"] / unit,
-            "loss_factor_error": rows["equivalent_damping_error_n_s_m3"] / unit,
-            "particle_mass_per_area_kg_m2": rows["particle_mass_per_area_kg_m2"],
-        }
-    )
-    found = DampingSurface.from_frame(in_our_terms(foreign))
-    asked = np.geomspace(30, 2000, 20)
-    # the constants of the fit are found to the tolerance of the optimiser
-    np.testing.assert_allclose(
-        found(asked, 0.4, 20.0).equivalent_damping,
-        surface(asked, 0.4, 20.0).equivalent_damping,
-        rtol=1e-3,
-    )
-    # no apparent mass in the table: none but what rides along at rest, 1 − h = 1/400 of it
-    np.testing.assert_allclose(
-        found(asked, 0.4, 20.0).apparent_mass, 0.4 * MASS_PER_FILL / 400, rtol=1e-9
-    )
-
-
-def test_velocity_is_an_amplitude_too():
-    rows = pd.DataFrame(
-        {"fill_fraction": [0.5], "frequency_hz": [100.0], "velocity_m_s": [0.5],
-         "equivalent_damping_n_s_m3": [300.0]}
-    )  # fmt: skip
-    # Γ = ω v/g
-    assert in_our_terms(rows)["acceleration_g"][0] == pytest.approx(200 * np.pi * 0.5 / 9.80665)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("fill_fraction,frequency_hz\n0.5,100\n", r"column velocity_m_s \(or .*\) is missing"),
-        ("fill_fraction,frequency_hz,acceleration_g\n0.5,100,3\n", "column loss_factor .* missing"),
-        ("fill_fraction,frequency_hz,acceleration_g,loss_factor\n0.5,100,3,0.1\n",
-         "column particle_mass_per_area_kg_m2 beside loss_factor is missing"),
-        ("fill_fraction,frequency_hz,acceleration_g,equivalent_damping_n_s_m3\n0.5,-1,3,9\n",
-         "frequency_hz = -1: above 0"),
-        ("fill_fraction,frequency_hz,acceleration_g,equivalent_damping_n_s_m3\nhalf,10,3,9\n",
-         "column fill_fraction holds 'half'"),
-    ],
-)  # fmt: skip
-def test_a_mistake_in_a_table_is_named(tmp_path, text, said):
-    path = tmp_path / "mine.csv"
-    path.write_text("# measured\n" + text)
-    with pytest.raises(DampingError, match=said):
-        read_table(path)
-    with pytest.raises(DampingError, match=r"mine\.csv: "):
-        read_surface(path)
 
 
 def test_without_mass_the_damping_stays_and_the_mass_is_known_to_be_zero(surface):

@@ -45,7 +45,8 @@ from mutants import Mutant, mutants_of
 FORMULAS = {
     "": "cells plane_mesh polygon sizes third_octaves",
     "coupon": "balance contact cycles drive geometry inelastic rows",
-    "damping": "design fit forms gaussian_process laws surface tables",
+    "damping": "constants design fit forms gaussian_process interpolation laws readings surface "
+    "tables",
     "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
     "triangles",
     "sound": "added_mass field spectrum table wavenumber_table",

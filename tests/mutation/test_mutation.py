@@ -78,7 +78,7 @@ OTHERS = {
     "": "arrays check cli constants fingerprint paths round script stamp verification",
     "coupon": "attempts batches cases coding estimate from_study preparation probe records "
     "runs summary window",
-    "damping": "from_study readings",
+    "damping": "from_study table_files",
     "panel": "basis_files plate_files flat_mesh from_study mesh nastran tables verification",
     "sound": "field_files from_study verification",
     "response": "export from_study map_files nastran results rounds verification",

@@ -4,8 +4,10 @@
     The question, and what an answer holds.
 `surface`, `gaussian_process`
     The answer of simulated cases: C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors.
-`tables`
-    Measured or foreign damping as CSV.
+`tables`, `table_files`, `interpolation`
+    Measured or foreign damping as CSV, read as it stands; refused line by line.
+`constants`
+    C_e and m_a as numbers, a loss factor.
 `laws`
     The paper's law, as printed and corrected.
 `fit`, `forms`

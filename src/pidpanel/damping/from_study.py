@@ -12,14 +12,18 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.damping import fit, forms
+from pidpanel.damping.constants import ConstantDamper
+from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.tables import read_surface, to_frame
+from pidpanel.damping.table_files import read_columns
+from pidpanel.damping.tables import TableReading, to_frame
 from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.damping import Reading
+from pidpanel.study.dampers import Damper
+from pidpanel.study.damping import Damping, Reading
 
 
 def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
@@ -47,6 +51,19 @@ def read_stored_surface(path: Path) -> DampingSurface:
         return DampingSurface.from_dataset(dataset.load())
 
 
+def read_table(
+    path: Path, interpolation: Interpolation | None = None, *, impedance: bool = False
+) -> TableReading:
+    """Read a CSV table of damping, or of an impedance over frequency; log by default.
+
+    Raises
+    ------
+    TableError
+        With a line for each fault of the file.
+    """
+    return TableReading(read_columns(path, impedance=impedance), interpolation or "log")
+
+
 def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
     """Return the reading of the damping that a study names.
 
@@ -64,21 +81,68 @@ def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingRead
     DampingError
         If the table cannot be read, a file is missing, or there is no such reading.
     """
-    reading = _reading_with_mass(name, study.damping.table, surface)
+    reading = _reading_with_mass(name, study.damping, surface)
     return reading if study.response.damper_mass else reading.without_mass()
 
 
-def _reading_with_mass(name: Reading, table: Path | None, surface: Path | None) -> DampingReading:
+def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) -> DampingReading:
     match name:
         case "dem" if surface is not None:
             return read_stored_surface(surface)
-        case "table" if table is not None:
-            return read_surface(table)
+        case "table" if damping.table is not None:
+            return read_table(damping.table, damping.interpolation)
         case "paper_corrected":
             return PaperLaw(printed=False)
         case "paper_printed":
             return PaperLaw(printed=True)
     raise DampingError(f"reading {name}: no such reading, or its file is missing")
+
+
+def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
+    """Return what a damper is, as the study states it.
+
+    Parameters
+    ----------
+    damper
+        One of ``dampers``.
+    surface
+        ``damping/<damper>/surface.nc``, for a coupon.
+
+    Raises
+    ------
+    DampingError
+        If a table cannot be read, or the surface is missing.
+    """
+    if damper.law is not None:
+        return PaperLaw(printed=damper.law == "paper_printed")
+    if damper.table is not None:
+        return read_table(damper.table, damper.interpolation)
+    if damper.impedance is not None:
+        return read_table(damper.impedance, damper.interpolation, impedance=True)
+    if damper.coupon is None:
+        return _constant(damper)
+    if surface is None:
+        raise DampingError("a coupon without its damping/surface.nc")
+    return read_stored_surface(surface)
+
+
+def _constant(damper: Damper) -> ConstantDamper:
+    """Return constants; m″ of a loss factor is that of the patch, or of the particles."""
+    loss_factor, value = damper.loss_factor or 0.0, damper.equivalent_damping_n_s_m3 or 0.0
+    error, of = (
+        (damper.loss_factor_error, loss_factor)
+        if damper.loss_factor is not None
+        else (damper.equivalent_damping_error_n_s_m3, value)
+    )
+    mass = damper.patch_mass_per_area_kg_m2 or damper.particle_mass_per_area_kg_m2 or 0.0
+    return ConstantDamper(
+        equivalent_damping=value,
+        loss_mass=loss_factor * mass,
+        relative_error=error / of if error else 0.0,
+        apparent_mass=damper.apparent_mass_kg_m2 or 0.0,
+        apparent_mass_error=damper.apparent_mass_error_kg_m2 or 0.0,
+        weight=damper.particle_mass_per_area_kg_m2,
+    )
 
 
 def write_damping(

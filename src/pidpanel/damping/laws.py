@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.damping.readings import DampingError, DampingValues
+from pidpanel.damping.readings import DampingError, DampingValues, Point
 
 FREQUENCY_RANGE = (5.0, 2000.0)
 """The range in which the paper shook its coupon [Hz]."""
@@ -100,6 +100,7 @@ class PaperLaw:
     """
 
     depends_on_acceleration = False
+    nodes = None
 
     def __init__(self, *, printed: bool) -> None:
         self._law = paper_printed if printed else paper_corrected
@@ -112,6 +113,18 @@ class PaperLaw:
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
+
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Return zeros (2n, 2n): the paper states no errors."""
+        return np.zeros((2 * len(frequency), 2 * len(frequency)))
+
+    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+        """Return zeros (2n, 2n)."""
+        return self.covariance(frequency, *one)
+
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return NaN: the law knows no mass."""
+        return np.nan
 
     def without_mass(self) -> PaperLaw:
         """Return the law itself, which has no mass."""

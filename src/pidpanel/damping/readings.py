@@ -1,14 +1,16 @@
 """One question, several answers: C_e and m_a at these frequencies, this fill and this motion.
 
-A reading of the damping is a callable that answers it: the surface of simulated cases or of a
-table (`surface`, `tables`), the paper's law (`laws`). `from_study` makes the readings that a study
-names.
+A reading of the damping is a callable that answers it: the surface of simulated cases (`surface`),
+a table (`tables`), constants (`constants`), the paper's law (`laws`). `from_study` makes the
+readings that a study names.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
+
+import numpy as np
 
 from pidpanel.arrays import Array, Flags
 
@@ -28,7 +30,7 @@ class DampingValues:
     apparent_mass
         (n,) m_a [kg/m²].
     inside
-        (n,) False where the value is extrapolated beyond the simulated range.
+        (n,) False where the value is extrapolated beyond the range of the cases or rows.
     """
 
     equivalent_damping: Array
@@ -37,11 +39,20 @@ class DampingValues:
     inside: Flags
 
 
+Point = tuple[float, float]
+"""Fill fraction r and acceleration amplitude Γ at which a patch is read."""
+
+
 class DampingReading(Protocol):
     """An answer to the question."""
 
     depends_on_acceleration: bool
     """Whether C_e or m_a changes with Γ."""
+
+    @property
+    def nodes(self) -> Array | None:
+        """(n,) rising [Hz], between which errors are linear in ln f; None where there are none."""
+        ...
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
@@ -64,6 +75,48 @@ class DampingReading(Protocol):
         """
         ...
 
-    def without_mass(self) -> DampingReading:
-        """Return the same damping with m_a = 0: a dashpot."""
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz].
+
+        Zero where there are no errors.
+        """
         ...
+
+    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+        """Return the covariance (2n, 2n) between what is read at two points.
+
+        Rows are ln C_e, then m_a [kg/m²], at the frequencies (n,) [Hz] and the first point;
+        columns the same at the other. With both points the same it is `covariance`.
+        """
+        ...
+
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return what the damper weighs [kg/m²], whether or not m_a counts; NaN if not known."""
+        ...
+
+    def without_mass(self) -> DampingReading:
+        """Return the same damping with m_a = 0, known exactly: a dashpot."""
+        ...
+
+
+def together(one: Array, other: Array) -> Array:
+    """Return the covariance (2n, 2n) of errors that are fully correlated.
+
+    Parameters
+    ----------
+    one, other
+        (2n,) standard errors of ln C_e, then of m_a. All those of ln C_e err together, as by a
+        calibration, and all those of m_a, independently of each other: of all correlations the
+        one with the largest error of an rms value to which every frequency contributes alike.
+
+    Examples
+    --------
+    >>> together(np.array([0.1, 2.0]), np.array([0.2, 3.0]))
+    array([[0.02, 0.  ],
+           [0.  , 6.  ]])
+    """
+    n = len(one) // 2
+    result = np.zeros((2 * n, 2 * n))
+    for half in (slice(0, n), slice(n, 2 * n)):
+        result[half, half] = np.outer(one[half], other[half])
+    return result

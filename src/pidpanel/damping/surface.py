@@ -42,7 +42,7 @@ from scipy.spatial import ConvexHull
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
-from pidpanel.damping.readings import DampingError, DampingValues
+from pidpanel.damping.readings import DampingError, DampingValues, Point
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
@@ -165,6 +165,10 @@ class DampingSurface:
         mass = fill * (h * share + (1 - h) * self._rest_mass)
         return DampingValues(damping, damping * relative, mass, inside)
 
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return the mass of the particles [kg/m²], m₁ r; NaN where m₁ is not known."""
+        return self.mass_per_fill * fill_fraction
+
     def without_mass(self) -> DampingSurface:
         """Return the same damping with m_a = 0, known exactly."""
         return DampingSurface(
@@ -263,12 +267,22 @@ class DampingSurface:
 
         The two are independent of each other.
         """
-        point, scale = self._held(frequency, fill_fraction, acceleration_g)
+        point = (fill_fraction, acceleration_g)
+        return self.cross_covariance(frequency, point, point)
+
+    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+        """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
+
+        Two patches filled with the same particles err alike where their fills and motions are
+        alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other.
+        """
+        first, scale = self._held(frequency, *one)
+        second, other_scale = self._held(frequency, *other)
         n = len(frequency)
         result = np.zeros((2 * n, 2 * n))
-        result[:n, :n] = self.damping.covariance(point)
+        result[:n, :n] = self.damping.covariance(first, second)
         if self.mass is not None:
-            result[n:, n:] = scale**2 * self.mass.covariance(point)
+            result[n:, n:] = scale * other_scale * self.mass.covariance(first, second)
         return result
 
     def covariance_with(

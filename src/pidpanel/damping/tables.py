@@ -1,107 +1,168 @@
-"""Measured or foreign damping as CSV, with units in the names of the columns; and ours as CSV.
+"""Measured or foreign damping, read as it stands; and the surface of cases as such a table.
 
-A row is a point: ``fill_fraction``, ``frequency_hz``, one amplitude (``acceleration_g``,
-``displacement_mm`` or ``velocity_m_s``, of a sine) and one value (``equivalent_damping_n_s_m3``,
-or ``loss_factor`` with ``particle_mass_per_area_kg_m2``), each value with its standard error under
-the same name and ``_error`` (``equivalent_damping_error_n_s_m3``, ``loss_factor_error``).
-``#`` starts a comment.
+What is given is interpolated, `interpolation`, and C_e and m_a follow from it:
+
+    C_e                                    m_a
+    C_e                                    m_a, or 0 where there is no such column
+    η m″ ω                                 the same
+    Re Z                                   Im Z/ω            (Z = C_e + iω m_a, e^{iωt})
+
+with m″ the mass of the particles per area, linear in the fill. A displacement or velocity is the
+axis itself: the question's Γ is Γ g/ω² or Γ g/ω on it. Nothing is known of gravity, of beds or of
+a bound.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 
+from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.readings import DampingError
-from pidpanel.damping.surface import AXES, ERROR, MASS, PARTICLE_MASS, VALUE, DampingSurface
+from pidpanel.damping.interpolation import Interpolation, Interpolator
+from pidpanel.damping.readings import DampingValues, Point, together
+from pidpanel.damping.surface import AXES, ERROR, NODE_STEP, VALUE, DampingSurface
+from pidpanel.damping.table_files import (
+    DAMPING,
+    ERRORS,
+    FILL,
+    FREQUENCY,
+    IMAGINARY,
+    LOSS_FACTOR,
+    MASS,
+    PARTICLE_MASS,
+    REAL,
+    amplitude_of,
+    fill_of,
+)
+
+MOST_NODES = 40
+"""Frequencies of a table that are nodes of its errors; of more of them even ones are taken."""
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read the rows of a CSV file as `DampingSurface.from_frame` takes them.
+class TableReading:
+    """The rows of a table as a reading of the damping.
 
-    Raises
-    ------
-    DampingError
-        If the file is no table of numbers or a column is missing.
+    Parameters
+    ----------
+    columns
+        (n,) each, as `table_files.read_columns` returns them.
+    interpolation
+        Between the rows: log or linear.
+    with_mass
+        Whether m_a counts; see `without_mass`.
+
+    Attributes
+    ----------
+    nodes
+        Frequencies between which errors are linear in ln f [Hz]; None where the table has none.
     """
-    try:
-        frame = pd.read_csv(path, comment="#")
-    except (OSError, ValueError, pd.errors.ParserError) as error:
-        raise DampingError(f"not a CSV file ({error})") from None
-    return in_our_terms(frame)
 
-
-def read_surface(path: Path) -> DampingSurface:
-    """Read the surface of a CSV file as `read_table` reads it; gravity is 1 g.
-
-    Raises
-    ------
-    DampingError
-        With the name of the file.
-    """
-    try:
-        return DampingSurface.from_frame(read_table(path))
-    except DampingError as error:
-        raise DampingError(f"{path}: {error}") from None
-
-
-def in_our_terms(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return amplitude as Γ and value as C_e, whatever they were given as.
-
-    With ω = 2πf: Γ = ω² W/g = ω v/g and C_e = η m″ ω (the energy per cycle written both ways).
-
-    Raises
-    ------
-    DampingError
-        If a column is missing or holds what is no number above zero.
-    """
-    for axis in AXES[:2]:
-        _numbers(frame, axis, "")
-    omega = 2 * np.pi * frame["frequency_hz"].astype(float)
-    given: dict[str, pd.Series] = {}
-    if AXES[2] not in frame:
-        if "displacement_mm" in frame:
-            _numbers(frame, "displacement_mm", "")
-            given[AXES[2]] = omega**2 * frame["displacement_mm"] * 1e-3 / STANDARD_GRAVITY
-        else:
-            _numbers(frame, "velocity_m_s", " (or displacement_mm or acceleration_g)")
-            given[AXES[2]] = omega * frame["velocity_m_s"] / STANDARD_GRAVITY
-    if VALUE not in frame:
-        _numbers(frame, "loss_factor", f" (or {VALUE})")
-        _numbers(frame, PARTICLE_MASS, " beside loss_factor")
-        unit = frame[PARTICLE_MASS] * omega
-        given[VALUE] = frame["loss_factor"] * unit
-        if "loss_factor_error" in frame:
-            given[ERROR] = frame["loss_factor_error"] * unit
-    frame = frame.assign(**given)
-    for column in AXES:
-        _numbers(frame, column, "")
-    return frame
-
-
-def _numbers(frame: pd.DataFrame, column: str, alternative: str) -> None:
-    """Refuse a column that is missing, or not of numbers above zero (but for the value)."""
-    if column not in frame:
-        raise DampingError(
-            f"column {column}{alternative} is missing; there are {', '.join(frame.columns)}"
+    def __init__(
+        self,
+        columns: Mapping[str, Array],
+        interpolation: Interpolation = "log",
+        *,
+        with_mass: bool = True,
+    ) -> None:
+        self._columns, self._interpolation, self._with_mass = columns, interpolation, with_mass
+        self._value = next(name for name in (DAMPING, LOSS_FACTOR, REAL) if name in columns)
+        self._mass = IMAGINARY if self._value == REAL else MASS
+        frequency, fill = columns[FREQUENCY], fill_of(columns)
+        self._amplitude, amplitude = amplitude_of(columns)
+        none = np.zeros_like(frequency)
+        values = np.stack(
+            [
+                columns.get(name, none)
+                for of in (self._value, self._mass)
+                for name in (of, ERRORS[of])
+            ],
+            axis=1,
         )
-    if not pd.api.types.is_numeric_dtype(frame[column]):
-        raise DampingError(f"column {column} holds {frame[column].iloc[0]!r}: numbers are needed")
-    if column != "loss_factor" and not (frame[column] > 0).all():
-        worst = frame.loc[~(frame[column] > 0), column].iloc[0]
-        raise DampingError(f"{column} = {worst:g}: above 0")
+        self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
+        self.depends_on_acceleration = self._rows.depends_on_amplitude
+        has_errors = values[:, 1].any() or (with_mass and values[:, 3].any())
+        self.nodes = _nodes(frequency) if has_errors else None
+        self._fills = np.unique(fill)
+        if PARTICLE_MASS in columns:
+            mass = columns[PARTICLE_MASS]
+            self._masses = np.array([mass[fill == one].mean() for one in self._fills])
+        else:
+            self._masses = np.full(len(self._fills), np.nan)
+
+    def __call__(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> DampingValues:
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`.
+
+        Beyond the rows values are held and not inside. A table of one amplitude holds for all, as
+        does one without fills for every fill.
+        """
+        values, errors, inside = self._at(frequency, fill_fraction, acceleration_g)
+        n = len(errors) // 2
+        return DampingValues(values[:n], errors[:n] * values[:n], values[n:], inside)
+
+    def _at(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, Array, Flags]:
+        """C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
+        frequency = np.asarray(frequency, float)
+        omega = 2 * np.pi * frequency
+        asked = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
+        of_sine = {
+            None: np.ones_like(omega),
+            "acceleration_g": np.full(omega.shape, gamma),
+            "displacement_mm": gamma * STANDARD_GRAVITY / omega**2 * 1e3,
+            "velocity_m_s": gamma * STANDARD_GRAVITY / omega,
+        }[self._amplitude]
+        found, inside = self._rows(asked, of_sine, frequency)
+        value, error, mass, mass_error = found.T
+        relative = np.divide(error, value, out=np.zeros_like(error), where=value > 0)
+        damping = value
+        if self._value == LOSS_FACTOR:
+            damping = value * self.mass_per_area(fill) * omega
+        if self._mass == IMAGINARY:
+            mass, mass_error = mass / omega, mass_error / omega
+        if not self._with_mass:
+            mass, mass_error = np.zeros_like(mass), np.zeros_like(mass)
+        return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
+
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Return the covariance (2n, 2n) of ln C_e and m_a; see `cross_covariance`."""
+        point = (fill_fraction, acceleration_g)
+        return self.cross_covariance(frequency, point, point)
+
+    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+        """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
+
+        A table does not say how its errors are correlated. They are taken to be fully so, over
+        the whole table; see `readings.together`.
+        """
+        first, second = (self._at(frequency, *point)[1] for point in (one, other))
+        return together(first, second)
+
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return the mass of the particles [kg/m²], linear in the fill; NaN where not given."""
+        fill = fill_fraction if FILL in self._columns else 1.0
+        return float(np.interp(fill, self._fills, self._masses))
+
+    def without_mass(self) -> TableReading:
+        """Return the same damping with m_a = 0."""
+        return TableReading(self._columns, self._interpolation, with_mass=False)
+
+
+def _nodes(frequency: Array) -> Array:
+    """Frequencies of the rows, or even ones in their range where there are many."""
+    own = np.unique(frequency)
+    if len(own) <= MOST_NODES:
+        return own
+    return np.geomspace(own[0], own[-1], int(np.log(own[-1] / own[0]) / NODE_STEP) + 2)
 
 
 def to_frame(
     surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
 ) -> pd.DataFrame:
-    """Return the surface on even r, ln f and ln Γ within its domain, as `read_table` reads it.
-
-    Few enough that the table can be made a surface again.
-    """
+    """Return the surface on even r, ln f and ln Γ within its domain, as a table."""
     axes = (
         np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
         np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),

@@ -15,7 +15,6 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.from_study import reading_of
 from pidpanel.damping.readings import DampingReading
-from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.response import stress, uncertainty
@@ -132,7 +131,7 @@ def standard_errors(
 
     None for the bare panel and for a reading without errors.
     """
-    if not isinstance(reading, DampingSurface) or not case.loads:
+    if reading.nodes is None or not case.loads:
         return None
     (gamma,) = one.acceleration_g.tolist()
     covariance = reading.covariance(reading.nodes, case.scenario.fill_fraction, gamma)

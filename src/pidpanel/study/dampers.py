@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from pidpanel.constants import MOST_LOSS_FACTOR
 from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
 from pidpanel.study.coupon import Coupon
@@ -19,9 +20,6 @@ Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
 NotNegative = Annotated[float, Field(ge=0)]
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
-
-MOST_LOSS_FACTOR = 2.0
-"""η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent."""
 
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),

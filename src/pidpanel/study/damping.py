@@ -10,6 +10,7 @@ from pydantic import Field
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
+from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 
@@ -64,6 +65,8 @@ class Damping(Model):
     level: Level = Level()
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
+    interpolation: Interpolation | None = None
+    """Between the rows of the table: log (by default) or linear."""
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
 
@@ -74,3 +77,5 @@ class Damping(Model):
             yield Mistake(("readings",), "must not contain a reading more than once")
         if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
+        if self.interpolation is not None and self.table is None:
+            yield Mistake(("interpolation",), "only allowed with table")

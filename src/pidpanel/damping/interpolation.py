@@ -1,0 +1,208 @@
+"""Values of scattered rows between the rows: along lines first, then from line to line.
+
+A row is a point of up to three axes: fill fraction, amplitude and frequency. Rows of one fill and
+one amplitude are a line along frequency; along it values are interpolated piecewise, then between
+the two lines of neighbouring amplitudes, then between the two neighbouring fills. No full grid is
+needed: every line has frequencies of its own. Where rows share fewer frequencies than amplitudes
+the lines run along the amplitude instead. On a full grid both are the multilinear interpolation.
+
+``log`` means ln of frequency, amplitude and value (the fill as it is):
+
+    v = v₁ (v₂/v₁)^w,  w = ln(x/x₁)/ln(x₂/x₁),
+
+and v = v₁ + w (v₂ − v₁) where a value is not positive: between two rows of a line if one of the
+two is not, between two lines or two fills if any value of theirs is not. The rule is the same all
+along both, so that values have no jump. ``linear`` means linear in all of them.
+
+Beyond the first or last row of an axis values are held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+
+Interpolation = Literal["log", "linear"]
+
+TOLERANCE = 1e-9
+"""Of a coordinate: what rounding may put beyond the last row."""
+
+
+@dataclass(frozen=True)
+class _Line:
+    """Rows, or lines of rows, along one axis.
+
+    Attributes
+    ----------
+    axis
+        Number of the axis.
+    at
+        (m,) rising; logarithms, where that is how the axis is taken.
+    values
+        (m, k) of the rows; empty where there are lines.
+    lines
+        (m) lines; empty where there are rows.
+    log
+        (m, k) whether values at a coordinate may be interpolated by their logarithm.
+    """
+
+    axis: int
+    at: Array
+    values: Array
+    lines: tuple[_Line, ...]
+    log: Flags
+
+    @staticmethod
+    def of_rows(axis: int, at: Array, values: Array, *, log: bool) -> _Line:
+        return _Line(axis, at, values, (), (values > 0) & log)
+
+    @staticmethod
+    def of_lines(axis: int, at: Array, lines: tuple[_Line, ...], *, log: bool) -> _Line:
+        positive = np.stack([line.log.all(axis=0) for line in lines])
+        return _Line(axis, at, np.empty((0, 0)), lines, positive & log)
+
+    def __call__(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
+        """Return values (n, k) at coordinates, (n,) for each axis, and whether inside (n,)."""
+        low, weight, inside = _bracket(self.at, coordinates[self.axis])
+        high = np.minimum(low + 1, len(self.at) - 1)
+        if self.lines:
+            first, second, within = self._from_lines(coordinates, low, high, weight)
+            inside = inside & within
+        else:
+            first, second = self.values[low], self.values[high]
+        return _between(first, second, weight[:, None], self.log[low] & self.log[high]), inside
+
+    def _from_lines(
+        self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
+    ) -> tuple[Array, Array, Flags]:
+        """Values (n, k) of the two lines beside each point, and whether it is within both."""
+        n = len(weight)
+        first, second = np.empty((2, n, self.log.shape[1]))
+        inside = np.ones(n, dtype=np.bool_)
+        for number in np.unique(np.concatenate([low, high])):
+            # a line of no weight is not asked
+            lower, upper = (low == number) & (weight < 1), (high == number) & (weight > 0)
+            asked = lower | upper
+            values, within = self.lines[number]([c[asked] for c in coordinates])
+            first[lower], second[upper] = values[lower[asked]], values[upper[asked]]
+            inside[asked] &= within
+        first[weight == 1] = second[weight == 1]
+        second[weight == 0] = first[weight == 0]
+        return first, second, inside
+
+
+def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
+    """Number (n,) of the coordinate below each x, weight of the next one, and whether inside."""
+    reach = TOLERANCE * np.maximum(1.0, np.abs(x))
+    inside = (x >= at[0] - reach) & (x <= at[-1] + reach)
+    if len(at) == 1:
+        return np.zeros(x.shape, dtype=int), np.zeros(x.shape), inside
+    low = np.clip(np.searchsorted(at, x, "right") - 1, 0, len(at) - 2)
+    weight = np.clip((x - at[low]) / (at[low + 1] - at[low]), 0.0, 1.0)
+    return low, weight, inside
+
+
+def _between(first: Array, second: Array, weight: Array, log: Flags) -> Array:
+    """Values between two, exact at both and where both are equal."""
+    ratio = np.divide(second, first, out=np.ones_like(first), where=log)
+    value = np.where(log, first * ratio**weight, first + weight * (second - first))
+    return np.asarray(np.where(weight == 1, second, value))
+
+
+class Interpolator:
+    """Values of rows over fill fraction, amplitude and frequency.
+
+    Parameters
+    ----------
+    fill_fraction, amplitude, frequency
+        (n,) of the rows; no two rows have all three in common.
+    values
+        (n, k).
+    interpolation
+        Between the rows.
+
+    Attributes
+    ----------
+    depends_on_amplitude
+        Whether a fill has rows of more than one amplitude. Rows of one amplitude hold for all.
+
+    Examples
+    --------
+    >>> one = np.ones(2)
+    >>> rows = Interpolator(one, one, np.array([100.0, 400.0]), np.array([[2.0], [8.0]]), "log")
+    >>> rows(one, one, np.array([200.0, 500.0]))
+    (array([[4.],
+           [8.]]), array([ True, False]))
+    """
+
+    def __init__(
+        self,
+        fill_fraction: Array,
+        amplitude: Array,
+        frequency: Array,
+        values: Array,
+        interpolation: Interpolation,
+    ) -> None:
+        self._log = interpolation == "log"
+        inner = inner_axis(fill_fraction, amplitude, frequency)
+        rows = np.stack([fill_fraction, amplitude, frequency], axis=1)
+        fills = np.unique(fill_fraction)
+        of_fill = [fill_fraction == fill for fill in fills]
+        several = [len(np.unique(amplitude[own])) > 1 for own in of_fill]
+        self.depends_on_amplitude = any(several)
+        lines = tuple(
+            self._line(rows[own], values[own], (3 - inner, inner) if many else (2,))
+            for own, many in zip(of_fill, several, strict=True)
+        )
+        self._whole = _Line.of_lines(0, fills, lines, log=self._log)
+
+    def __call__(
+        self, fill_fraction: Array, amplitude: Array, frequency: Array
+    ) -> tuple[Array, Flags]:
+        """Return values (n, k) at points (n,), and whether they lie within the rows (n,)."""
+        if self._log:
+            amplitude, frequency = np.log(amplitude), np.log(frequency)
+        return self._whole((fill_fraction, amplitude, frequency))
+
+    def _line(self, rows: Array, values: Array, axes: tuple[int, ...]) -> _Line:
+        """Rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
+        axis, *further = axes
+        at = np.unique(rows[:, axis])
+        along = np.log(at) if self._log else at
+        if not further:
+            return _Line.of_rows(axis, along, values[np.argsort(rows[:, axis])], log=self._log)
+        own = [rows[:, axis] == one for one in at]
+        lines = tuple(self._line(rows[i], values[i], tuple(further)) for i in own)
+        return _Line.of_lines(axis, along, lines, log=self._log)
+
+
+def inner_axis(fill_fraction: Array, amplitude: Array, frequency: Array) -> int:
+    """Return the axis along which lines run: 2, frequency, or 1, amplitude; the fewer lines."""
+    along_frequency = len({*zip(fill_fraction, amplitude, strict=True)})
+    along_amplitude = len({*zip(fill_fraction, frequency, strict=True)})
+    return 2 if along_frequency <= along_amplitude else 1
+
+
+def lone_rows(fill_fraction: Array, amplitude: Array, frequency: Array) -> Index:
+    """Return the rows that are alone in their line, where others have more along its axis.
+
+    Such a row says nothing of what lies between it and other lines but at its own point.
+
+    Examples
+    --------
+    >>> lone_rows(np.ones(3), np.array([1.0, 2.0, 3.0]), np.array([50.0, 60.0, 70.0]))
+    array([0, 1, 2])
+    """
+    inner = inner_axis(fill_fraction, amplitude, frequency)
+    outer, along = (amplitude, frequency) if inner == 2 else (frequency, amplitude)
+    _, line, count = np.unique(
+        np.stack([fill_fraction, outer], axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    if len(np.unique(along)) == 1:
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(count[line.ravel()] == 1)

@@ -1,0 +1,319 @@
+"""CSV tables of damping, with units in the names of the columns: read, or refused line by line.
+
+A row is a point, ``frequency_hz``, with ``fill_fraction`` and one amplitude of a sine
+(``acceleration_g``, ``displacement_mm`` or ``velocity_m_s``) unless the table holds for all, and
+one value: ``equivalent_damping_n_s_m3``, ``loss_factor`` with ``particle_mass_per_area_kg_m2``, or
+``impedance_real_n_s_m3`` with ``impedance_imag_n_s_m3``. The first line names the columns,
+separated by commas; ``#`` starts a comment. A text in UTF-8, with or without its mark.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.constants import MOST_LOSS_FACTOR
+from pidpanel.damping.interpolation import lone_rows
+from pidpanel.damping.readings import DampingError
+
+FILL, FREQUENCY = "fill_fraction", "frequency_hz"
+AMPLITUDES = ("acceleration_g", "displacement_mm", "velocity_m_s")
+DAMPING, LOSS_FACTOR = "equivalent_damping_n_s_m3", "loss_factor"
+REAL, IMAGINARY = "impedance_real_n_s_m3", "impedance_imag_n_s_m3"
+VALUES = (DAMPING, LOSS_FACTOR, REAL)
+MASS, PARTICLE_MASS = "apparent_mass_kg_m2", "particle_mass_per_area_kg_m2"
+ERRORS: Mapping[str, str] = {
+    DAMPING: "equivalent_damping_error_n_s_m3",
+    LOSS_FACTOR: "loss_factor_error",
+    REAL: "impedance_real_error_n_s_m3",
+    IMAGINARY: "impedance_imag_error_n_s_m3",
+    MASS: "apparent_mass_error_kg_m2",
+}
+"""Columns of standard errors by those of their values."""
+
+MOST_FAULTS = 20
+"""That are told of one file."""
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+class TableError(DampingError):
+    """A table that is not read as it stands.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        One line each: file, line, column, value and what is allowed.
+    """
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(faults))
+
+
+class Allowed(NamedTuple):
+    """What the numbers of a column may be."""
+
+    low: float = -np.inf
+    low_itself: bool = True
+    high: float = np.inf
+    hint: str = ""
+    """Said of what is above ``high``."""
+
+    def refuses(self, value: float) -> str:
+        """Return what is allowed in place of a value; empty if it is."""
+        below = value < self.low or (value == self.low and not self.low_itself)
+        if not below and value <= self.high:
+            return ""
+        words = []
+        if self.low > -np.inf:
+            words.append(f"{'at least' if self.low_itself else 'above'} {self.low:g}")
+        if self.high < np.inf:
+            words.append(f"at most {self.high:g}")
+        hint = f" ({self.hint})" if self.hint and value > self.high else ""
+        return f"must be {' and '.join(words)}{hint}"
+
+
+POSITIVE, NOT_NEGATIVE, ANY = Allowed(0.0, low_itself=False), Allowed(0.0), Allowed()
+COLUMNS: Mapping[str, Allowed] = {
+    FILL: Allowed(0.0, low_itself=False, high=1.0, hint="in percent?"),
+    FREQUENCY: POSITIVE,
+    **dict.fromkeys(AMPLITUDES, POSITIVE),
+    DAMPING: NOT_NEGATIVE,
+    LOSS_FACTOR: Allowed(
+        0.0,
+        high=MOST_LOSS_FACTOR,
+        hint="in percent? an inelastic bed has at most 4/π; of a rebounding ball give C_e",
+    ),
+    REAL: NOT_NEGATIVE,
+    IMAGINARY: ANY,
+    MASS: ANY,
+    PARTICLE_MASS: POSITIVE,
+    **dict.fromkeys(ERRORS.values(), NOT_NEGATIVE),
+}
+IMPEDANCE = (FREQUENCY, DAMPING, MASS, REAL, IMAGINARY, PARTICLE_MASS,
+             *(ERRORS[value] for value in (DAMPING, MASS, REAL, IMAGINARY)))  # fmt: skip
+"""Columns of an impedance over frequency."""
+
+
+def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
+    """Read the columns (n,) of a table.
+
+    Parameters
+    ----------
+    path
+        CSV file.
+    impedance
+        Whether it must be an impedance over frequency: C_e and m_a, or real and imaginary part,
+        whatever the fill and the amplitude.
+
+    Raises
+    ------
+    TableError
+        With all faults of the file, up to `MOST_FAULTS`.
+    """
+    text = _text(path)
+    rows = [(number, cells) for number, cells in _rows(text) if any(cells)]
+    if not rows:
+        raise TableError([f"{path}: empty; the first line must name the columns"])
+    (line, header), *rows = rows
+    allowed = IMPEDANCE if impedance else tuple(COLUMNS)
+    separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
+    if separator is not None:
+        raise TableError(
+            [f"{path}, line {line}: columns must be separated by ',' with '.' in numbers, "
+             f"not by {separator!r}"]
+        )  # fmt: skip
+    faults = [f"{path}, line {line}: {says}" for says in _faults_of_header(header, allowed)]
+    if not rows:
+        faults.append(f"{path}: no rows; line {line} names the columns")
+    lines, columns, of_cells = _numbers(header, rows)
+    faults += [f"{path}, line {number}: {says}" for number, says in of_cells]
+    if not faults:
+        faults = [f"{path}, {says}" for says in _faults_of_rows(columns, lines)]
+    if len(faults) > MOST_FAULTS:
+        faults = [*faults[:MOST_FAULTS], f"{path}: {len(faults) - MOST_FAULTS} further mistakes"]
+    if faults:
+        raise TableError(faults)
+    return columns
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file in UTF-8."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise TableError([f"{path}: cannot be read ({error.strerror})"]) from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
+        says = f"must be text in UTF-8; found the byte 0x{byte:02x}"
+        raise TableError([f"{path}, line {line}: {says}"]) from None
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each line, without its comment."""
+    for number, content in enumerate(re.split("\r\n|\r|\n", text), start=1):
+        cells = next(csv.reader([content.partition("#")[0]]), [])
+        yield number, [cell.strip() for cell in cells]
+
+
+def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
+    """Yield names that are unknown or given twice, and what is missing among them."""
+    if all(NUMBER.fullmatch(name) for name in header):
+        yield f"must name the columns, found the numbers {', '.join(header)}"
+        return
+    meant = list(header)
+    for place, name in enumerate(header):
+        if name not in allowed:
+            meant[place] = _nearest(name, allowed)
+            yield _unknown(name, place, meant[place], allowed)
+        elif name in header[:place]:
+            yield f"column {name}: given twice"
+    if FREQUENCY not in meant:
+        yield f"column {FREQUENCY}: missing"
+    yield from _faults_of_choice([name for name in AMPLITUDES if name in header], "amplitude")
+    if not set(VALUES) & set(meant):
+        yield f"column {' or '.join(name for name in VALUES if name in allowed)}: missing"
+    yield from _faults_of_choice([name for name in VALUES if name in header], "value")
+    for name, needed in (
+        (LOSS_FACTOR, PARTICLE_MASS),
+        (REAL, IMAGINARY),
+        (IMAGINARY, REAL),
+        *((error, value) for value, error in ERRORS.items()),
+        *([(DAMPING, MASS)] if LOSS_FACTOR not in allowed else []),
+    ):
+        if name in header and name in allowed and needed not in meant:
+            yield f"column {needed}: missing; needed beside {name}"
+    if REAL in header and MASS in header:
+        yield f"column {MASS}: not allowed beside {IMAGINARY}, which is ω times it"
+
+
+def _faults_of_choice(names: Sequence[str], what: str) -> Iterator[str]:
+    if len(names) > 1:
+        yield f"columns {' and '.join(names)}: only one {what} is allowed"
+
+
+def _nearest(name: str, allowed: Sequence[str]) -> str:
+    """Return the column that is meant; empty if none is near."""
+    if not name or name in COLUMNS:
+        return ""
+    near = difflib.get_close_matches(name.lower(), allowed, n=1, cutoff=0.5)
+    near += [one for one in allowed if one.startswith(name.lower())]
+    return near[0] if near else ""
+
+
+def _unknown(name: str, place: int, nearest: str, allowed: Sequence[str]) -> str:
+    """Return what to say of a column that is not known."""
+    if not name:
+        return f"column {place + 1} has no name"
+    if name in COLUMNS:
+        return f"column {name}: not allowed in an impedance, which holds for all; use a table"
+    says = f"did you mean {nearest}?" if nearest else f"allowed are {', '.join(allowed)}"
+    return f"column {name!r}: unknown; {says}"
+
+
+def _numbers(
+    header: Sequence[str], rows: Sequence[tuple[int, list[str]]]
+) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
+    """Return lines and columns of the rows, and what is wrong in which line."""
+    faults: list[tuple[int, str]] = []
+    lines: list[int] = []
+    numbers: list[list[float]] = []
+    for line, cells in rows:
+        if len(cells) != len(header):
+            commas = " (decimal commas?)" if len(cells) > len(header) else ""
+            faults.append(
+                (line, f"has {len(cells)} values, must have {len(header)} as the header{commas}")
+            )
+            continue
+        values = []
+        for name, cell in zip(header, cells, strict=True):
+            value = float(cell) if NUMBER.fullmatch(cell) else np.nan
+            if name in COLUMNS:
+                says = _fault_of_cell(cell, value, COLUMNS[name])
+                faults += [(line, f"{name} = {says}")] if says else []
+            values.append(value)
+        lines.append(line)
+        numbers.append(values)
+    table = np.array(numbers).reshape(len(lines), len(header))
+    return lines, dict(zip(header, table.T, strict=True)), faults
+
+
+def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
+    """Return the cell and what is allowed in its place; empty if there is nothing wrong."""
+    if not np.isfinite(value):
+        shown = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
+        comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        return f"{shown}: must be a finite number{comma}" if cell else "(empty): must be a number"
+    says = allowed.refuses(value)
+    return f"{cell}: {says}" if says else ""
+
+
+def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+    """Yield what rows, each good on its own, are not together."""
+    axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in columns]
+    seen: dict[tuple[float, ...], int] = {}
+    for line, point in zip(lines, zip(*(columns[name] for name in axes), strict=True), strict=True):
+        if seen.setdefault(point, line) != line:
+            at = ", ".join(f"{name} = {x:g}" for name, x in zip(axes, point, strict=True))
+            yield f"line {line}: {at}: duplicate of line {seen[point]}"
+    for value in VALUES:
+        error = ERRORS[value]
+        if value in columns and error in columns:
+            for row in map(int, np.flatnonzero((columns[value] == 0) & (columns[error] > 0))):
+                yield (
+                    f"line {lines[row]}: {error} = {columns[error][row]:g}: "
+                    f"must be 0 where {value} is 0: errors are relative to it"
+                )
+    yield from _faults_of_mass(columns, lines)
+    if len(seen) == len(lines):
+        yield from _faults_of_scatter(columns, lines)
+
+
+def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+    """Yield masses of the particles that differ though the fill does not."""
+    if PARTICLE_MASS not in columns:
+        return
+    mass, fill = columns[PARTICLE_MASS], fill_of(columns)
+    for row, (own, r) in enumerate(zip(mass, fill, strict=True)):
+        first = int(np.argmax(fill == r))
+        # what rounding to four digits leaves
+        if abs(own / mass[first] - 1) > 1e-3:
+            yield (
+                f"line {lines[row]}: {PARTICLE_MASS} = {own:g}: must be the same in all rows of "
+                f"a fill; line {lines[first]} has {mass[first]:g}"
+            )
+
+
+def _faults_of_scatter(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+    """Yield a table in which most rows are alone, so that there is nothing between them."""
+    fill, amplitude = fill_of(columns), amplitude_of(columns)[1]
+    alone = lone_rows(fill, amplitude, columns[FREQUENCY])
+    if 2 * len(alone) > len(lines):
+        yield (
+            f"line {lines[alone[0]]}: {len(alone)} of {len(lines)} rows share neither amplitude "
+            "nor frequency with another of their fill: several frequencies at one amplitude are "
+            "needed, or several amplitudes at one frequency (exactly the same numbers)"
+        )
+
+
+def fill_of(columns: Mapping[str, Array]) -> Array:
+    """Return the fills (n,) of the rows; 1 where the table holds for every fill."""
+    return columns.get(FILL, np.ones_like(columns[FREQUENCY]))
+
+
+def amplitude_of(columns: Mapping[str, Array]) -> tuple[str | None, Array]:
+    """Return the name and the values (n,) of the amplitude; None and 1 where there is none."""
+    for name in AMPLITUDES:
+        if name in columns:
+            return name, columns[name]
+    return None, np.ones_like(columns[FREQUENCY])
