@@ -14,7 +14,7 @@ from pidpanel.coupon.liggghts.failures import SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.document import Document
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import named_place
 from pidpanel.study.reading import study_in
 
@@ -114,13 +114,24 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
             f"{FREQUENCY_RANGE[1]:g} Hz",
         )
-    if study.damping.table is not None:
+    for keys, table in _tables(study):
         try:
-            read_table(study.damping.table)
+            read_table(table, impedance=keys[-1] == "impedance")
         except TableError as error:
-            yield from (Mistake(("damping", "table"), fault) for fault in error.faults)
+            yield from (Mistake(keys, fault) for fault in error.faults)
     try:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:
         keys = named_place(study.panel, str(error))
         yield Mistake(("panel", *keys), str(error).removeprefix("mesh: "))
+
+
+def _tables(study: Study) -> Iterator[tuple[Keys, Path]]:
+    """Yield the tables of damping that a study names, with the ways to them."""
+    if study.damping.table is not None:
+        yield ("damping", "table"), study.damping.table
+    for name, damper in study.dampers.items():
+        if damper.table is not None:
+            yield ("dampers", name, "table"), damper.table
+        if damper.impedance is not None:
+            yield ("dampers", name, "impedance"), damper.impedance

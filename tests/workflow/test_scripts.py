@@ -74,8 +74,8 @@ def stages(folder, study, *, radiation):
     sound.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc"), *air])
     beside = at("radiation.csv") if radiation else []
     response.main(
-        [str(study), *at("modes.nc", "modal_force.nc"), "none", *(air or ["none"]),
-         *at("psd.nc", "summary.csv", "stress.nc", "stress.csv"), *beside]
+        [str(study), *at("modes.nc", "modal_force.nc", "section.csv"), "none", *(air or ["none"]),
+         *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv"), *beside]
     )  # fmt: skip
     maps.main(
         [str(study), *at("modes.nc", "modal_force.nc"), "none", *at("psd.nc", "maps.nc", "maps")]

@@ -19,6 +19,7 @@ rule response:
     input:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
+        section=results("panel/section.csv"),
         surfaces=SURFACES,
         air=AIR,
     output:
@@ -39,7 +40,7 @@ rule response:
         code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {params.damping} {params.air} {output} 2> {log}"
+        " {input.section} {params.damping} {params.air} {output} 2> {log}"
 
 
 rule maps:

@@ -117,7 +117,6 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
     folder
         Results of the study, ``results/<study>``.
     """
-
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
 

@@ -81,8 +81,14 @@ def reduction(bare: ArrayLike, treated: ArrayLike) -> Array:
 
     Examples
     --------
-    >>> float(reduction(10.0, 1.0))
-    20.0
+    >>> float(reduction(10.0, 1.0)), float(reduction(0.0, 0.0))
+    (20.0, 0.0)
+
+    Notes
+    -----
+    0 where neither moves, as at a support: there is nothing to lower.
     """
-    ratio: Array = np.asarray(bare, float) / np.asarray(treated, float)
+    above, below = np.broadcast_arrays(np.asarray(bare, float), np.asarray(treated, float))
+    still = (above == 0) & (below == 0)
+    ratio: Array = np.where(still, 1.0, above) / np.where(still, 1.0, below)
     return 20 * np.log10(ratio)

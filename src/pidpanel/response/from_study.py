@@ -6,7 +6,7 @@ files of the stage, `rounds` the rounds of a target.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,10 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.arrays import Array, Complexes, Flags, Index
+from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis, patch_areas
+from pidpanel.paths import SECTION, of_damper
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
@@ -32,7 +34,7 @@ from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
-from pidpanel.study import Scenario, Study
+from pidpanel.study import Filling, Scenario, Study
 from pidpanel.study.response import Radiation
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
@@ -40,6 +42,10 @@ COARSE_LINES_PER_BANDWIDTH = 3.0
 
 BALANCE_LINES = 12
 """Lines on which the power balance of each scenario is checked."""
+
+HELD = 1e-6
+"""Motion of a point over the largest of its shape below which it does not move [1]: rounding is
+1e-16 of the shape, and no panel is known to a millionth."""
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -66,8 +72,13 @@ class SolvedScenario:
         The bare panel under the same sound.
     pressure_factor
         S_p over that of the study.
-    solver, loads
-        What it was computed with; no load for the bare panel.
+    solver, layout
+        What it was computed with.
+    filled
+        What each load is filled with, in the order of the loads.
+    dead_weight
+        The response with the same masses in the same places and no damping; None where a mass is
+        not known, and for the bare panel.
     """
 
     scenario: Scenario
@@ -76,7 +87,117 @@ class SolvedScenario:
     bare: ScenarioResponse
     pressure_factor: float
     solver: Solver
-    loads: tuple[Load, ...]
+    layout: Layout
+    filled: Sequence[Filled]
+    dead_weight: ScenarioResponse | None
+
+    def masses(self, area: Array) -> Array:
+        """Return the mass [kg] of each load on its area (n_loads,) [m²]; NaN where not known."""
+        per_area = np.array([one.mass_per_area for one in self.filled], dtype=np.float64)
+        return per_area * area
+
+
+@dataclass(frozen=True)
+class Filled:
+    """What a load is filled with.
+
+    Attributes
+    ----------
+    patch
+        Index of its patch in the basis.
+    carrier
+        Index in the solver of what carries it: the patch, or one element of it.
+    source
+        What its errors are common to: loads of the same source share their damping.
+    reading
+        Its damping.
+    fill_fraction
+        Fill at which that is read.
+    """
+
+    patch: int
+    carrier: int
+    source: str
+    reading: DampingReading
+    fill_fraction: float
+
+    @property
+    def mass_per_area(self) -> float:
+        """What it weighs [kg/m²]; NaN where that is not known."""
+        return self.reading.mass_per_area(self.fill_fraction)
+
+    @property
+    def load_damping(self) -> DampingOfMotion:
+        """Its damping as a function of frequency [Hz] and Γ."""
+        return damping_of_motion(self.reading, self.fill_fraction)
+
+
+class Readings:
+    """The readings of a study: how every patch of a scenario is read in each.
+
+    Parameters
+    ----------
+    of_all
+        Readings that hold for every patch, by name.
+    of_dampers
+        What the reading ``stated`` takes for each damper, by the name of the damper.
+    names
+        Names of all readings of the study in order.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        of_all: Mapping[str, DampingReading],
+        of_dampers: Mapping[str, DampingReading],
+    ) -> None:
+        self.names = tuple(names)
+        self._of_all = of_all
+        self._of_dampers = of_dampers
+
+    def of(self, name: str, filling: Filling, patch: int, carrier: int) -> Filled:
+        """Return how a filled patch, or an element of it, is read."""
+        # constants have no fill, and are asked at that of a full cell
+        fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
+        if name == "stated":
+            damper = str(filling.damper)
+            return Filled(patch, carrier, damper, self._of_dampers[damper], fill)
+        return Filled(patch, carrier, name, self._of_all[name], fill)
+
+
+def readings_of(study: Study, folder: Path | None) -> Readings:
+    """Return the readings of a study.
+
+    Parameters
+    ----------
+    study
+        The study.
+    folder
+        Of the surfaces, ``results/<study>/damping``; None for a study without any.
+
+    Raises
+    ------
+    DampingError
+        As `reading_of` and `reading_of_damper`.
+    """
+
+    def surface(damper: str) -> Path | None:
+        if folder is None or damper not in study.surfaces:
+            return None
+        return of_damper(folder, damper, "surface.nc")
+
+    of_all: dict[str, DampingReading] = {
+        name: reading_of(name, study, surface(SECTION))
+        for name in study.damping.readings or ("dem",)
+        if name in study.readings and name != "stated"
+    }
+    stated = {
+        name: reading_of_damper(study.all_dampers[name], surface(name))
+        for name in study.used_dampers
+    }
+    if not study.response.damper_mass:
+        stated = {name: reading.without_mass() for name, reading in stated.items()}
+    return Readings(study.readings, of_all, stated)
 
 
 def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
@@ -152,8 +273,8 @@ class PanelInSound:
 
     @cached_property
     def deflection_at_points(self) -> Array:
-        """(n_points, 1, n): w alone."""
-        return self.basis.shape_at_points[:, None]
+        """(n_points, 1, n): w alone, exactly none at a point that is held."""
+        return np.where(self.held[:, None], 0.0, self.basis.shape_at_points)[:, None]
 
     @cached_property
     def motion_at_points(self) -> Array:
@@ -177,11 +298,43 @@ class PanelInSound:
         """iωR − ω²M_air over frequency; None where the air is left out."""
         return None if self.air is None else self.air.stiffness
 
-    def patch(self, name: str) -> Patches:
-        """Return one patch by its name."""
-        index = self.basis.patch_names.index(name)
-        own = slice(index, index + 1)
-        return Patches(self.basis.patch_overlap[own], self.patch_area[own])
+    @cached_property
+    def patches(self) -> Patches:
+        """All patches of the panel."""
+        return Patches(self.basis.patch_overlap, self.patch_area)
+
+    @cached_property
+    def held(self) -> Flags:
+        """(n_points,) points that no shape moves, such as those on a support."""
+        at_points = np.abs(self.basis.shape_at_points)
+        largest = np.abs(self.basis.shape_at_vertices).max(axis=0)
+        moves = at_points > HELD * np.where(largest > 0, largest, 1.0)
+        return np.asarray(~moves.any(axis=1))
+
+    @cached_property
+    def carriers(self) -> Index:
+        """(n_carriers,) index of the patch of each carrier in the solver: patches, or elements."""
+        return np.arange(len(self.patch_area))
+
+    @cached_property
+    def field(self) -> PanelInField:
+        """The panel with its patches in its sound."""
+        return PanelInField(self.modal, self.patches, self.psd, self.force, self.air_stiffness)
+
+    @property
+    def by_element(self) -> bool:
+        """Whether each element of a patch is a load of its own."""
+        return self.study.damping.level.by == "element"
+
+    def load_area(self, one: ScenarioResponse) -> Array:
+        """Return the areas (n_loads,) of the loads of a response [m²]."""
+        return self.field.patches.area[one.loads]
+
+    def bare_motion_g(self, bare: ScenarioResponse, patch: int) -> float:
+        """Return Γ of a patch of the bare panel."""
+        own = self.carriers == patch
+        share = self.field.patches.area[own] / self.field.patches.area[own].sum()
+        return float(np.sqrt(share @ bare.bare_patch_acceleration_g[own] ** 2))
 
     def pressure_factor(self, scenario: Scenario) -> float:
         """Return S_p of a scenario over that of the study."""
@@ -189,109 +342,145 @@ class PanelInSound:
             return 1.0
         return self.spectrum.pressure_factor(scenario.oaspl_db)
 
-    @property
-    def loaded_patches(self) -> list[str]:
-        """Names of the patches that a scenario fills."""
-        scenarios = self.study.all_scenarios()
-        return list(dict.fromkeys(s.patch for s in scenarios if s.patch is not None))
-
     # --------------------------------------------------------------- solutions
 
     def solver(self, *, rms_only: bool = False) -> Solver:
-        """Return a solver of all loaded patches, of the form that the study asks for.
+        """Return a solver of the form that the study asks for.
 
         Parameters
         ----------
         rms_only
             Few lines and no strains, enough for rms accelerations within 1e-3.
         """
+        if self.study.response.modal_damping == "full":
+            return self.full_solver(rms_only=rms_only)
+        return DiagonalSolver(*self._panel(rms_only=rms_only))
+
+    def full_solver(self, *, rms_only: bool = False) -> PanelSolver:
+        """Return a solver with the full modal damping matrix; see `solver`."""
+        return PanelSolver(*self._panel(rms_only=rms_only))
+
+    def _panel(self, *, rms_only: bool) -> tuple[PanelInField, Array, Array, Array]:
         lines = self.coarse_frequency if rms_only else self.frequency
         motion = self.deflection_at_points if rms_only else self.motion_at_points
-        if self.study.response.modal_damping == "full":
-            return self.full_solver(lines, motion)
-        return DiagonalSolver(self.in_field, lines, motion, self.coarse_frequency)
+        return self.field, lines, motion, self.coarse_frequency
 
-    def full_solver(self, frequency: Array, motion_at_points: Array) -> PanelSolver:
-        """Return a solver with the full modal damping matrix.
+    def responses(
+        self, solver: Solver, readings: Readings, *, dead_weight: bool = True
+    ) -> list[SolvedScenario]:
+        """Return every scenario in every reading of the damping.
 
         Parameters
         ----------
-        frequency
-            (nf,) lines of the result [Hz].
-        motion_at_points
-            (n_points, m, n) the motions looked at.
+        solver
+            From `solver`.
+        readings
+            Of the study.
+        dead_weight
+            Whether the same masses without damping are wanted too, once for each distinct set of
+            patches, masses and level.
         """
-        return PanelSolver(self.in_field, frequency, motion_at_points, self.coarse_frequency)
+        asked = [
+            (scenario, name, self.pressure_factor(scenario), self._filled(scenario, readings, name))
+            for scenario in self.study.all_scenarios()
+            for name in readings.names
+        ]
+        # the bare panel once a level, dead weight once for each set of masses and level
+        keys: list[tuple[Hashable, Hashable, Hashable]] = []
+        layouts: dict[Hashable, Layout] = {}
+        for scenario, name, factor, filled in asked:
+            bare: Hashable = factor
+            own, dead = bare, None
+            layouts.setdefault(bare, Layout((), factor))
+            if filled:
+                own = (scenario.label, name)
+                layouts[own] = self._layout(filled, factor)
+                masses = _masses(filled) if dead_weight else None
+                if masses is not None:
+                    dead = (masses, factor)
+                    layouts.setdefault(dead, _of_mass(masses, factor))
+            keys.append((own, bare, dead))
+        solved = solve_layouts(solver, list(layouts.values()), with_slopes=True)
+        found = dict(zip(layouts, solved, strict=True))
+        return [
+            SolvedScenario(
+                scenario=scenario,
+                reading=name,
+                found=found[own],
+                bare=_steady(found[bare]),
+                pressure_factor=factor,
+                solver=solver,
+                layout=layouts[own],
+                filled=filled,
+                dead_weight=None if dead is None else _steady(found[dead]),
+            )
+            for (scenario, name, factor, filled), (own, bare, dead) in zip(asked, keys, strict=True)
+        ]
 
-    @cached_property
-    def in_field(self) -> PanelInField:
-        """The panel with the patches that a scenario fills, in the order of `loaded_patches`."""
-        index = [self.basis.patch_names.index(name) for name in self.loaded_patches]
-        patches = Patches(self.basis.patch_overlap[index], self.patch_area[index])
-        return PanelInField(self.modal, patches, self.psd, self.force, self.air_stiffness)
+    def _filled(self, scenario: Scenario, readings: Readings, name: str) -> tuple[Filled, ...]:
+        found = []
+        for filling in scenario.fillings:
+            patch = self.basis.patch_names.index(filling.patch)
+            carriers = np.flatnonzero(self.carriers == patch).tolist()
+            found += [readings.of(name, filling, patch, carrier) for carrier in carriers]
+        return tuple(found)
 
-    def responses(
-        self, solver: Solver, readings: Mapping[str, DampingReading]
-    ) -> Iterator[SolvedScenario]:
-        """Yield every scenario in every reading of the damping."""
-        scenarios = self.study.all_scenarios()
-        stated = self.study.damping.level.acceleration_g
-        factors = list(dict.fromkeys(self.pressure_factor(one) for one in scenarios))
-        layouts: dict[tuple[str, str | None, float], Layout] = {
-            ("", None, factor): Layout((), factor) for factor in factors
-        }
-        for scenario in scenarios:
-            for name, reading in readings.items():
-                if scenario.patch is not None:
-                    load = Load(
-                        self.loaded_patches.index(scenario.patch),
-                        damping_of_motion(reading, scenario.fill_fraction),
-                        reading.depends_on_acceleration,
-                    )
-                    factor = self.pressure_factor(scenario)
-                    layouts[name, scenario.label, factor] = Layout((load,), factor, stated)
-        found = solve_layouts(solver, list(layouts.values()))
-        solved = dict(zip(layouts, found, strict=True))
-        for scenario in scenarios:
-            factor = self.pressure_factor(scenario)
-            bare = solved["", None, factor]
-            assert isinstance(bare, ScenarioResponse)  # nothing can feed it
-            for name in readings:
-                key: tuple[str, str | None, float] = ("", None, factor)
-                if scenario.patch is not None:
-                    key = (name, scenario.label, factor)
-                loads = tuple(layouts[key].loads)
-                yield SolvedScenario(scenario, name, solved[key], bare, factor, solver, loads)
+    def _layout(self, filled: Sequence[Filled], factor: float) -> Layout:
+        loads = tuple(
+            Load(one.carrier, one.load_damping, one.reading.depends_on_acceleration)
+            for one in filled
+        )
+        return Layout(loads, factor, self.study.damping.level.acceleration_g)
 
-    def reads_own_motion(self, reading: DampingReading) -> bool:
-        """Whether a reading is taken at the motion that the patch ends up with."""
-        return reading.depends_on_acceleration and self.study.damping.level.acceleration_g is None
-
-    def power_balance_error(self, patch: str | None, factor: float, one: ScenarioResponse) -> float:
+    def power_balance_error(self, one: ScenarioResponse, factor: float) -> float:
         """Return the largest error of the power balance of a scenario over some lines [1].
 
         Parameters
         ----------
-        patch
-            That carries the damper; None for the bare panel.
-        factor
-            S_p over that of the study.
         one
             The response.
+        factor
+            S_p over that of the study.
         """
         step = max(1, len(self.frequency) // BALANCE_LINES)
         lines = slice(step // 2, None, step)
         balance = power_balance(
             self.frequency[lines],
             self.modal,
-            self.patch(patch or self.basis.patch_names[0]),
+            self.patches.only(one.loads.tolist()),
             factor * self.psd(self.frequency[lines]),
             self.force,
-            one.equivalent_damping[:, lines] if patch else np.zeros((1, self.frequency[lines].size)),
-            one.apparent_mass[:, lines] if patch else np.zeros((1, self.frequency[lines].size)),
+            one.equivalent_damping[:, lines],
+            one.apparent_mass[:, lines],
             self.air_stiffness,
         )
         return float(balance.error.max())
+
+
+def _steady(found: ScenarioResponse | UnstableDamping) -> ScenarioResponse:
+    """Return a response without negative damping, which cannot be unstable."""
+    if isinstance(found, UnstableDamping):
+        raise found
+    return found
+
+
+def _masses(filled: Sequence[Filled]) -> tuple[tuple[int, float], ...] | None:
+    """Return carrier and mass per area [kg/m²] of each load; None where one is not known."""
+    found = tuple((one.carrier, one.mass_per_area) for one in filled)
+    return found if found and np.isfinite([mass for _, mass in found]).all() else None
+
+
+def _of_mass(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
+    """Return the layout of masses that do not damp."""
+
+    def load(patch: int, mass: float) -> Load:
+        def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
+            none = np.zeros(frequency.shape)
+            return none, none + mass, np.ones(frequency.shape, dtype=np.bool_)
+
+        return Load(patch, damping, depends_on_acceleration=False)
+
+    return Layout(tuple(load(*one) for one in masses), factor)
 
 
 def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -> PanelInSound:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,8 +13,6 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.from_study import reading_of
-from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.response import stress, uncertainty
@@ -22,17 +20,21 @@ from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, wr
 from pidpanel.response.from_study import (
     PanelFiles,
     PanelInSound,
+    Readings,
     SolvedScenario,
     read_panel_in_sound,
+    readings_of,
 )
 from pidpanel.response.map_files import map_dataset, write_paraview
 from pidpanel.response.maps import layer_maps, modal_covariances, rms_map
-from pidpanel.response.model import Response, ResponseError, UnstableDamping
-from pidpanel.response.scenarios import ScenarioResponse
-from pidpanel.response.solvers import PanelSolver, Request
+from pidpanel.response.model import ResponseError, UnstableDamping
+from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.response.solvers import Request
 from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
 from pidpanel.response.tables import (
+    OnPatches,
     beside_rows,
+    dead_weight_columns,
     psd_dataset,
     stress_dataset,
     stress_rows,
@@ -51,6 +53,7 @@ class ResponseFiles(NamedTuple):
 
     psd_nc: Path
     summary_csv: Path
+    layouts_csv: Path
     stress_nc: Path
     stress_csv: Path
     radiation_csv: Path | None = None
@@ -60,7 +63,7 @@ class ResponseFiles(NamedTuple):
 
 
 def write_response(
-    study: Study, files: PanelFiles, surface: Path | None, output: ResponseFiles
+    study: Study, files: PanelFiles, section: Path, damping: Path | None, output: ResponseFiles
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario in every reading.
 
@@ -70,8 +73,10 @@ def write_response(
         The study.
     files
         Of the stages upstream.
-    surface
-        ``damping/surface.nc``; None for a study without the reading ``dem``.
+    section
+        ``panel/section.csv``, from which the panel's mass is taken.
+    damping
+        Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     output
         What to write.
 
@@ -83,15 +88,13 @@ def write_response(
         As the stages upstream have it.
     """
     panel = read_panel_in_sound(study, files, study.response.radiation)
-    readings: dict[str, DampingReading] = {
-        name: reading_of(name, study, surface) for name in study.damping.readings
-    }
+    readings = readings_of(study, damping)
+    panel_mass = read_panel_mass(study, section)
     layers = _layers(panel)
     # what the diagonal form of the paper costs is said beside it
-    judge = None
-    if study.response.modal_damping == "diagonal":
-        judge = panel.full_solver(panel.frequency, panel.motion_at_points)
-    found, errors, rows, strained, strain_rows = {}, {}, [], {}, []
+    judge = panel.full_solver() if study.response.modal_damping == "diagonal" else None
+    found, dead, errors = {}, {}, {}
+    rows, layout_rows, strained, strain_rows = [], [], {}, []
     for case in panel.responses(panel.solver(), readings):
         one, key = case.found, (case.reading, case.scenario.label)
         if isinstance(one, UnstableDamping):
@@ -100,19 +103,23 @@ def write_response(
             continue
         if study.damping.level.outside == "refuse":
             _refuse_outside(panel.frequency, case, one)
-        found[key] = one
-        error = standard_errors(panel, case, one, readings[case.reading])
+        error = standard_errors(panel, case, one)
         if error is not None:
             errors[key] = error
-        rows += _summary(panel, case, one, error, _judged(judge, case, one))
+        by_patch = patch_rows(panel, case, one)
+        rows += _summary(panel, case, one, error, judge, panel_mass)
+        layout_rows += [{**_what(case), **row} for row in by_patch]
+        found[key] = on_patches(panel, case, one)
+        if case.dead_weight is not None:
+            dead[key] = case.dead_weight.response.acceleration_psd
         strained[key], more = _strains(panel, layers, one)
-        strain_rows += [
-            {"reading": case.reading, "scenario": case.scenario.label, **row} for row in more
-        ]
+        strain_rows += [{**_what(case), **row} for row in more]
     labels = [scenario.label for scenario in study.all_scenarios()]
-    axes = (panel.frequency, list(readings), labels, panel.basis.point_names)
+    basis = panel.basis
+    axes = (panel.frequency, list(readings.names), labels, basis.point_names)
     _write_csv(output.summary_csv, pd.DataFrame(rows))
-    psds = uncertainty.with_errors(psd_dataset(found, *axes), errors)
+    _write_csv(output.layouts_csv, pd.DataFrame(layout_rows, columns=list(PATCH_COLUMNS)))
+    psds = uncertainty.with_errors(psd_dataset(found, dead, *axes, basis.patch_names), errors)
     psds.assign_attrs(stamp(study), level=study.damping.level.kind).to_netcdf(
         output.psd_nc, engine="scipy"
     )
@@ -124,43 +131,60 @@ def write_response(
         _write_csv(output.radiation_csv, with_other_radiation(study, files, readings))
 
 
+def read_panel_mass(study: Study, section: Path) -> float:
+    """Return the mass of the panel with what is attached to it [kg]."""
+    table = pd.read_csv(section).set_index("quantity")["value"]
+    return float(table["mass"]) + sum(one.mass_kg for one in study.panel.masses.values())
+
+
 def standard_errors(
-    panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse, reading: DampingReading
+    panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse
 ) -> uncertainty.StandardErrors | None:
     """Return the standard errors of a scenario's response from those of its damping.
 
-    None for the bare panel and for a reading without errors.
+    Loads of one source have the errors of that in common; those of different ones are
+    independent. None for the bare panel and where no load has errors.
     """
-    if reading.nodes is None or not case.loads:
+    known = [filled.reading.nodes for filled in case.filled]
+    with_errors = [nodes for nodes in known if nodes is not None]
+    if not with_errors:
         return None
-    (gamma,) = one.acceleration_g.tolist()
-    covariance = reading.covariance(reading.nodes, case.scenario.fill_fraction, gamma)
+    nodes = np.unique(np.concatenate(with_errors))
+    at = [
+        (filled.fill_fraction, float(gamma))
+        for filled, gamma in zip(case.filled, one.acceleration_g, strict=True)
+    ]
+    blocks = [
+        [
+            a.reading.cross_covariance(nodes, at[i], at[j])
+            if a.source == b.source and a.reading.nodes is not None
+            else None
+            for j, b in enumerate(case.filled)
+        ]
+        for i, a in enumerate(case.filled)
+    ]
+    covariance, _ = uncertainty.joint_covariance(blocks, len(nodes))
     return uncertainty.sensitivity(
         case.solver,
-        case.loads,
+        case.layout.loads,
         one,
-        reading.nodes,
+        nodes,
         case.pressure_factor,
-        own_acceleration=panel.reads_own_motion(reading),
+        own_acceleration=case.layout.own_acceleration,
     ).under(covariance)
 
 
-def with_other_radiation(
-    study: Study, files: PanelFiles, readings: Mapping[str, DampingReading]
-) -> pd.DataFrame:
+def with_other_radiation(study: Study, files: PanelFiles, readings: Readings) -> pd.DataFrame:
     """Return rms values of every scenario with ``response.radiation_beside``."""
     radiation = study.response.radiation_beside
     panel = read_panel_in_sound(study, files, radiation)
     rows = []
-    for case in panel.responses(panel.solver(), readings):
+    # only rms values are asked for: few lines give them within 1e-3
+    for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
         if not isinstance(case.found, UnstableDamping):
-            row = {
-                "radiation": radiation,
-                "reading": case.reading,
-                "scenario": case.scenario.label,
-            }
-            values = beside_rows(case.found, case.bare, panel.basis.point_names)
-            rows += [{**row, **value} for value in values]
+            read_at, _ = _motion_of_one(panel, case, case.found)
+            values = beside_rows(case.found, case.bare, panel.basis.point_names, read_at)
+            rows += [{"radiation": radiation, **_what(case), **value} for value in values]
     return pd.DataFrame(rows)
 
 
@@ -169,12 +193,15 @@ def _layers(panel: PanelInSound) -> stress.Layers:
     return stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
 
 
+def _what(case: SolvedScenario) -> dict[str, Any]:
+    return {"reading": case.reading, "scenario": case.scenario.label}
+
+
 def _row(panel: PanelInSound, case: SolvedScenario) -> dict[str, Any]:
     """Return what a row of ``summary.csv`` is of."""
     scenario = case.scenario
     return {
-        "reading": case.reading,
-        "scenario": scenario.label,
+        **_what(case),
         "patch": scenario.patch or "none",
         "fill_fraction": scenario.fill_fraction,
         "oaspl_db": scenario.oaspl_db or panel.spectrum.oaspl,
@@ -183,27 +210,19 @@ def _row(panel: PanelInSound, case: SolvedScenario) -> dict[str, Any]:
 
 def _unstable_rows(panel: PanelInSound, case: SolvedScenario) -> list[dict[str, Any]]:
     row = _row(panel, case)
-    return [{**row, "point": point, "status": "unstable"} for point in panel.basis.point_names]
+    return [{**row, "status": "unstable", "point": point} for point in panel.basis.point_names]
 
 
 def _refuse_outside(frequency: Array, case: SolvedScenario, one: ScenarioResponse) -> None:
-    if one.inside.all():
-        return
-    worst = frequency[~one.inside.all(axis=0)]
-    raise OutsideSimulatedRange(
-        f"{case.reading}, {case.scenario.label}: C_e is read at {one.acceleration_g[0]:.3g} g, "
-        f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the simulated range; widen "
-        "coupon.sweep or set damping.level.outside: mark"
-    )
-
-
-def _judged(judge: PanelSolver | None, case: SolvedScenario, one: ScenarioResponse) -> Response:
-    """Return the response with the full modal damping matrix."""
-    if judge is None or not case.loads:
-        return one.response
-    patches = tuple(load.patch for load in case.loads)
-    (full,) = judge.responses([Request(patches, one.equivalent_damping, one.apparent_mass)])
-    return full.response.under(case.pressure_factor)
+    for filled, gamma, inside in zip(case.filled, one.acceleration_g, one.inside, strict=True):
+        if inside.all():
+            continue
+        worst = frequency[~inside]
+        raise OutsideSimulatedRange(
+            f"{case.reading}, {case.scenario.label}: C_e is read at {gamma:.3g} g, "
+            f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the simulated range of "
+            f"{filled.source}; widen its sweep or set damping.level.outside: mark"
+        )
 
 
 def _summary(
@@ -211,20 +230,106 @@ def _summary(
     case: SolvedScenario,
     one: ScenarioResponse,
     error: uncertainty.StandardErrors | None,
-    full: Response,
+    judge: Solver | None,
+    panel_mass: float,
 ) -> list[dict[str, Any]]:
     """Rows of ``summary.csv`` of a scenario, a point each."""
-    balance = panel.power_balance_error(case.scenario.patch, case.pressure_factor, one)
+    full = one.response
+    if judge is not None:
+        patches = case.layout.patches
+        request = Request(patches, one.equivalent_damping, one.apparent_mass)
+        full = judge.responses([request])[0].response.under(case.pressure_factor)
+    read_at, motion = _motion_of_one(panel, case, one)
     values = summary_rows(
         one,
         case.bare,
         panel.basis.point_names,
         thickness=panel.study.panel.section.thickness,
-        power_balance_error=balance,
+        power_balance_error=panel.power_balance_error(one, case.pressure_factor),
         full=full,
+        read_at_g=read_at,
+        patch_motion_g=motion,
+    )
+    beside = dead_weight_columns(
+        case.bare, case.dead_weight, case.masses(panel.load_area(one)), panel_mass
     )
     row = _row(panel, case)
-    return [{**row, "status": "ok", **own} for own in uncertainty.error_columns(values, error)]
+    return [
+        {**row, "status": "held" if held else "ok", **own, **more}
+        for held, own, more in zip(
+            panel.held, uncertainty.error_columns(values, error), beside, strict=True
+        )
+    ]
+
+
+def _motion_of_one(
+    panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse
+) -> tuple[float, float]:
+    """Γ at which the damping of the only patch is read, and of its motion; NaN for several.
+
+    Of the bare panel it is the motion of the patch that is filled first in the study.
+    """
+    rows = patch_rows(panel, case, one)
+    if len(rows) == 1:
+        return rows[0]["damping_read_at_g"], rows[0]["patch_motion_g"]
+    filled = next((s.patches[0] for s in panel.study.all_scenarios() if s.patches), None)
+    if rows or filled is None:
+        return np.nan, np.nan
+    return np.nan, panel.bare_motion_g(case.bare, panel.basis.patch_names.index(filled))
+
+
+def on_patches(panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse) -> OnPatches:
+    """Return a response with its damping by patch of the panel: means over area of its loads."""
+    count = len(panel.basis.patch_names)
+    damping, mass = np.zeros((2, count, panel.frequency.size))
+    inside = np.ones((count, panel.frequency.size))
+    area = panel.load_area(one)
+    owner = np.array([filled.patch for filled in case.filled], dtype=np.int64)
+    for patch in dict.fromkeys(owner.tolist()):
+        own = owner == patch
+        share = area[own] / area[own].sum()
+        damping[patch] = share @ one.equivalent_damping[own]
+        mass[patch] = share @ one.apparent_mass[own]
+        inside[patch] = one.inside[own].all(axis=0)
+    return OnPatches(one.response, damping, mass, inside)
+
+
+PATCH_COLUMNS = (
+    "reading", "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
+    "damping_read_at_g", "patch_motion_g", "bare_patch_motion_g", "lowest_element_motion_g",
+    "highest_element_motion_g", "outside_run_points_share",
+)  # fmt: skip
+"""Columns of ``layouts.csv``."""
+
+
+def patch_rows(
+    panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse
+) -> list[dict[str, Any]]:
+    """Rows of ``layouts.csv`` of a scenario, a filled patch each."""
+    area = panel.load_area(one)
+    masses = case.masses(area)
+    rows = []
+    for filling in case.scenario.fillings:
+        patch = panel.basis.patch_names.index(filling.patch)
+        own = np.array([filled.patch == patch for filled in case.filled])
+        share = area[own] / area[own].sum()
+        cells = one.patch_acceleration_g[own] if panel.by_element else one.cell_acceleration_g[own]
+        rows.append(
+            {
+                "patch": filling.patch,
+                "damper": filling.damper or "none",
+                "fill_fraction": filling.fill_fraction,
+                "area_m2": area[own].sum(),
+                "mass_kg": masses[own].sum(),
+                "damping_read_at_g": np.sqrt(share @ one.acceleration_g[own] ** 2),
+                "patch_motion_g": np.sqrt(share @ one.patch_acceleration_g[own] ** 2),
+                "bare_patch_motion_g": panel.bare_motion_g(case.bare, patch),
+                "lowest_element_motion_g": cells.min(),
+                "highest_element_motion_g": cells.max(),
+                "outside_run_points_share": 1 - one.inside[own].all(axis=0).mean(),
+            }
+        )
+    return rows
 
 
 def _strains(
@@ -280,22 +385,20 @@ def write_maps(study: Study, files: PanelFiles, psd_nc: Path, maps_nc: Path, fol
     """
     panel = read_panel_in_sound(study, files, study.response.radiation)
     psd, basis, layers = read_psd(psd_nc), panel.basis, _layers(panel)
-    by_patch: dict[str, list[tuple[str, Scenario]]] = {}
+    by_patches: dict[tuple[str, ...], list[tuple[str, Scenario]]] = {}
     for scenario in study.mapped_scenarios():
-        readings: Sequence[str] = study.damping.readings
-        for reading in readings if scenario.patch else readings[:1]:
+        for reading in study.readings[: 1 if scenario.is_bare else None]:
             if is_steady(psd, reading, scenario.label):
-                patch = scenario.patch or basis.patch_names[0]
-                by_patch.setdefault(patch, []).append((reading, scenario))
+                by_patches.setdefault(scenario.patches, []).append((reading, scenario))
     found: dict[tuple[str, str], dict[str, Array]] = {}
-    for patch, cases in by_patch.items():
+    for names, cases in by_patches.items():
         covariances = modal_covariances(
             panel.coarse_frequency,
             panel.modal,
-            panel.patch(patch),
+            panel.patches.only([basis.patch_names.index(name) for name in names]),
             panel.psd(panel.coarse_frequency),
             panel.force,
-            [_damper(panel, psd, *case) for case in cases],
+            [_dampers(panel, psd, *case) for case in cases],
             panel.air_stiffness,
         )
         for (reading, scenario), one in zip(cases, covariances, strict=True):
@@ -309,17 +412,18 @@ def write_maps(study: Study, files: PanelFiles, psd_nc: Path, maps_nc: Path, fol
     write_paraview(folder, dataset)
 
 
-def _damper(
+def _dampers(
     panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: Scenario
 ) -> tuple[Array, Array, float]:
-    """C_e and m_a of a scenario (1, nf) on the lines of the maps, and S_p over the study's."""
-    one = psd.sel(reading=reading, scenario=scenario.label)
-    at = (panel.coarse_frequency, psd["frequency"].to_numpy())
-    return (
-        np.interp(*at, one["equivalent_damping"].to_numpy())[None],
-        np.interp(*at, one["apparent_mass"].to_numpy())[None],
-        panel.pressure_factor(scenario),
-    )
+    """C_e and m_a (n_loads, nf) on the lines of the maps, and S_p over the study's."""
+    one = psd.sel(reading=reading, scenario=scenario.label, patch=list(scenario.patches))
+    lines, at = psd["frequency"].to_numpy(), panel.coarse_frequency
+
+    def read(name: str) -> Array:
+        of = one[name].transpose("patch", "frequency").to_numpy()
+        return np.array([np.interp(at, lines, row) for row in of]).reshape(-1, at.size)
+
+    return read("equivalent_damping"), read("apparent_mass"), panel.pressure_factor(scenario)
 
 
 def write_export(study: Study, modes: Path, psd_nc: Path, folder: Path) -> None:
@@ -342,7 +446,7 @@ def write_export(study: Study, modes: Path, psd_nc: Path, folder: Path) -> None:
     points = [str(name) for name in psd["point"].to_numpy()]
     bare_of = {scenario.label: scenario.bare.label for scenario in study.all_scenarios()}
     curves, bare = [], {}
-    for reading in study.damping.readings:
+    for reading in study.readings:
         for label in bare_of:
             if not is_steady(psd, reading, label):
                 continue
@@ -409,17 +513,19 @@ def modal_damping(
     own = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))
     own = own[np.argsort(natural[own])]
     ratios = {}
-    for reading in study.damping.readings:
+    for reading in study.readings:
         for scenario in study.all_scenarios():
-            damping = psd["equivalent_damping"].sel(reading=reading, scenario=scenario.label)
-            if np.isnan(damping).any():
-                continue  # no steady response
-            patch = basis.patch_names.index(scenario.patch) if scenario.patch else 0
-            ratios[f"{reading}, {scenario.label}"] = modal_damping_ratio(
-                study.panel.damping_ratio,
-                natural[own],
-                basis.modal_mass[own],
-                basis.patch_overlap[patch, own, own],
-                np.interp(natural[own], lines, damping.to_numpy()),
-            )
+            if not is_steady(psd, reading, scenario.label):
+                continue
+            ratio = np.full(own.size, study.panel.damping_ratio)
+            for name in scenario.patches:
+                at = {"reading": reading, "scenario": scenario.label, "patch": name}
+                ratio = modal_damping_ratio(
+                    ratio,
+                    natural[own],
+                    basis.modal_mass[own],
+                    basis.patch_overlap[basis.patch_names.index(name), own, own],
+                    np.interp(natural[own], lines, psd["equivalent_damping"].sel(at).to_numpy()),
+                )
+            ratios[f"{reading}, {scenario.label}"] = ratio
     return natural[own], ratios

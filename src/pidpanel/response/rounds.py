@@ -18,7 +18,12 @@ from pidpanel.damping import design
 from pidpanel.damping.from_study import read_cases, surface_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.response import uncertainty
-from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
+from pidpanel.response.from_study import (
+    PanelFiles,
+    PanelInSound,
+    Readings,
+    read_panel_in_sound,
+)
 from pidpanel.response.model import UnstableDamping
 from pidpanel.round import Round
 from pidpanel.study import Study, StudyError
@@ -90,20 +95,20 @@ def points_of(cases: Sequence[Case]) -> Array:
 
 def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
     """Of every scenario with a damper: its label, and how its rms values follow the surface."""
-    for case in panel.responses(panel.solver(rms_only=True), {"dem": surface}):
-        if not case.loads or isinstance(case.found, UnstableDamping):
+    readings = Readings(["dem"], {"dem": surface}, {})
+    for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
+        if not case.filled or isinstance(case.found, UnstableDamping):
             continue
         derivative = uncertainty.sensitivity(
             case.solver,
-            case.loads,
+            case.layout.loads,
             case.found,
             surface.nodes,
             case.pressure_factor,
-            own_acceleration=panel.reads_own_motion(surface),
+            own_acceleration=case.layout.own_acceleration,
         ).log_rms
-        wanted = design.Wanted(
-            case.scenario.fill_fraction, float(case.found.acceleration_g[0]), derivative
-        )
+        (gamma,) = case.found.acceleration_g
+        wanted = design.Wanted(case.scenario.fill_fraction, float(gamma), derivative)
         yield case.scenario.label, wanted
 
 

@@ -2,7 +2,7 @@
 
 A damper on a patch adds to mode i, with the overlap D_ii = ∫_patch φ_i² dA,
 
-    ζ_i = ζ + C_e(ω_i) D_ii/(2 m_i ω_i),
+    ζ_i = ζ + Σ_patches C_e(ω_i) D_ii/(2 m_i ω_i),
 
 the diagonal of the modal damping matrix (paper, Eq. 12). What couples the modes is left out, as
 modal damping does: 4 to 5 dB off the patch at high frequency in the paper's panel.
@@ -20,18 +20,18 @@ from pidpanel.response.nastran import large_field_table
 
 
 def modal_damping_ratio(
-    damping_ratio: float,
+    damping_ratio: float | Array,
     natural_frequency: Array,
     modal_mass: Array,
     overlap: Array,
     equivalent_damping: Array,
 ) -> Array:
-    """Return ζ_i (n,) of the modes with a damper on one patch.
+    """Return ζ_i (n,) of the modes with one damper more.
 
     Parameters
     ----------
     damping_ratio
-        ζ of the bare panel.
+        ζ of the panel without this damper, of all modes or (n,).
     natural_frequency, modal_mass
         (n,) [Hz] and [kg].
     overlap

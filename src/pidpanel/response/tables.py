@@ -1,6 +1,7 @@
 """Responses as tables: one row per scenario and point, and a dataset of the PSDs."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response.bands import reduction
 from pidpanel.response.lines import root_mean_square
 from pidpanel.response.model import Response
 from pidpanel.response.scenarios import ScenarioResponse
@@ -21,6 +23,8 @@ def summary_rows(
     thickness: float,
     power_balance_error: float,
     full: Response,
+    read_at_g: float,
+    patch_motion_g: float,
 ) -> list[dict[str, Any]]:
     """Rms values of a scenario, a row per point.
 
@@ -37,8 +41,11 @@ def summary_rows(
     full
         The response with the full modal damping matrix: that of the scenario, unless the paper's
         diagonal form was asked for.
+    read_at_g, patch_motion_g
+        Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
     """
     rows = []
+    outside = 1 - float(found.inside.all(axis=0).mean()) if len(found.inside) else 0.0
     accelerations, velocities = found.response.acceleration_rms, found.response.velocity_rms
     displacements = found.response.displacement_rms
     of_bare, of_full = bare.response.acceleration_rms, full.acceleration_rms
@@ -50,30 +57,54 @@ def summary_rows(
                 "acceleration_rms_g": acceleration / STANDARD_GRAVITY,
                 "velocity_rms_m_s": velocities[index],
                 "displacement_rms_mm": displacement * 1e3,
-                "reduction_db": 20 * np.log10(of_bare[index] / acceleration),
-                "diagonal_form_error_db": 20 * np.log10(acceleration / of_full[index]),
-                "damping_read_at_g": _of_one_load(found.acceleration_g),
-                "patch_motion_g": _of_one_load(
-                    found.patch_acceleration_g
-                    if found.loads.size
-                    else found.bare_patch_acceleration_g[:1]
-                ),
-                "outside_run_points_share": 1 - float(np.mean(found.inside.all(axis=0))),
+                "reduction_db": float(reduction(of_bare[index], acceleration)),
+                "diagonal_form_error_db": float(reduction(acceleration, of_full[index])),
+                "damping_read_at_g": read_at_g,
+                "patch_motion_g": patch_motion_g,
+                "outside_run_points_share": outside,
                 "levels": found.fixed_points,
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
+                "motion_residual": found.residual,
             }
         )
     return rows
 
 
-def _of_one_load(values: Array) -> float:
-    """Return the value of the one load; NaN for the bare panel."""
-    return float(values[0]) if values.size else np.nan
+def dead_weight_columns(
+    bare: ScenarioResponse, dead: ScenarioResponse | None, masses: Array, panel_mass: float
+) -> list[dict[str, float]]:
+    """Columns of a scenario's mass, and of what the same mass does without damping, by point.
+
+    Parameters
+    ----------
+    bare
+        The panel without damper at the same sound level.
+    dead
+        The panel with the same masses in the same places; None where they are not known.
+    masses
+        (n_loads,) [kg].
+    panel_mass
+        Of the panel with what is attached to it [kg].
+    """
+    total, of_bare = float(masses.sum()), bare.response.acceleration_rms
+    treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
+    if not len(masses):
+        treated = of_bare
+    gained = reduction(of_bare, treated)
+    return [
+        {
+            "added_mass_kg": total,
+            "added_mass_percent": 100 * total / panel_mass,
+            "dead_weight_acceleration_rms_g": own / STANDARD_GRAVITY,
+            "dead_weight_reduction_db": lowered,
+        }
+        for own, lowered in zip(treated.tolist(), gained.tolist(), strict=True)
+    ]
 
 
 def beside_rows(
-    found: ScenarioResponse, bare: ScenarioResponse, points: Sequence[str]
+    found: ScenarioResponse, bare: ScenarioResponse, points: Sequence[str], read_at_g: float
 ) -> list[dict[str, Any]]:
     """Rms acceleration of a scenario under another assumption, a row per point.
 
@@ -84,19 +115,41 @@ def beside_rows(
         {
             "point": point,
             "acceleration_rms_g": acceleration[index] / STANDARD_GRAVITY,
-            "reduction_db": 20 * np.log10(of_bare[index] / acceleration[index]),
-            "damping_read_at_g": _of_one_load(found.acceleration_g),
+            "reduction_db": float(reduction(of_bare[index], acceleration[index])),
+            "damping_read_at_g": read_at_g,
         }
         for index, point in enumerate(points)
     ]
 
 
+@dataclass(frozen=True)
+class OnPatches:
+    """A response with the damping on every patch of the panel.
+
+    Attributes
+    ----------
+    response
+        PSDs at the points.
+    equivalent_damping, apparent_mass
+        (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled.
+    inside
+        (n_patches, nf) whether the damping is within the simulated range.
+    """
+
+    response: Response
+    equivalent_damping: Array
+    apparent_mass: Array
+    inside: Array
+
+
 def psd_dataset(
-    found: Mapping[tuple[str, str], ScenarioResponse],
+    found: Mapping[tuple[str, str], OnPatches],
+    dead_weight: Mapping[tuple[str, str], Array],
     frequency: Array,
     readings: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],
+    patches: Sequence[str],
 ) -> xr.Dataset:
     """PSDs, C_e and m_a of all scenarios; NaN where a scenario has no response.
 
@@ -104,32 +157,37 @@ def psd_dataset(
     ----------
     found
         By (reading, scenario label).
+    dead_weight
+        Acceleration PSDs (nf, n_points) with the same masses and no damping.
     frequency
         (nf,) [Hz].
-    readings, labels, points
+    readings, labels, points, patches
         The coordinates.
     """
     shape = (len(readings), len(labels), len(frequency))
-    acceleration, velocity, displacement = np.full((3, *shape, len(points)), np.nan)
-    damping, mass, inside = np.full((3, *shape), np.nan)
+    acceleration, velocity, displacement, dead = np.full((4, *shape, len(points)), np.nan)
+    damping, mass, inside = np.full((3, *shape[:2], len(patches), shape[2]), np.nan)
+    for (reading, label), psd in dead_weight.items():
+        dead[readings.index(reading), labels.index(label)] = psd
     for (reading, label), one in found.items():
         at = (readings.index(reading), labels.index(label))
         acceleration[at] = one.response.acceleration_psd
         velocity[at] = one.response.velocity_psd
         displacement[at] = one.response.displacement_psd
-        damping[at] = one.equivalent_damping.sum(axis=0)
-        mass[at] = one.apparent_mass.sum(axis=0)
-        inside[at] = one.inside.all(axis=0)
+        damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
     dims = ("reading", "scenario", "frequency")
+    by_patch = ("reading", "scenario", "patch", "frequency")
     variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
         ("acceleration_psd", (*dims, "point"), acceleration, "m2 s-4 Hz-1",
          "one-sided acceleration PSD"),
         ("velocity_psd", (*dims, "point"), velocity, "m2 s-2 Hz-1", "one-sided velocity PSD"),
         ("displacement_psd", (*dims, "point"), displacement, "m2 Hz-1",
          "one-sided displacement PSD"),
-        ("equivalent_damping", dims, damping, "N s m-3", "C_e of the patch"),
-        ("apparent_mass", dims, mass, "kg m-2", "m_a of the patch"),
-        ("inside", dims, inside, "1", "1 where the damping is within the simulated range"),
+        ("dead_weight_acceleration_psd", (*dims, "point"), dead, "m2 s-4 Hz-1",
+         "one-sided acceleration PSD with the same masses and no damping"),
+        ("equivalent_damping", by_patch, damping, "N s m-3", "C_e of the patch, 0 if not filled"),
+        ("apparent_mass", by_patch, mass, "kg m-2", "m_a of the patch, 0 if not filled"),
+        ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
     return xr.Dataset(
         {
@@ -141,6 +199,7 @@ def psd_dataset(
             "reading": list(readings),
             "scenario": list(labels),
             "point": list(points),
+            "patch": list(patches),
         },
     )
 

@@ -91,6 +91,7 @@ class Study(CouponStudy):
         if found:
             return
         yield from self._mistakes_of_labels()
+        yield from self._mistakes_of_target()
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
@@ -154,6 +155,13 @@ class Study(CouponStudy):
             yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
+
+    def _mistakes_of_target(self) -> Iterator[Mistake]:
+        """Yield layouts whose errors are not those of one point of the sweep."""
+        for name, layout in self.layouts.items():
+            if self.damping.target is not None and len(layout.layout) > 1:
+                says = "several patches together are not allowed with damping.target"
+                yield Mistake(("scenarios", name, "layout"), says)
 
     # ---------------------------------------------------------------------- scenarios
 
