@@ -105,14 +105,17 @@ def test_what_the_stages_refuse_is_told_at_the_key_that_they_name(
 
 
 def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
-    # red: no try round read_spl_table, read_surface
+    # red: no try round read_spl_table, read_table; error.faults[:1]
     (tmp_path / "mine.csv").write_text("center_hz,spl_db\n100,120\n160,121\n125,122\n")
     values = changed("smoke", ("sound", "spectrum"), "mine.csv")
     values["damping"] = {"readings": ["table"], "table": "lab.csv"}
     (tmp_path / "lab.csv").write_text("fill_fraction\n1\n")
-    table, spectrum = refused(tmp_path, values)
-    assert table[0] == "table: lab.csv"
-    assert "lab.csv: " in table[1].removeprefix("damping.table = lab.csv: ")
+    *tables, spectrum = refused(tmp_path, values)
+    for table, column in zip(tables, ("frequency_hz", "equivalent_damping_n_s_m3"), strict=True):
+        assert table[0] == "table: lab.csv"
+        assert f"lab.csv, line 1: column {column}" in table[1].removeprefix(
+            "damping.table = lab.csv: "
+        )
     assert spectrum[0] == "spectrum: mine.csv"
     assert "mine.csv, line 4: " in spectrum[1].removeprefix("sound.spectrum = mine.csv: ")
 

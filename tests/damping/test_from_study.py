@@ -5,11 +5,13 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pidpanel.damping.from_study import reading_of
+from pidpanel.damping.constants import ConstantDamper
+from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.laws import PaperLaw, paper_corrected, paper_printed
 from pidpanel.damping.readings import DampingError
 from pidpanel.report.text import READINGS
 from pidpanel.study import load_study
+from pidpanel.study.dampers import Damper
 from pidpanel.study.damping import Reading
 
 
@@ -39,6 +41,61 @@ def test_a_table_is_a_reading_with_motion_and_errors(study):
     reading = reading_of("table", study, None)
     assert reading.depends_on_acceleration
     assert (reading(np.array([80.0]), 0.5, 30.0).equivalent_damping_error > 0).all()
+
+
+def damper(**values):
+    return reading_of_damper(Damper.model_validate(values), None)
+
+
+def test_constants_are_a_damper():
+    # red: weight=apparent_mass_kg_m2
+    found = damper(equivalent_damping_n_s_m3=2000, equivalent_damping_error_n_s_m3=100,
+                   apparent_mass_kg_m2=3, apparent_mass_error_kg_m2=0.2,
+                   particle_mass_per_area_kg_m2=4)  # fmt: skip
+    assert found == ConstantDamper(2000, 0.0, 0.05, 3.0, 0.2, 4.0)
+    assert damper(equivalent_damping_n_s_m3=0, apparent_mass_kg_m2=3) == ConstantDamper(
+        apparent_mass=3.0
+    )
+
+
+def test_a_loss_factor_is_that_of_the_particles_or_of_the_patch():
+    # red: particle_mass_per_area_kg_m2 or patch_mass_per_area_kg_m2
+    of_bed = damper(loss_factor=0.2, loss_factor_error=0.05, particle_mass_per_area_kg_m2=3)
+    assert of_bed == ConstantDamper(loss_mass=0.2 * 3, relative_error=0.25, weight=3.0)
+    of_patch = damper(loss_factor=0.1, patch_mass_per_area_kg_m2=5, apparent_mass_kg_m2=1,
+                      particle_mass_per_area_kg_m2=2)  # fmt: skip
+    assert of_patch == ConstantDamper(loss_mass=0.5, apparent_mass=1.0, weight=2.0)
+
+
+def test_a_law_is_a_damper():
+    # red: printed=True always
+    found = damper(law="paper_corrected")(np.array([100.0]), 0.5, 1.0)
+    assert found.equivalent_damping == paper_corrected(100.0, 0.5)
+    found = damper(law="paper_printed")(np.array([100.0]), 0.5, 1.0)
+    assert found.equivalent_damping == paper_printed(100.0, 0.5)
+
+
+def test_a_table_and_an_impedance_are_read_as_the_damper_says(tmp_path):
+    # red: impedance=True left out; damper.interpolation left out
+    bent = tmp_path / "bent.csv"
+    bent.write_text("frequency_hz,equivalent_damping_n_s_m3,apparent_mass_kg_m2\n"
+                    "100,10,1\n400,160,1\n")  # fmt: skip
+    for kind in ("table", "impedance"):
+        for interpolation, value in ((None, 40.0), ("log", 40.0), ("linear", 60.0)):
+            found = damper(**{kind: bent, "interpolation": interpolation})
+            assert found(np.array([200.0]), 0.5, 1.0).equivalent_damping == pytest.approx(value)
+    real = tmp_path / "real.csv"
+    real.write_text("frequency_hz,equivalent_damping_n_s_m3\n100,10\n")
+    damper(table=real)
+    with pytest.raises(DampingError, match="apparent_mass_kg_m2: missing"):
+        damper(impedance=real)
+
+
+def test_a_coupon_is_read_from_its_surface():
+    # red: a constant of zero in place of the error
+    sweep = {"frequency_hz": [100], "acceleration_g": [10]}
+    with pytest.raises(DampingError, match=r"a coupon without its damping/surface\.nc"):
+        damper(coupon={"sweep": sweep})
 
 
 def test_every_reading_has_a_name_on_the_page():

@@ -30,7 +30,7 @@ from pidpanel.arrays import Array, Flags, Index
 Interpolation = Literal["log", "linear"]
 
 TOLERANCE = 1e-9
-"""Of a coordinate: what rounding may put beyond the last row."""
+"""Of a coordinate, or of a step: what rounding may put beyond the last row, or beside one."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +104,8 @@ def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
         return np.zeros(x.shape, dtype=int), np.zeros(x.shape), inside
     low = np.clip(np.searchsorted(at, x, "right") - 1, 0, len(at) - 2)
     weight = np.clip((x - at[low]) / (at[low + 1] - at[low]), 0.0, 1.0)
+    weight[weight < TOLERANCE] = 0.0
+    weight[weight > 1 - TOLERANCE] = 1.0
     return low, weight, inside
 
 

@@ -162,7 +162,7 @@ def _text(path: Path) -> str:
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the cells of each line, without its comment."""
     for number, content in enumerate(re.split("\r\n|\r|\n", text), start=1):
-        cells = next(csv.reader([content.partition("#")[0]]), [])
+        cells = next(csv.reader([content.partition("#")[0]], skipinitialspace=True), [])
         yield number, [cell.strip() for cell in cells]
 
 
@@ -206,8 +206,9 @@ def _nearest(name: str, allowed: Sequence[str]) -> str:
     """Return the column that is meant; empty if none is near."""
     if not name or name in COLUMNS:
         return ""
-    near = difflib.get_close_matches(name.lower(), allowed, n=1, cutoff=0.5)
-    near += [one for one in allowed if one.startswith(name.lower())]
+    own = name.lower()
+    near = [one for one in allowed if own.startswith(one) or one.startswith(own)]
+    near += difflib.get_close_matches(own, allowed, n=1, cutoff=0.6)
     return near[0] if near else ""
 
 

@@ -63,7 +63,7 @@ class TableReading:
     def __init__(
         self,
         columns: Mapping[str, Array],
-        interpolation: Interpolation = "log",
+        interpolation: Interpolation,
         *,
         with_mass: bool = True,
     ) -> None:

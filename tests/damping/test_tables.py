@@ -1,0 +1,277 @@
+"""A table says what it says: at its rows, between them, beyond them, with its errors or none."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pidpanel.damping.from_study import read_table
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.table_files import COLUMNS, read_columns
+from pidpanel.damping.tables import MOST_NODES, TableReading, to_frame
+
+F, C, M = "frequency_hz", "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
+C_ERROR, M_ERROR = "equivalent_damping_error_n_s_m3", "apparent_mass_error_kg_m2"
+PARTICLES = "particle_mass_per_area_kg_m2"
+G = 9.80665
+
+
+def reading(interpolation="log", **columns):
+    count = max(np.size(values) for values in columns.values())
+    full = {name: np.full(count, values, float) for name, values in columns.items()}
+    assert set(full) <= set(COLUMNS)
+    return TableReading(full, interpolation)
+
+
+def at(table, frequency, fill=0.5, gamma=10.0):
+    return table(np.atleast_1d(np.asarray(frequency, float)), fill, gamma)
+
+
+# ------------------------------------------------------------------------ as it stands
+
+
+@pytest.mark.parametrize("interpolation", ["log", "linear"])
+def test_two_rows_are_a_constant_at_every_fill_and_motion(interpolation):
+    # before, a Gaussian process over the onset of a poured bed: 6 to 25 % off between the rows,
+    # nothing at or below 1 g, and a hundred rows for a constant
+    # red: any factor in C_e, such as 1 − 1/Γ²
+    table = reading(interpolation, **{F: [10, 2000], C: 2000.0, M: 3.0})
+    frequency = np.geomspace(10, 2000, 333)
+    for gamma in (0.01, 0.99, 1.0, 1.01, 300.0, np.nan):
+        for fill in (0.02, 0.5, 1.0):
+            found = table(frequency, fill, gamma)
+            assert (found.equivalent_damping == 2000.0).all()
+            assert (found.apparent_mass == 3.0).all()
+            assert (found.equivalent_damping_error == 0).all()
+            assert found.inside.all()
+    assert not table.depends_on_acceleration
+    assert table.nodes is None
+
+
+def test_rows_at_and_below_1_g_are_rows_like_others():
+    # red: rows with acceleration_g <= 1 left out
+    gamma, value = np.array([0.1, 0.5, 1.0, 4.0]), np.array([10.0, 20.0, 40.0, 80.0])
+    table = reading(**{F: 100.0, "acceleration_g": gamma, C: value, M: value / 10})
+    for one, own in zip(gamma, value, strict=True):
+        found = at(table, 100.0, gamma=one)
+        assert (found.equivalent_damping[0], found.apparent_mass[0]) == (own, own / 10)
+        assert found.inside.all()
+    assert table.depends_on_acceleration
+
+
+def test_dead_weight_is_a_table_too():
+    # C_e = 0 was refused; red: NOT_NEGATIVE → POSITIVE for C_e
+    table = reading(**{F: [20, 500], C: 0.0, M: 4.0})
+    found = at(table, [20, 77, 500])
+    assert (found.equivalent_damping == 0).all() and (found.apparent_mass == 4).all()
+
+
+ROWS = st.lists(
+    st.tuples(st.sampled_from([0.1, 0.5, 0.9]), st.sampled_from([20.0, 80.0, 300.0, 1000.0]),
+              st.sampled_from([0.2, 1.0, 30.0])),
+    min_size=1, unique=True,
+)  # fmt: skip
+AMPLITUDE = {
+    "acceleration_g": lambda f, gamma: gamma,
+    "displacement_mm": lambda f, gamma: 1e3 * gamma * G / (2 * np.pi * f) ** 2,
+    "velocity_m_s": lambda f, gamma: gamma * G / (2 * np.pi * f),
+}
+
+
+@given(ROWS, st.sampled_from(list(AMPLITUDE)), st.sampled_from(["log", "linear"]),
+       st.sampled_from([C, "loss_factor", "impedance"]), st.data())  # fmt: skip
+def test_any_table_reads_back_at_its_rows(rows, amplitude, interpolation, kind, data):
+    # whatever amplitude and value it is written in; red: omega**2 → omega for a displacement
+    fill, frequency, gamma = np.array(rows).T
+    omega = 2 * np.pi * frequency
+    number = st.floats(1e-3, 1e4)
+    damping = np.array([data.draw(st.one_of(st.just(0.0), number)) for _ in rows])
+    mass = np.array([data.draw(st.floats(-50, 50)) for _ in rows])
+    columns = {
+        "fill_fraction": fill,
+        F: frequency,
+        amplitude: AMPLITUDE[amplitude](frequency, gamma),
+    }
+    if kind == "impedance":
+        columns |= {"impedance_real_n_s_m3": damping, "impedance_imag_n_s_m3": omega * mass}
+    elif kind == "loss_factor":
+        columns |= {"loss_factor": damping / (12 * fill * omega), PARTICLES: 12 * fill, M: mass}
+    else:
+        columns |= {C: damping, M: mass}
+    table = TableReading(columns, interpolation)
+    for r, f, level, value, own in zip(fill, frequency, gamma, damping, mass, strict=True):
+        found = at(table, f, r, level)
+        # Γ becomes a displacement and back: a few roundings of 1e-16, times the steepest slope,
+        # ln 1e7 over a step of ln 3.75, of the logarithm of a value
+        assert found.equivalent_damping[0] == pytest.approx(value, rel=1e-12, abs=1e-9)
+        assert found.apparent_mass[0] == pytest.approx(own, rel=1e-12, abs=1e-12)
+        assert found.inside.all()
+
+
+def test_what_is_interpolated_is_what_is_given():
+    # a constant displacement amplitude, loss factor or reactance is constant between its rows
+    # red: C_e in place of η in `values`; m_a in place of Im Z
+    f = np.array([100.0, 170.0, 400.0])
+    omega = 2 * np.pi * f
+    for interpolation in ("log", "linear"):
+        eta = reading(interpolation, **{F: [100, 400], "loss_factor": 0.2, PARTICLES: 3.0})
+        np.testing.assert_allclose(at(eta, f).equivalent_damping, 0.2 * 3.0 * omega, rtol=1e-14)
+        spring = reading(
+            interpolation,
+            **{F: [100, 400], "impedance_real_n_s_m3": 7.0, "impedance_imag_n_s_m3": -50.0},
+        )
+        found = at(spring, f)
+        assert (found.equivalent_damping == 7.0).all()
+        np.testing.assert_allclose(found.apparent_mass, -50.0 / omega, rtol=1e-14)
+    stroke = reading(**{F: [50, 500, 50, 500], "displacement_mm": [0.1, 0.1, 1, 1],
+                        C: [30, 30, 3, 3]})  # fmt: skip
+    gamma = 1e-4 * (2 * np.pi * 200.0) ** 2 / G
+    assert at(stroke, 200.0, gamma=gamma).equivalent_damping[0] == pytest.approx(30.0, rel=1e-12)
+
+
+def test_logarithmic_and_linear_are_what_is_asked_for():
+    # red: interpolation or "log" → "log"
+    columns = {F: [100, 400], C: [10.0, 40.0], M: [1.0, 4.0]}
+    log, linear = reading("log", **columns), reading("linear", **columns)
+    assert at(log, 200.0).equivalent_damping[0] == pytest.approx(20.0)
+    assert at(log, 200.0).apparent_mass[0] == pytest.approx(2.0)
+    assert at(linear, 200.0).equivalent_damping[0] == pytest.approx(20.0)
+    assert at(linear, 250.0).equivalent_damping[0] == pytest.approx(25.0)
+    assert at(log, 250.0).equivalent_damping[0] == pytest.approx(25.0)
+    bent = {F: [100, 400], C: [10.0, 10.0 * 4**2]}
+    assert at(reading("log", **bent), 200.0).equivalent_damping[0] == pytest.approx(40.0)
+    assert at(reading("linear", **bent), 200.0).equivalent_damping[0] == pytest.approx(60.0)
+
+
+# ------------------------------------------------------------------------ what it weighs
+
+
+def test_particles_weigh_what_the_table_says():
+    # linear in the fill, held beyond; red: np.interp → np.exp(np.interp of the logarithms)
+    table = reading(**{"fill_fraction": [0.2, 0.2, 0.6], F: [100, 200, 100], C: 5.0,
+                       PARTICLES: [2.0, 2.0, 6.0]})  # fmt: skip
+    assert [table.mass_per_area(r) for r in (0.2, 0.4, 0.6, 0.9)] == pytest.approx([2, 4, 6, 6])
+    assert table.without_mass().mass_per_area(0.4) == pytest.approx(4)
+    assert np.isnan(reading(**{F: 100.0, C: 5.0, M: 2.0}).mass_per_area(0.5))
+    assert reading(**{F: 100.0, C: 5.0, PARTICLES: 2.0}).mass_per_area(np.nan) == 2
+
+
+def test_the_mass_of_a_loss_factor_is_that_of_the_fill():
+    # red: mass_per_area(1.0) in _at
+    table = reading(**{"fill_fraction": [0.2, 0.6], F: 100.0, "loss_factor": 0.1,
+                       PARTICLES: [2.0, 6.0]})  # fmt: skip
+    found = at(table, 100.0, fill=0.4).equivalent_damping[0]
+    assert found == pytest.approx(0.1 * 4.0 * 2 * np.pi * 100.0)
+
+
+@pytest.mark.parametrize("interpolation", ["log", "linear"])
+def test_without_mass_the_damping_stays(interpolation):
+    # red: without_mass that returns self; that is always logarithmic
+    table = reading(
+        interpolation, **{F: [50, 500], C: [5.0, 9.0], M: [1.0, 2.0], M_ERROR: 0.1, C_ERROR: 1.0}
+    )
+    bare = table.without_mass()
+    one, other = at(table, [50, 222, 900]), at(bare, [50, 222, 900])
+    np.testing.assert_array_equal(one.equivalent_damping, other.equivalent_damping)
+    assert (one.apparent_mass > 0).all() and (other.apparent_mass == 0).all()
+    covariance = bare.covariance(np.array([50.0, 500.0]), 0.5, 1.0)
+    assert (covariance[2:] == 0).all() and (covariance[:2, :2] > 0).all()
+    only_mass = reading(**{F: 100.0, C: 5.0, M: 1.0, M_ERROR: 0.1})
+    assert only_mass.nodes is not None and only_mass.without_mass().nodes is None
+
+
+# ------------------------------------------------------------------------ errors
+
+
+def test_errors_are_those_of_the_table():
+    # red: error / value → error in `relative`
+    table = reading(**{F: [100, 400], C: [10.0, 40.0], C_ERROR: [1.0, 8.0], M: 2.0, M_ERROR: 0.3})
+    found = at(table, [100, 400])
+    np.testing.assert_allclose(found.equivalent_damping_error, [1.0, 8.0])
+    f = np.array([100.0, 400.0])
+    np.testing.assert_array_equal(table.nodes, f)
+    covariance = table.covariance(f, 0.5, 1.0)
+    error = np.array([0.1, 0.2, 0.3, 0.3])
+    expected = np.outer(error, error)
+    expected[:2, 2:] = expected[2:, :2] = 0
+    np.testing.assert_allclose(covariance, expected)
+
+
+def test_errors_of_a_loss_factor_and_of_an_impedance_become_those_of_damping_and_mass():
+    # red: mass_error / omega → mass_error
+    f, omega = np.array([100.0]), 200 * np.pi
+    eta = reading(**{F: 100.0, "loss_factor": 0.2, "loss_factor_error": 0.05, PARTICLES: 3.0})
+    assert np.sqrt(eta.covariance(f, 0.5, 1.0)[0, 0]) == pytest.approx(0.25)
+    assert at(eta, f).equivalent_damping_error[0] == pytest.approx(0.05 * 3 * omega)
+    z = reading(**{F: 100.0, "impedance_real_n_s_m3": 8.0, "impedance_real_error_n_s_m3": 2.0,
+                   "impedance_imag_n_s_m3": 50.0, "impedance_imag_error_n_s_m3": 5.0})  # fmt: skip
+    np.testing.assert_allclose(np.sqrt(np.diag(z.covariance(f, 0.5, 1.0))), [0.25, 5 / omega])
+
+
+def test_two_points_of_a_table_err_together():
+    # red: together(first, first)
+    table = reading(**{F: [100, 100], "acceleration_g": [1.0, 9.0], C: 10.0, C_ERROR: [1.0, 3.0]})
+    f = np.array([100.0])
+    cross = table.cross_covariance(f, (0.5, 1.0), (0.5, 9.0))
+    assert cross[0, 0] == pytest.approx(0.1 * 0.3)
+    joint = np.array([[0.01, cross[0, 0]], [cross[0, 0], 0.09]])
+    assert np.linalg.eigvalsh(joint).min() > -1e-15  # of rank one: rounding alone
+
+
+def test_a_table_without_errors_has_none():
+    # red: nodes always
+    assert reading(**{F: [1, 2], C: 5.0}).nodes is None
+    assert reading(**{F: [1, 2], C: 5.0, C_ERROR: 0.0}).nodes is None
+    assert (reading(**{F: [1, 2], C: 5.0}).covariance(np.ones(1), 1.0, 1.0) == 0).all()
+
+
+def test_errors_of_many_frequencies_have_even_nodes():
+    # red: `<= MOST_NODES` → `> MOST_NODES`
+    f = np.arange(20.0, 2001.0, 5.0)
+    nodes = reading(**{F: f, C: 5.0, C_ERROR: 1.0}).nodes
+    assert nodes[0] == pytest.approx(20) and nodes[-1] == pytest.approx(2000)
+    assert len(nodes) < MOST_NODES
+    # a quarter octave, ln 2/4 = 0.173
+    assert np.diff(np.log(nodes)).max() <= 0.17
+    np.testing.assert_allclose(np.diff(np.log(nodes)), np.diff(np.log(nodes))[0])
+    few = np.geomspace(20, 2000, MOST_NODES)
+    assert len(reading(**{F: few, C: 5.0, C_ERROR: 1.0}).nodes) == MOST_NODES
+
+
+# ------------------------------------------------------------------------ our own
+
+
+def surface():
+    rng = np.random.default_rng(4)
+    r, f, level = (
+        g.ravel() for g in np.meshgrid([0.1, 0.5, 0.9], [30.0, 200.0, 900.0], [2.0, 20.0, 200.0])
+    )
+    value = r * f * level**-0.5 * np.exp(0.1 * rng.normal(size=27))
+    frame = pd.DataFrame({"fill_fraction": r, F: f, "acceleration_g": level, C: value,
+                          C_ERROR: 0.05 * value, M: r * 5, M_ERROR: 0.1, PARTICLES: 13 * r})  # fmt: skip
+    # without its corner of high frequency and low motion: the grid is not full
+    return DampingSurface.from_frame(frame[(f < 900) | (level > 2)])
+
+
+def test_our_own_csv_is_a_table_of_its_rows(tmp_path):
+    # red: surface.inside(points) left out of to_frame
+    path = tmp_path / "surface.csv"
+    of_cases = surface()
+    to_frame(of_cases).to_csv(path, index=False, float_format="%.6g")
+    table, rows = read_table(path), pd.read_csv(path)
+    assert 0 < len(rows) < 5 * 9 * 7
+    for row in rows.itertuples():
+        found = at(table, row.frequency_hz, row.fill_fraction, row.acceleration_g)
+        assert found.inside.all()
+        # the ratio of error and value, times the value: one rounding each
+        assert found.equivalent_damping[0] == row.equivalent_damping_n_s_m3
+        assert found.apparent_mass[0] == row.apparent_mass_kg_m2
+        assert found.equivalent_damping_error[0] == pytest.approx(
+            row.equivalent_damping_error_n_s_m3, rel=1e-15
+        )
+    inside = of_cases.inside(rows[["fill_fraction", F, "acceleration_g"]].to_numpy())
+    # on the edge but for the sixth digit
+    assert inside.mean() > 0.5
+    assert table.mass_per_area(0.5) == pytest.approx(6.5, rel=1e-5)
+    assert set(read_columns(path)) == set(rows.columns)

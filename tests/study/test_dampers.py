@@ -1,0 +1,78 @@
+"""One damper of a study: exactly one kind, and only the keys that belong to it."""
+
+import pytest
+from pydantic import ValidationError
+
+from pidpanel.study.dampers import ALLOWED, Damper
+from pidpanel.study.explaining import mistakes_of
+
+SWEEP = {"frequency_hz": [100], "acceleration_g": [10]}
+C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
+PARTICLES, PATCH = "particle_mass_per_area_kg_m2", "patch_mass_per_area_kg_m2"
+KINDS = {
+    "coupon": {"coupon": {"sweep": SWEEP}},
+    "law": {"law": "paper_corrected"},
+    "table": {"table": "lab.csv", "interpolation": "linear"},
+    "impedance": {"impedance": "z.csv", "interpolation": "log"},
+    C: {C: 2000, M: 3, "equivalent_damping_error_n_s_m3": 100, "apparent_mass_error_kg_m2": 0.1,
+        PARTICLES: 4},
+    "loss_factor": {"loss_factor": 0.2, PARTICLES: 3, "loss_factor_error": 0.02, M: 1},
+}  # fmt: skip
+
+
+def mistakes(values):
+    with pytest.raises(ValidationError) as caught:
+        Damper.model_validate(values)
+    return [(".".join(map(str, one.keys)), one.says) for one in mistakes_of(caught.value, Damper)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_one(kind):
+    # red: a kind left out of ALLOWED
+    assert set(KINDS) == set(ALLOWED)
+    assert Damper.model_validate(KINDS[kind]).kind == kind
+
+
+@pytest.mark.parametrize(
+    ("values", "key", "says"),
+    [
+        ({}, "", "must have exactly one of coupon, law, table, impedance, "
+         "equivalent_damping_n_s_m3, loss_factor, not none"),
+        ({M: 3}, "", "must have exactly one of"),
+        ({"law": "paper_corrected", "table": "a.csv"}, "", "must have exactly one of"),
+        ({"law": "paper"}, "law", "must be 'paper_corrected' or 'paper_printed'"),
+        ({"law": "paper_corrected", "interpolation": "log"}, "interpolation",
+         "only allowed beside table or impedance"),
+        ({"table": "a.csv", M: 3}, M, "only allowed beside equivalent_damping_n_s_m3 or loss_factor"),
+        ({"table": "a.csv", "interpolation": "cubic"}, "interpolation", "must be 'log' or 'linear'"),
+        ({"tabel": "a.csv"}, "tabel", "unknown key; did you mean table?"),
+        ({C: -1}, C, "must be greater than or equal to 0"),
+        ({C: float("nan")}, C, "must be a finite number"),
+        ({C: "much"}, C, "must be a number"),
+        ({C: 5, M: -1}, M, "must be greater than or equal to 0"),
+        ({C: 5, PARTICLES: 0}, PARTICLES, "must be greater than 0"),
+        ({C: 0, "equivalent_damping_error_n_s_m3": 1}, "equivalent_damping_error_n_s_m3",
+         "must be 0 where equivalent_damping_n_s_m3 is 0"),
+        ({C: 5, "apparent_mass_error_kg_m2": 1}, "apparent_mass_error_kg_m2",
+         "only allowed with apparent_mass_kg_m2"),
+        ({C: 5, "loss_factor_error": 1}, "loss_factor_error", "only allowed beside loss_factor"),
+        ({C: 5, PATCH: 1}, PATCH, "only allowed beside loss_factor"),
+        ({"loss_factor": 0.1}, PARTICLES, "missing; required for loss_factor"),
+        ({"loss_factor": 15, PARTICLES: 3}, "loss_factor", "must be at most 2: a number, not percent"),
+        ({"loss_factor": 0, PARTICLES: 3, "loss_factor_error": 0.1}, "loss_factor_error",
+         "must be 0 where loss_factor is 0"),
+        ({"coupon": {"sweep": SWEEP, "vary": {"gravity_g": [0, 1]}}}, "coupon.vary",
+         "only allowed in a study without a panel"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_at_its_key(values, key, says):
+    # red: the line that yields it left out
+    ((found, told),) = mistakes(values)
+    assert found == key
+    assert told.startswith(says)
+
+
+def test_zero_damping_and_zero_loss_are_allowed():
+    # red: NotNegative → Positive
+    assert Damper.model_validate({C: 0, M: 3}).kind == C
+    assert Damper.model_validate({"loss_factor": 0, PATCH: 3}).kind == "loss_factor"
