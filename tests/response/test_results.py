@@ -9,7 +9,7 @@ from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
 from pidpanel.response.results import OutsideSimulatedRange, ResponseFiles, write_response
 from pidpanel.study import load_study
 
-OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv")
+OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,13 @@ def summary_of(tmp_path, upstream, write_study, table_values):
         change(values)
         study = load_study(write_study(tmp_path, name, values))
         files = ResponseFiles(*(tmp_path / f"{name}_{output}" for output in OUTPUTS))
-        write_response(study, upstream, upstream.modes.with_name("section.csv"), None, files)
+        write_response(
+            study,
+            upstream,
+            *(upstream.modes.with_name(name) for name in ("plate.nc", "section.csv")),
+            None,
+            files,
+        )
         return pd.read_csv(files.summary_csv).set_index(["scenario", "point"])
 
     return make

@@ -74,11 +74,17 @@ def stages(folder, study, *, radiation):
     sound.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc"), *air])
     beside = at("radiation.csv") if radiation else []
     response.main(
-        [str(study), *at("modes.nc", "modal_force.nc", "section.csv"), "none", *(air or ["none"]),
-         *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv"), *beside]
+        [str(study), *at("modes.nc", "modal_force.nc", "plate.nc", "section.csv"), "none",
+         *(air or ["none"]),
+         *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"), *beside]
     )  # fmt: skip
     maps.main(
-        [str(study), *at("modes.nc", "modal_force.nc"), "none", *at("psd.nc", "maps.nc", "maps")]
+        [
+            str(study),
+            *at("modes.nc", "modal_force.nc"),
+            "none",
+            *at("plate.nc", "left_out.nc", "psd.nc", "maps.nc", "maps"),
+        ]
     )
     export.main([str(study), *at("modes.nc", "psd.nc", "export")])
     return folder

@@ -19,6 +19,7 @@ rule response:
     input:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
+        plate=results("panel/plate.nc"),
         section=results("panel/section.csv"),
         surfaces=SURFACES,
         air=AIR,
@@ -28,6 +29,7 @@ rule response:
         results("response/layouts.csv"),
         results("response/stress.nc"),
         results("response/stress.csv"),
+        results("response/left_out.nc"),
         BESIDE,
     log:
         results("response/response.log"),
@@ -40,7 +42,7 @@ rule response:
         code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.section} {params.damping} {params.air} {output} 2> {log}"
+        " {input.plate} {input.section} {params.damping} {params.air} {output} 2> {log}"
 
 
 rule maps:
@@ -48,6 +50,8 @@ rule maps:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
         air=AIR,
+        plate=results("panel/plate.nc"),
+        left_out=results("response/left_out.nc"),
         psd=results("response/psd.nc"),
     output:
         results("response/maps.nc"),
@@ -61,7 +65,7 @@ rule maps:
         code=code("maps"),
     shell:
         'python -m scripts.maps "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {input.psd} {output} 2> {log}"
+        " {input.plate} {input.left_out} {input.psd} {output} 2> {log}"
 
 
 rule export:

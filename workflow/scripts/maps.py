@@ -10,7 +10,7 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, modal_force.nc, air.nc or none, psd.nc; maps.nc, folder."""
+    """Study, modes.nc, modal_force.nc, air.nc or none, plate, left_out, psd; maps, folder."""
     study, modes, modal_force, air, *others = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
     write_maps(load_study(study), files, *map(Path, others))

@@ -119,6 +119,7 @@ def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Ar
 def check_basis(
     basis: PanelBasis,
     plate: StoredPlate,
+    shapes: Array,
     modal: ModalBasis,
     sound: Sound,
     damping_ratio: float,
@@ -134,6 +135,8 @@ def check_basis(
         Of the panel.
     plate
         Its elements.
+    shapes
+        (n_free, n) of the basis.
     modal
         Frequencies, masses and damping of the basis.
     sound
@@ -148,7 +151,7 @@ def check_basis(
     elements = Elements(
         plate,
         list(plate.patch_overlap.values()),
-        plate.shapes.astype(np.float64),
+        shapes,
         modal,
         basis.is_residual,
         damping_ratio,
@@ -222,13 +225,15 @@ class _MovedFace:
     shape_at_vertices: Array
 
 
-def refined(
-    basis: PanelBasis, plate: StoredPlate, left_out: Array
-) -> tuple[PanelBasis, StoredPlate]:
-    """Return the basis with what it left out (n_free, k), and the plate with its shapes."""
+def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Shapes:
+    """Return the shapes of the panel stage's basis with what it left out (n_free, k)."""
     frequency = basis.natural_frequency
     vectors = plate.shapes.astype(np.float64)
     shapes = Shapes(frequency[~basis.is_residual], frequency[basis.is_residual], vectors)
-    wider = shapes.joined_by(plate, left_out)
-    values = values_of(plate, wider, point_vertices(basis))
-    return replace(basis, **values), replace(plate, shapes=wider.vectors)
+    return shapes.joined_by(plate, left_out) if left_out.shape[1] else shapes
+
+
+def refined(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> PanelBasis:
+    """Return the basis of the panel stage with what it left out (n_free, k)."""
+    shapes = joined_shapes(basis, plate, left_out)
+    return replace(basis, **values_of(plate, shapes, point_vertices(basis)))

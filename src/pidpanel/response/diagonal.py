@@ -135,7 +135,8 @@ class DiagonalMotions(Motions):
 
     def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
         transfer = 1 / (
-            self.basis.dynamic_stiffness(self.frequency[lines]) + stiffness.T @ self.patches.diagonal
+            self.basis.dynamic_stiffness(self.frequency[lines])
+            + stiffness.T @ self.patches.diagonal
         )
         force = matrices_at(self.modal_force, self.frequency, lines, transfer.shape[1])
         left = self.pressure_psd[lines, None, None] * transfer[:, :, None]

@@ -20,7 +20,6 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.response.dampers import (
     check_stable,
     checked_dampers,
-    patch_stiffness,
     weighted_sum,
 )
 from pidpanel.response.modal import (

@@ -7,7 +7,7 @@ files of the stage, `rounds` the rounds of a target.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -19,8 +19,9 @@ from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis, patch_areas
+from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
-from pidpanel.response.basis_error import cutoff_frequency, damping_ratios
+from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, refined
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import MatrixInput
@@ -31,7 +32,7 @@ from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, 
 from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
-from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.from_study import air_tables, modal_force_tables, spectrum_of
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Filling, Scenario, Study
@@ -481,6 +482,31 @@ def _of_mass(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
         return Load(patch, damping, depends_on_acceleration=False)
 
     return Layout(tuple(load(*one) for one in masses), factor)
+
+
+def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelInSound:
+    """Return the panel with a basis that holds what another left out.
+
+    The sound on the new shapes is computed here, since their choice rests on the response.
+
+    Parameters
+    ----------
+    panel
+        With the basis of the panel stage.
+    plate
+        Its elements.
+    left_out
+        (n_free, k) further shapes.
+    """
+    if not left_out.shape[1]:
+        return panel
+    study, basis = panel.study, refined(panel.basis, plate, left_out)
+    force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
+    air = panel.air
+    if air is not None:
+        tables = air_tables(study.sound, basis, force)
+        air = replace(air, diffuse=tables[DIFFUSE], added_volume=tables[ADDED_VOLUME])
+    return replace(panel, basis=basis, force_table=force[MODAL_FORCE], air=air)
 
 
 def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -> PanelInSound:

@@ -241,9 +241,7 @@ class Patches:
             parts of its own largest, below which eigenvalues are dropped.
         """
         if cutoff not in self._coordinates:
-            self._coordinates[cutoff] = _coordinates(
-                self.factors(cutoff), cutoff, self.shapes
-            )
+            self._coordinates[cutoff] = _coordinates(self.factors(cutoff), cutoff, self.shapes)
         return self._coordinates[cutoff]
 
     def damping_norm(self, damping: Array) -> Array:

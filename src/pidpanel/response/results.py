@@ -15,6 +15,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.plate_files import read_plate
 from pidpanel.response import stress, uncertainty
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.from_study import (
@@ -24,10 +25,12 @@ from pidpanel.response.from_study import (
     SolvedScenario,
     read_panel_in_sound,
     readings_of,
+    widened,
 )
 from pidpanel.response.map_files import map_dataset, write_paraview
 from pidpanel.response.maps import layer_maps, modal_covariances, rms_map
 from pidpanel.response.model import ResponseError, UnstableDamping
+from pidpanel.response.refinement import checked_responses, read_left_out, write_left_out
 from pidpanel.response.scenarios import ScenarioResponse, Solver
 from pidpanel.response.solvers import Request
 from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
@@ -56,6 +59,7 @@ class ResponseFiles(NamedTuple):
     layouts_csv: Path
     stress_nc: Path
     stress_csv: Path
+    left_out_nc: Path
     radiation_csv: Path | None = None
 
 
@@ -63,7 +67,12 @@ class ResponseFiles(NamedTuple):
 
 
 def write_response(
-    study: Study, files: PanelFiles, section: Path, damping: Path | None, output: ResponseFiles
+    study: Study,
+    files: PanelFiles,
+    plate: Path,
+    section: Path,
+    damping: Path | None,
+    output: ResponseFiles,
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario in every reading.
 
@@ -73,6 +82,8 @@ def write_response(
         The study.
     files
         Of the stages upstream.
+    plate
+        ``panel/plate.nc``, to check the basis against all elements.
     section
         ``panel/section.csv``, from which the panel's mass is taken.
     damping
@@ -87,15 +98,17 @@ def write_response(
     ValueError
         As the stages upstream have it.
     """
-    panel = read_panel_in_sound(study, files, study.response.radiation)
     readings = readings_of(study, damping)
+    start = read_panel_in_sound(study, files, study.response.radiation)
+    checked = checked_responses(start, plate, readings)
+    panel = checked.panel
     panel_mass = read_panel_mass(study, section)
     layers = _layers(panel)
     # what the diagonal form of the paper costs is said beside it
     judge = panel.full_solver() if study.response.modal_damping == "diagonal" else None
     found, dead, errors = {}, {}, {}
     rows, layout_rows, strained, strain_rows = [], [], {}, []
-    for case in panel.responses(panel.solver(), readings):
+    for case, basis_error in zip(checked.cases, checked.basis_error.tolist(), strict=True):
         one, key = case.found, (case.reading, case.scenario.label)
         if isinstance(one, UnstableDamping):
             print(f"{case.reading}, {case.scenario.label}: {one}", file=sys.stderr)
@@ -107,7 +120,10 @@ def write_response(
         if error is not None:
             errors[key] = error
         by_patch = patch_rows(panel, case, one)
-        rows += _summary(panel, case, one, error, judge, panel_mass)
+        rows += [
+            {**row, "basis_error": basis_error}
+            for row in _summary(panel, case, one, error, judge, panel_mass)
+        ]
         layout_rows += [{**_what(case), **row} for row in by_patch]
         found[key] = on_patches(panel, case, one)
         if case.dead_weight is not None:
@@ -127,8 +143,11 @@ def write_response(
     stress_dataset(strained, *axes, layers.names, stress.QUANTITIES).assign_attrs(
         stamp(study)
     ).to_netcdf(output.stress_nc, engine="scipy")
+    write_left_out(output.left_out_nc, checked.left_out, stamp(study))
     if output.radiation_csv is not None:
-        _write_csv(output.radiation_csv, with_other_radiation(study, files, readings))
+        other = read_panel_in_sound(study, files, study.response.radiation_beside)
+        other = widened(other, read_plate(plate), checked.left_out)
+        _write_csv(output.radiation_csv, with_other_radiation(other, readings))
 
 
 def read_panel_mass(study: Study, section: Path) -> float:
@@ -174,10 +193,9 @@ def standard_errors(
     ).under(covariance)
 
 
-def with_other_radiation(study: Study, files: PanelFiles, readings: Readings) -> pd.DataFrame:
-    """Return rms values of every scenario with ``response.radiation_beside``."""
-    radiation = study.response.radiation_beside
-    panel = read_panel_in_sound(study, files, radiation)
+def with_other_radiation(panel: PanelInSound, readings: Readings) -> pd.DataFrame:
+    """Return rms values of every scenario on a panel with ``response.radiation_beside``."""
+    radiation = panel.study.response.radiation_beside
     rows = []
     # only rms values are asked for: few lines give them within 1e-3
     for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
@@ -371,19 +389,30 @@ def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:
     return not bool(np.isnan(one).any())
 
 
-def write_maps(study: Study, files: PanelFiles, psd_nc: Path, maps_nc: Path, folder: Path) -> None:
+def write_maps(
+    study: Study,
+    files: PanelFiles,
+    plate: Path,
+    left_out: Path,
+    psd_nc: Path,
+    maps_nc: Path,
+    folder: Path,
+) -> None:
     """Write rms values all over the panel for the scenarios of ``response.maps``.
 
     Parameters
     ----------
     study, files
         As of `write_response`.
+    plate, left_out
+        ``panel/plate.nc`` and ``response/left_out.nc``: the basis of the responses.
     psd_nc
         ``response/psd.nc``, from which C_e and m_a are taken.
     maps_nc, folder
         What to write: NetCDF, and a folder for ParaView.
     """
     panel = read_panel_in_sound(study, files, study.response.radiation)
+    panel = widened(panel, read_plate(plate), read_left_out(left_out))
     psd, basis, layers = read_psd(psd_nc), panel.basis, _layers(panel)
     by_patches: dict[tuple[str, ...], list[tuple[str, Scenario]]] = {}
     for scenario in study.mapped_scenarios():

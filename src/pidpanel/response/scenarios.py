@@ -125,7 +125,8 @@ class ScenarioResponse:
 @dataclass(frozen=True)
 class _Found:
     """Γ of all loads, the rms acceleration of their patches per √S_p [m/s²] where it is known by
-    then, and how they were found."""
+    then, and how they were found.
+    """
 
     gamma: Array
     rms: Array | None = None
@@ -223,9 +224,7 @@ def read_dampers(
     return value, mass, inside
 
 
-def _dampers(
-    solver: Solver, layout: Layout, with_slope: bool
-) -> tuple[_Found, Request, Flags]:
+def _dampers(solver: Solver, layout: Layout, with_slope: bool) -> tuple[_Found, Request, Flags]:
     """Return Γ and the dampers at it."""
     found = _motion(solver, layout)
     value, mass, inside = read_dampers(layout.loads, solver.frequency, found.gamma)
@@ -287,9 +286,7 @@ def _motion(solver: Solver, layout: Layout) -> _Found:
     # a passive damper can move a patch more than no damper only where its mass tunes a
     # resonance to a peak of the sound, and never to a hundredth
     own = np.array([layout.loads[index].patch for index in searched.tolist()])
-    bare = sine_accelerations_g(
-        np.sqrt(layout.pressure_factor) * solver.bare_acceleration_rms[own]
-    )
+    bare = sine_accelerations_g(np.sqrt(layout.pressure_factor) * solver.bare_acceleration_rms[own])
     if len(layout.loads) == 1:
         return _alone(solver, layout, float(bare[0]))
     motions = solver.motions(layout.patches)

@@ -215,7 +215,5 @@ def _distinct(solutions: Sequence[Array]) -> list[Array]:
 
 
 def _is_stable(F: Map, x: Array) -> bool:
-    columns = [
-        (F(x + STEP * one) - F(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))
-    ]
+    columns = [(F(x + STEP * one) - F(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))]
     return bool(np.max(np.linalg.eigvals(np.stack(columns, axis=1)).real) < 1)

@@ -318,9 +318,7 @@ class PanelSolver(PanelWithLayouts):
     def _has_room(self, key: Loaded, one: BarePanel) -> bool:
         """Whether the bare panel with these patches is kept, on all lines or on none."""
         if key not in self._held_bytes:
-            a_line = sum(
-                part[0].nbytes for part in (one.receptance, one.patch_psd, one.point_psd)
-            )
+            a_line = sum(part[0].nbytes for part in (one.receptance, one.patch_psd, one.point_psd))
             size = float(a_line * self.frequency.size)
             fits = sum(self._held_bytes.values()) + size <= HELD_BYTES
             self._held_bytes[key] = size if fits else 0.0

@@ -84,9 +84,7 @@ class StandardErrors:
     log_acceleration: Array
 
 
-def joint_covariance(
-    blocks: Sequence[Sequence[Array | None]], n_nodes: int
-) -> tuple[Array, Flags]:
+def joint_covariance(blocks: Sequence[Sequence[Array | None]], n_nodes: int) -> tuple[Array, Flags]:
     """Return the covariance of all loads from those of each two of them.
 
     Parameters
@@ -183,7 +181,9 @@ def _motion(
     psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)
     slope = motions.acceleration_slope(value, mass).transpose(1, 2, 0)  # (damper, nf, patch)
     local = _local(slope, psd, lines, value)
-    of_damping, of_mass = _with_motion(loads, lines, gamma, np.flatnonzero(np.isfinite(gamma)).tolist())
+    of_damping, of_mass = _with_motion(
+        loads, lines, gamma, np.flatnonzero(np.isfinite(gamma)).tolist()
+    )
     by_motion = local[0] * of_damping[:, :, None] + local[1] * of_mass[:, :, None]
     jacobian = _log_rms(lines, psd, by_motion).T
     return jacobian, _log_rms(lines, psd, _rows(local, _hats(lines, nodes)))

@@ -1,0 +1,164 @@
+"""The basis of a study's responses: checked in every scenario, and widened until it is right."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.panel.plate_files import StoredPlate, read_plate
+from pidpanel.response.basis_error import (
+    ALLOWED,
+    BasisCheck,
+    PatchDampers,
+    check_basis,
+    joined_shapes,
+    lines_to_try,
+)
+from pidpanel.response.from_study import (
+    PanelInSound,
+    Readings,
+    SolvedScenario,
+    widened,
+)
+from pidpanel.response.model import UnstableDamping
+from pidpanel.response.scenarios import ScenarioResponse, Solver
+
+ATTEMPTS = 4
+"""Bases that are tried: each further one holds what the one before left out."""
+
+
+@dataclass(frozen=True)
+class CheckedResponses:
+    """Responses with the error of the basis in which they were computed.
+
+    Attributes
+    ----------
+    panel, solver
+        With the basis that was right.
+    cases
+        Every scenario in every reading.
+    basis_error
+        (n_cases,) largest relative error of the PSD of a point at the lines tried, of the
+        scenario, its bare panel and its dead weight; NaN where there is no response.
+    left_out
+        (n_free, k) what was added to the basis of the panel stage.
+    """
+
+    panel: PanelInSound
+    solver: Solver
+    cases: Sequence[SolvedScenario]
+    basis_error: Array
+    left_out: Array
+
+
+def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> CheckedResponses:
+    """Return every scenario, in a basis whose error is within `basis_error.ALLOWED`.
+
+    Parameters
+    ----------
+    panel
+        With the basis of the panel stage.
+    plate
+        ``panel/plate.nc``.
+    readings
+        Of the study.
+
+    Notes
+    -----
+    After `ATTEMPTS` bases the last is taken as it is; its error says so.
+    """
+    stored = read_plate(plate)
+    left_out = np.zeros((stored.shapes.shape[0], 0))
+    for attempt in range(ATTEMPTS):
+        wider = widened(panel, stored, left_out)
+        solver = wider.solver()
+        cases = wider.responses(solver, readings)
+        check, of_case = _check(panel, wider, stored, left_out, cases, attempt)
+        if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
+            break
+        print(
+            f"the basis misses up to {check.error.max():.1%} of a PSD; it is widened",
+            file=sys.stderr,
+        )
+        left_out = np.hstack([left_out, check.left_out])
+    worst = np.array([check.largest[of].max() if of else np.nan for of in of_case])
+    if np.nanmax(worst, initial=0.0) > ALLOWED:
+        print(
+            f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
+            file=sys.stderr,
+        )
+    return CheckedResponses(wider, solver, cases, worst, left_out)
+
+
+def write_left_out(path: Path, left_out: Array, attributes: dict[str, str]) -> None:
+    """Write what was added to the basis of the panel stage (n_free, k)."""
+    # NetCDF 3 has no dimension of length 0: the first column is empty
+    stored = np.pad(left_out, ((0, 0), (1, 0)))
+    variable = (("coordinate", "shape"), stored, {"units": "1"})
+    xr.Dataset({"left_out": variable}, attrs=attributes).to_netcdf(path, engine="scipy")
+
+
+def read_left_out(path: Path) -> Array:
+    """Read what `write_left_out` wrote."""
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return dataset["left_out"].to_numpy().astype(np.float64)[:, 1:]
+
+
+def _check(
+    panel: PanelInSound,
+    wider: PanelInSound,
+    plate: StoredPlate,
+    left_out: Array,
+    cases: Sequence[SolvedScenario],
+    attempt: int,
+) -> tuple[BasisCheck, list[list[int]]]:
+    """Return the check of all that was solved, and of each case the rows that count for it."""
+    found: dict[int, int] = {}
+    answers: list[ScenarioResponse] = []
+
+    def row(one: ScenarioResponse | UnstableDamping | None) -> list[int]:
+        if one is None or isinstance(one, UnstableDamping):
+            return []
+        if id(one) not in found:
+            found[id(one)] = len(answers)
+            answers.append(one)
+        return [found[id(one)]]
+
+    of_case = [
+        row(case.found) + row(case.bare) + row(case.dead_weight) if row(case.found) else []
+        for case in cases
+    ]
+    columns = len(answers) * len(panel.basis.point_names)
+    lines = lines_to_try(
+        panel.study.response.frequency_hz, plate.stiffness.shape[0], columns, attempt
+    )
+    check = check_basis(
+        wider.basis,
+        plate,
+        joined_shapes(panel.basis, plate, left_out).vectors,
+        wider.modal,
+        panel.study.sound,
+        panel.study.panel.damping_ratio,
+        panel.cutoff,
+        lines,
+        [_on_patches(wider, one, lines) for one in answers],
+    )
+    return check, of_case
+
+
+def _on_patches(panel: PanelInSound, one: ScenarioResponse, lines: Array) -> PatchDampers:
+    """C_e and m_a of every patch at some lines: of its loads the mean over their areas."""
+    area = panel.load_area(one)
+    values = np.zeros((2, len(panel.basis.patch_names), len(lines)))
+    patch = panel.carriers[one.loads]
+    for load, own in enumerate(patch.tolist()):
+        share = area[load] / area[patch == own].sum()
+        for index, of in enumerate((one.equivalent_damping, one.apparent_mass)):
+            values[index, own] += share * np.interp(lines, panel.frequency, of[load])
+    return PatchDampers(*values)
