@@ -26,7 +26,8 @@ from pidpanel.polygon import Rectangle
 from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
-from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse, wavenumber
+from pidpanel.sound.face import PanelQuadrature
+from pidpanel.sound.field import tabulate_diffuse, wavenumber
 
 LINES, MODES, SCENARIOS = 2000, 70, 12
 POINTS = {"326": (0.75, 0.50), "189": (0.10, 0.30), "318": (0.35, 0.50)}

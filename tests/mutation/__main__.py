@@ -43,13 +43,13 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "cells plane_mesh polygon sizes third_octaves",
+    "": "cells plane_mesh plane_waves polygon sizes third_octaves",
     "coupon": "balance contact cycles drive geometry inelastic rows",
     "damping": "constants design fit forms gaussian_process interpolation laws readings surface "
     "tables",
-    "panel": "attachments grid layup mindlin modes navier plate resolution section supports thin "
-    "triangles",
-    "sound": "added_mass field spectrum table wavenumber_table",
+    "panel": "attachments face grid layup mindlin modes navier plate resolution section supports "
+    "thin triangles",
+    "sound": "added_mass face field spectrum table wavenumber_table",
     "response": "bands dampers elements lines linearisation maps modal model power radiation scenarios "
     "stress tabdmp1 tables uncertainty",
 }

@@ -90,6 +90,8 @@ def basis(study, modes):
         quadrature_position=np.zeros((1, 2)),
         quadrature_weight=np.ones(1),
         shape_at_quadrature=np.zeros((1, count)),
+        quadrature_wavenumber=np.inf,
+        face_overlap=np.eye(count),
         vertex_position=np.stack([x, y], axis=1),
         cells=np.stack([corner, corner + 1, corner + 17, corner + 16], axis=1),
         shape_at_vertices=shapes,

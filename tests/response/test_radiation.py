@@ -6,7 +6,8 @@ import pytest
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.radiation import Air
-from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse
+from pidpanel.sound.face import PanelQuadrature
+from pidpanel.sound.field import tabulate_diffuse
 from pidpanel.sound.wavenumber_table import constant_table
 
 A, B = 0.3, 0.2

@@ -7,9 +7,9 @@ one-line change that it was seen to fail with.
 import numpy as np
 import pytest
 
+from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import (
     FieldError,
-    PanelQuadrature,
     TableNotResolved,
     diffuse_modal_force,
     half_circle,

@@ -16,6 +16,7 @@ rule panel:
         # the basis follows the panel with its heaviest dampers
         damper_mass=text_digest([json.dumps(damper_masses(STUDY), sort_keys=True)]),
         highest=STUDY.response.frequency_hz[1],
+        speed=STUDY.sound.speed_m_s,
         files=content(*STUDY.panel.files),
         code=code("panel"),
     shell:

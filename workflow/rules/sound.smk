@@ -16,6 +16,7 @@ rule sound:
     params:
         study=section("sound"),
         highest=STUDY.response.frequency_hz[1],
+        air_mass=STUDY.response.air_mass,
         code=code("sound"),
     shell:
         'python -m scripts.sound "$PIDPANEL_STUDY" {input.modes} {output} 2> {log}'

@@ -24,6 +24,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "quadrature_position": (("quadrature", "axis"), "m", "positions of the load quadrature"),
     "quadrature_weight": (("quadrature",), "m2", "weights of the load quadrature"),
     "shape_at_quadrature": (("quadrature", "shape"), "1", "deflection at the load quadrature"),
+    "quadrature_wavenumber": ((), "rad m-1", "wavenumber that the load quadrature serves"),
+    "face_overlap": (
+        ("shape", "other_shape"),
+        "m2",
+        "integral over the face of the product of two shapes",
+    ),
     "vertex_position": (("vertex", "axis"), "m", "vertices of the mesh"),
     "cells": (("cell", "corner"), "1", "vertex numbers of each cell, from 0"),
     "shape_at_vertices": (("vertex", "shape"), "1", "deflection at the vertices"),
@@ -56,12 +62,19 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "point_names": (("point",), "1", "names of the response points"),
     "patch_names": (("patch",), "1", "names of the damper patches"),
 }
+# Of single precision: the 6e-8 by which each value errs are 1e-9 of an integral over the panel.
+SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
+# Only looked at: 16 bits, of which the largest value of each shape takes all
+PACKED = {"curvature_at_vertices", "shear_at_vertices"}
+FULL = 2**15 - 1
 # NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind
 NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
 
 
 def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) -> None:
     """Write a basis to a NetCDF file (real arrays, each with ``units`` and ``long_name``).
+
+    Curvature and shear at the vertices are multiples of a step of each shape, `PACKED`.
 
     Parameters
     ----------
@@ -77,7 +90,18 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
         value = getattr(basis, name)
         if isinstance(value, tuple):
             value = np.array(value, dtype=object)
-        variables[name] = xr.Variable(dimensions, value, {"units": unit, "long_name": long_name})
+        attributes_of = {"units": unit, "long_name": long_name}
+        if name in SINGLE:
+            value = np.asarray(value, dtype=np.float32)
+        if name in PACKED:
+            largest = np.abs(value).max(axis=(0, 1), initial=0.0)
+            step = np.where(largest > 0, largest, 1.0) / FULL
+            value = np.round(value / step).astype(np.int16)
+            attributes_of["units"] = f"{name}_step"
+            variables[f"{name}_step"] = xr.Variable(
+                ("shape",), step, {"units": unit, "long_name": f"unit of {name}"}
+            )
+        variables[name] = xr.Variable(dimensions, value, attributes_of)
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
@@ -98,6 +122,10 @@ def read_basis(path: Path) -> PanelBasis:
             value = dataset[name].to_numpy()
             if name.endswith("_names"):
                 values[name] = tuple(str(entry) for entry in value)
+            elif name in PACKED:
+                values[name] = value * dataset[f"{name}_step"].to_numpy().astype(np.float64)
+            elif value.ndim == 0:
+                values[name] = float(value)
             else:
                 values[name] = value.astype(NATIVE[value.dtype.kind])
     return PanelBasis(**values)

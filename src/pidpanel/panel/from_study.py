@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis_files import write_basis, write_shapes
+from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
@@ -348,7 +350,9 @@ def write_panel(
     shapes = panel.shapes_of(plate, study.response.frequency_hz[1], damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     write_plate(plate_nc, plate, shapes.vectors, stamp(study))
-    write_basis(modes_nc, basis, stamp(study))
+    sound = 2 * np.pi * study.response.frequency_hz[1] / study.sound.speed_m_s
+    condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
+    write_basis(modes_nc, condensed, stamp(study))
     write_shapes(modes_vtu, basis)
     panel.mode_table(basis).to_csv(modes_csv, index=False, float_format="%.8g")
     panel.section_table(basis).to_csv(section_csv, index=False, float_format="%.8g")

@@ -135,7 +135,13 @@ class PanelBasis:
     quadrature_weight
         (n_quadrature,) weights [m²].
     shape_at_quadrature
-        (n_quadrature, n) w of each shape at these points [1].
+        (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
+        give its integrals, see `pidpanel.panel.face`.
+    quadrature_wavenumber
+        κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for
+        the points of the mesh.
+    face_overlap
+        (n, n) ∫ φ_i φ_j dA over the face [m²].
     vertex_position
         (n_vertices, 2) vertices of the mesh [m].
     cells
@@ -174,6 +180,8 @@ class PanelBasis:
     quadrature_position: Array
     quadrature_weight: Array
     shape_at_quadrature: Array
+    quadrature_wavenumber: float
+    face_overlap: Array
     vertex_position: Array
     cells: Index
     shape_at_vertices: Array
@@ -337,6 +345,8 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
         np.stack([component @ vectors for component in components], axis=1)
         for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
     )
+    at_quadrature = plate.at_quadrature @ vectors
+    root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
     return {
         "natural_frequency": np.concatenate([shapes.frequency, shapes.residual_frequency]),
         "modal_mass": np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
@@ -347,7 +357,9 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
         ).reshape(-1, vectors.shape[1], vectors.shape[1]),
         "quadrature_position": plate.quadrature_position,
         "quadrature_weight": plate.quadrature_weight,
-        "shape_at_quadrature": plate.at_quadrature @ vectors,
+        "shape_at_quadrature": at_quadrature,
+        "quadrature_wavenumber": np.inf,
+        "face_overlap": root.T @ root,
         "shape_at_vertices": at_vertices,
         "curvature_at_vertices": curvature,
         "shear_at_vertices": shear,

@@ -526,6 +526,7 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
     ValueError
         Where the air's own file is not given though it counts.
     """
+    force = read_table(files.modal_force, MODAL_FORCE)
     air = None
     if radiation != "none":
         if files.air is None:
@@ -534,13 +535,13 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
             study.sound.air_density_kg_m3,
             study.sound.speed_m_s,
             WETTED_SIDES[radiation],
-            read_table(files.air, DIFFUSE),
-            read_table(files.air, ADDED_VOLUME),
+            force if study.sound.field == "diffuse" else read_table(files.air, DIFFUSE),
+            read_table(files.air, ADDED_VOLUME) if study.response.air_mass else None,
         )
     return PanelInSound(
         study,
         read_basis(files.modes),
         spectrum_of(study.sound),
-        read_table(files.modal_force, MODAL_FORCE),
+        force,
         air,
     )

@@ -39,14 +39,15 @@ class Air:
     diffuse
         G of the diffuse field [m⁴] over wavenumber.
     added_volume
-        V = M_air/ρ₀ of one side [m³] over wavenumber (`sound.added_mass`).
+        V = M_air/ρ₀ of one side [m³] over wavenumber (`sound.added_mass`); None: the air has
+        resistance alone.
     """
 
     density: float
     speed_of_sound: float
     wetted_sides: int
     diffuse: WavenumberTable
-    added_volume: WavenumberTable
+    added_volume: WavenumberTable | None
 
     def stiffness(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
@@ -55,8 +56,10 @@ class Air:
         resistance = air_resistance(
             frequency, self.diffuse.at(k), self.density, self.speed_of_sound, self.wetted_sides
         )
-        mass = self.wetted_sides * self.density * self.added_volume.at(k)
-        stiffness: Complexes = 1j * omega * resistance - omega**2 * mass
+        stiffness: Complexes = 1j * omega * resistance
+        if self.added_volume is not None:
+            mass = self.wetted_sides * self.density * self.added_volume.at(k)
+            stiffness -= omega**2 * mass
         return stiffness
 
 

@@ -20,8 +20,8 @@ from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, Response
 from pidpanel.response.power import power_balance
+from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import (
-    PanelQuadrature,
     diffuse_modal_force,
     uniform_modal_force,
     wavenumber,

@@ -16,16 +16,17 @@ where γ is the coherence of the field and k = 2πf/c₀ the wavenumber [rad/m].
   mesh.
 
 The panel is given by a quadrature: positions (nq, 2) [m], weights (nq,) [m²] and the values of
-the n shapes there, (nq, n). Order 5 on elements that resolve the shapes is enough.
+the n shapes there, (nq, n). Order 5 on elements that resolve the shapes is enough; tables condense
+it to the Gauss points of the box round the panel (`pidpanel.plane_waves`), where plane waves are
+products and their means over direction cost a quarter.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.plane_mesh import cell_areas
+from pidpanel.sound.face import FoldedFace, PanelQuadrature
 from pidpanel.sound.wavenumber_table import (
     SPARE_NODES,
     FieldError,
@@ -43,6 +44,13 @@ TABLE_TOLERANCE = 1e-9
 DIRECTIONS_AT_ONCE = 256
 """Plane waves evaluated together, so that memory stays at 256 nq values whatever k is."""
 
+PLANE_WAVE_MARGIN = 2.0
+"""A face is condensed for wavenumbers up to this times those that drive it: it then errs by 1e-10
+of ∫|φ| dA."""
+
+SHAPES_CHECKED = 48
+"""Shapes, spread over all, on which a table is held to the direct sum."""
+
 
 class TableNotResolved(FieldError):
     """The interpolated modal force is further from the direct one than the tolerance."""
@@ -59,61 +67,6 @@ def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
     if not (np.isfinite(speed_of_sound) and speed_of_sound > 0):
         raise FieldError(f"speed_of_sound = {speed_of_sound!r} m/s must be positive")
     return 2 * np.pi * np.asarray(frequency, dtype=np.float64) / speed_of_sound
-
-
-@dataclass(frozen=True)
-class PanelQuadrature:
-    """Shapes of a panel at the points of a quadrature over its face.
-
-    Parameters
-    ----------
-    position
-        (nq, 2) points in the plane of the panel [m].
-    weight
-        (nq,) weights [m²]; they sum to the area.
-    shape
-        (nq, n) values of the n shapes φ [1] at the points.
-
-    Raises
-    ------
-    FieldError
-        Where shapes of arrays do not agree or a value is not finite.
-    """
-
-    position: Array
-    weight: Array
-    shape: Array
-
-    def __post_init__(self) -> None:
-        for name in ("position", "weight", "shape"):
-            array = np.asarray(getattr(self, name), dtype=np.float64)
-            if not np.all(np.isfinite(array)):
-                raise FieldError(f"{name} has values that are not finite")
-            object.__setattr__(self, name, array)
-        count = self.weight.size
-        if self.weight.ndim != 1 or count == 0:
-            raise FieldError(f"weight has shape {self.weight.shape}: (nq,) with nq > 0 is needed")
-        if self.position.shape != (count, 2):
-            raise FieldError(f"position has shape {self.position.shape}: ({count}, 2) is needed")
-        if self.shape.ndim != 2 or self.shape.shape[0] != count:
-            raise FieldError(f"shape has shape {self.shape.shape}: ({count}, n) is needed")
-
-    @property
-    def center(self) -> Array:
-        """(2,) middle of the box round the panel [m]."""
-        middle: Array = (self.position.min(axis=0) + self.position.max(axis=0)) / 2
-        return middle
-
-    @property
-    def diameter(self) -> float:
-        """L [m], diameter of a circle round the box's middle that holds all points."""
-        return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
-
-    @property
-    def shape_square_integral(self) -> Array:
-        """(n,) ∫ φ_i² dA [m²]."""
-        integral: Array = self.weight @ self.shape**2
-        return integral
 
 
 def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
@@ -154,10 +107,10 @@ def tabulate_diffuse(
 ) -> WavenumberTable:
     """Tabulate G of a diffuse field for 0 ≤ k ≤ k_max and check the table against direct values.
 
-    The transforms B of the shapes are needed on the disc |κ| ≤ k_max only. Along each azimuth
-    they too are entire, so they are computed once at Chebyshev nodes in κ and interpolated to
-    the directions that each node k asks for: ten times less work than `diffuse_modal_force` at
-    every node.
+    With k² = κ² + k² cos² θ, G is a mean of Ā(κ) = (1/2π) ∮ Re B Bᴴ dα over cos θ, and Ā, even and
+    entire in κ, is computed once at the Chebyshev nodes of the table:
+
+        G(k) = ∫₀¹ Ā(k √(1 − μ²)) dμ.
 
     Parameters
     ----------
@@ -176,33 +129,32 @@ def tabulate_diffuse(
     ------
     TableNotResolved
         Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj).
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), of some shapes spread over all.
     FieldError
-        Where k_max is not positive.
+        Where k_max is not positive, or the face is not condensed for twice as much.
     """
     k_max = checked_maximum(wavenumber_max)
     diameter = panel.diameter
     count = nodes_in_k or node_count(k_max, diameter)
     nodes = chebyshev_nodes(k_max, count)
-
-    # B is of exponential type L/2 in κ where G is of type L, so half the nodes carry it
-    radial_count = node_count(k_max, diameter / 2)
-    radial_nodes = chebyshev_nodes(k_max, radial_count)
-    azimuth = half_circle(k_max, diameter)
-    even_nodes, odd_nodes = transform(radial_nodes, azimuth, panel)
-    odd_over_radial = odd_nodes / radial_nodes[:, None, None]  # even in κ, as interpolation wants
-
-    modal_force = np.empty((count, panel.shape.shape[1], panel.shape.shape[1]))
+    face = FoldedFace.of(panel, PLANE_WAVE_MARGIN * k_max)
+    to_force = np.empty((count, count))
     for index, k in enumerate(nodes):
         cosine, cosine_weight = _half_gauss(k, diameter)
-        radial = k * np.sqrt(1 - cosine**2)
-        weights = even_interpolation(radial, k_max, radial_count)
-        even = np.tensordot(weights, even_nodes, axes=1)
-        odd = np.tensordot(radial[:, None] * weights, odd_over_radial, axes=1)
-        modal_force[index] = sum_of_plane_waves(even, odd, cosine_weight)
+        to_force[index] = cosine_weight @ even_interpolation(
+            k * np.sqrt(1 - cosine**2), k_max, count
+        )
+    n = panel.shape.shape[1]
+    modal_force = np.empty((count, n, n))
+    for index, k in enumerate(nodes):
+        modal_force[index] = face.azimuthal_mean(k, diameter)
+    for row in range(n):  # in place: of a large panel this is most of the memory
+        modal_force[:, row] = to_force @ modal_force[:, row]
     table = WavenumberTable(k_max, nodes, modal_force)
+    some = np.unique(np.linspace(0, n - 1, min(n, SHAPES_CHECKED)).astype(int))
+    few = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
-        _check_table(table, k, diffuse_modal_force(k, panel))
+        _check_table(few, k, diffuse_modal_force(k, panel.of_shapes(some)))
     return table
 
 

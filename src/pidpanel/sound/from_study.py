@@ -13,6 +13,7 @@ import pandas as pd
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write_tables
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
@@ -81,6 +82,14 @@ class PanelShapes(Protocol):
         """(nq, n) shapes at these points [1]."""
 
     @property
+    def quadrature_wavenumber(self) -> float:
+        """Of the shortest waves whose integrals with the shapes these points give [rad/m]."""
+
+    @property
+    def face_overlap(self) -> Array:
+        """(n, n) ∫ φ_i φ_j dA [m²]."""
+
+    @property
     def vertex_position(self) -> Array:
         """(n_vertices, 2) vertices of the mesh [m]."""
 
@@ -146,7 +155,11 @@ def modal_force_at(sound: Sound, frequency: float, shapes: PanelShapes) -> Array
 
 
 def air_tables(
-    sound: Sound, shapes: PanelShapes, modal_force: Mapping[str, WavenumberTable]
+    sound: Sound,
+    shapes: PanelShapes,
+    modal_force: Mapping[str, WavenumberTable],
+    *,
+    air_mass: bool = True,
 ) -> dict[str, WavenumberTable]:
     """Tabulate the reaction of the air on one side of the panel to its motion.
 
@@ -157,24 +170,30 @@ def air_tables(
     shapes
         Of the panel.
     modal_force
-        Of the field of the study (`modal_force_tables`), which sets the range; that of a diffuse
-        field is not computed again.
+        Of the field of the study (`modal_force_tables`), which sets the range.
+    air_mass
+        Whether the mass of the air counts.
 
     Returns
     -------
     `DIFFUSE`: G of the diffuse field [m⁴], which gives the radiation resistance whatever field
-    drives the panel. `ADDED_VOLUME`: V of the added mass [m³].
+    drives the panel; left out where that is the field of the study. `ADDED_VOLUME`: V of the added
+    mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
-    driving, face = modal_force[MODAL_FORCE], _face(shapes)
-    k_max = driving.wavenumber_max
-    diffuse = driving if sound.field == "diffuse" else field.tabulate_diffuse(k_max, face)
-    return {DIFFUSE: diffuse, ADDED_VOLUME: tabulate_added_mass(k_max, face)}
+    k_max, face = modal_force[MODAL_FORCE].wavenumber_max, _face(shapes)
+    tables = {}
+    if sound.field != "diffuse":
+        tables[DIFFUSE] = field.tabulate_diffuse(k_max, face)
+    if air_mass:
+        tables[ADDED_VOLUME] = tabulate_added_mass(k_max, face)
+    return tables
 
 
-def _face(shapes: PanelShapes) -> field.PanelQuadrature:
-    return field.PanelQuadrature(
-        shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature
-    )
+def _face(shapes: PanelShapes) -> PanelQuadrature:
+    return PanelQuadrature(
+        shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature,
+        shapes.quadrature_wavenumber, shapes.face_overlap,
+    )  # fmt: skip
 
 
 def write_sound(
@@ -204,4 +223,5 @@ def write_sound(
     force = modal_force_tables(study.sound, study.response.frequency_hz[1], shapes)
     write_tables(modal_force_nc, force, {**stamp(study), "field": study.sound.field})
     if air_nc is not None:
-        write_tables(air_nc, air_tables(study.sound, shapes, force), stamp(study))
+        air = air_tables(study.sound, shapes, force, air_mass=study.response.air_mass)
+        write_tables(air_nc, air, stamp(study))

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import (
-    PanelQuadrature,
     diffuse_modal_force,
     radiation_efficiency,
     wavenumber,

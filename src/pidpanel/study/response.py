@@ -24,6 +24,9 @@ class Response(Model):
     """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
     radiation_beside: Radiation = "none"
     """Radiation of a second computation, shown in a table beside the first."""
+    air_mass: bool = True
+    """Whether the panel carries the mass of the air on the sides that radiate; false: resistance
+    alone."""
     maps: tuple[str, ...] = ()
     """Scenarios, by their names in summary.csv, to map over the panel; by default the first bare
     panel."""

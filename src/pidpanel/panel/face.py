@@ -1,0 +1,45 @@
+"""The face of a panel as its sound needs it: condensed for plane waves (`pidpanel.plane_waves`)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pidpanel.panel.modes import PanelBasis
+from pidpanel.plane_waves import condensed
+
+REACH = 2.0
+"""Largest wavenumber of the face over the larger of those of the sound and of the shapes.
+
+The air's mass needs what shapes have beyond their own wavenumber (`pidpanel.sound.added_mass`).
+"""
+
+
+def face_wavenumber(basis: PanelBasis, sound: float) -> float:
+    """Return the wavenumber to which the face of a panel has to be known [rad/m].
+
+    The modes of a plate are N = κ² A/4π up to the wavenumber κ of its bending (Weyl's law),
+    whatever its stiffness.
+
+    Parameters
+    ----------
+    basis
+        Modes and residual vectors, on the quadrature of the mesh.
+    sound
+        The largest wavenumber of the sound [rad/m].
+    """
+    modes, area = np.sum(~basis.is_residual), basis.quadrature_weight.sum()
+    return REACH * max(sound, float(np.sqrt(4 * np.pi * modes / area)))
+
+
+def with_condensed_face(basis: PanelBasis, wavenumber: float) -> PanelBasis:
+    """Return the basis with the face condensed for waves up to a wavenumber [rad/m]."""
+    face = condensed(
+        basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature, wavenumber
+    )
+    return replace(
+        basis,
+        quadrature_position=face.position,
+        quadrature_weight=face.weight,
+        shape_at_quadrature=face.values,
+        quadrature_wavenumber=wavenumber,
+    )

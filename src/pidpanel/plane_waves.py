@@ -1,0 +1,166 @@
+"""Integrals of shapes against plane waves, from far fewer points than the elements have.
+
+What sound does to a panel rests on the shapes through ∫ φ exp(iκ·x) dA alone, for wavenumbers
+|κ| up to some largest one, however fine the mesh is. On a box a plane wave is a polynomial of a
+degree not far above κ a/2 (its Legendre series has the coefficients (2m + 1) iᵐ j_m(κ a/2),
+which vanish beyond), so that a quadrature of any points passes to the Gauss points of the box by
+the transpose of interpolation: Σ_q w_q φ_q f(x_q) = Σ_J c_J f(x_J) with c_J = Σ_q ℓ_J(x_q) w_q φ_q
+for every polynomial f up to that degree.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import spherical_jn
+
+from pidpanel.arrays import Array, Index
+
+TOLERANCE = 1e-5
+"""Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts."""
+
+WAVES_IN_A_BOX = 2.0
+"""Edge, in shortest wavelengths, of the boxes in which points are gathered first."""
+
+
+@dataclass(frozen=True)
+class CondensedFace:
+    """Gauss points of the box round a panel that stand for a finer quadrature under plane waves.
+
+    Attributes
+    ----------
+    position
+        (n_x n_y, 2) [m], Gauss points of the box, y fastest.
+    weight
+        (n_x n_y,) their weights [m²]; they sum to the area of the box, not of the panel.
+    values
+        (n_x n_y, n) such that Σ weight · values · exp(iκ·position) is that of the finer quadrature.
+        They are not the values of the shapes there: beyond the outline too they are not zero.
+    """
+
+    position: Array
+    weight: Array
+    values: Array
+
+
+def condensed(
+    position: Array, weight: Array, values: Array, wavenumber_max: float
+) -> CondensedFace:
+    """Return a quadrature on Gauss points of the box that serves every plane wave to κ_max.
+
+    Points are gathered in small boxes first, and then all at once.
+
+    Parameters
+    ----------
+    position
+        (nq, 2) points [m].
+    weight
+        (nq,) weights [m²].
+    values
+        (nq, n) values of n shapes at the points.
+    wavenumber_max
+        κ_max [rad/m]: sums with exp(iκ·x) agree within 1e-6 Σ w|φ| up to κ_max, within 1e-10 up to
+        half of it.
+
+    Returns
+    -------
+    CondensedFace
+
+    Examples
+    --------
+    A thousand points of 1 m × 0.5 m, under a wave of 2 m along the longer side:
+
+    >>> x = np.random.default_rng(0).uniform(size=(1000, 2)) * [1.0, 0.5]
+    >>> few = condensed(x, np.full(1000, 0.0005), x[:, :1], 2 * np.pi)
+    >>> len(few.weight)
+    108
+    >>> found = (few.weight * np.exp(1j * np.pi * few.position[:, 0])) @ few.values
+    >>> expected = np.full(1000, 0.0005) * np.exp(1j * np.pi * x[:, 0]) @ x[:, :1]
+    >>> bool(np.abs(found - expected)[0] < 1e-10)
+    True
+    """
+    low, high = position.min(axis=0), position.max(axis=0)
+    load = weight[:, None] * values
+    side = np.maximum(high - low, 1e-9)
+    boxes = np.ceil(side * wavenumber_max / (2 * np.pi * WAVES_IN_A_BOX)).astype(int)
+    step = side / boxes
+    local = [gauss(degree(wavenumber_max * edge / 2)) for edge in step]
+    whole = [gauss(degree(wavenumber_max * edge / 2)) for edge in side]
+
+    # Lagrange polynomials of the whole box at the points of each small box, along x and along y
+    spread = [
+        lagrange(
+            2 * (np.arange(count)[:, None] + (1 + node) / 2) / count - 1, whole_node, whole_weight
+        )
+        for count, (node, _), (whole_node, whole_weight) in zip(boxes, local, whole, strict=True)
+    ]
+    place = np.minimum(((position - low) / step).astype(int), boxes - 1)
+    inside = 2 * ((position - low) / step - place) - 1
+    along_x, along_y = (
+        lagrange(inside[:, axis], *local[axis]) for axis in range(2)
+    )  # (nq, n_local) each
+
+    count = load.shape[1]
+    n_x, n_y = (len(node) for node, _ in whole)
+    total = np.zeros((n_x, n_y * count))
+    for column in range(boxes[0]):
+        strip = np.zeros((along_x.shape[1], n_y, count))
+        for row in range(boxes[1]):
+            members = np.flatnonzero((place == (column, row)).all(axis=1))
+            if members.size:
+                strip += _gathered(members, along_x, along_y, load, spread[1][row])
+        total += spread[0][column].T @ strip.reshape(len(strip), -1)
+
+    x, y = (
+        least + (1 + node) / 2 * edge
+        for least, edge, (node, _) in zip(low, side, whole, strict=True)
+    )
+    weights = np.outer(whole[0][1], whole[1][1]).ravel() * side.prod() / 4
+    return CondensedFace(
+        position=np.stack([g.ravel() for g in np.meshgrid(x, y, indexing="ij")], axis=1),
+        weight=weights,
+        values=total.reshape(-1, count) / weights[:, None],
+    )
+
+
+def _gathered(members: Index, along_x: Array, along_y: Array, load: Array, spread: Array) -> Array:
+    """Return the load of some points on the nodes (x of their box, y of the whole, shapes)."""
+    both = along_x[members, :, None] * along_y[members, None, :]
+    local = both.reshape(len(members), -1).T @ load[members]
+    nodes = (along_x.shape[1], along_y.shape[1], load.shape[1])
+    gathered: Array = np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
+    return gathered
+
+
+def degree(reach: float) -> int:
+    """Return how many terms the Legendre series of exp(iκx) on |x| ≤ a/2 has, reach = κ a/2.
+
+    Terms (2m + 1) j_m(reach) beyond are below `TOLERANCE`.
+
+    Examples
+    --------
+    >>> degree(0.0), degree(10.0), degree(100.0)
+    (1, 22, 125)
+    """
+    order = np.arange(int(2 * reach) + 40)
+    size = (2 * order + 1) * np.abs(spherical_jn(order, reach))
+    return int(np.flatnonzero(size > TOLERANCE)[-1]) + 1
+
+
+def gauss(count: int) -> tuple[Array, Array]:
+    """Return Gauss-Legendre nodes and weights on [−1, 1]."""
+    node, weight = np.polynomial.legendre.leggauss(count)
+    return node, weight
+
+
+def lagrange(x: Array, node: Array, weight: Array) -> Array:
+    """Return the Lagrange polynomials of Gauss nodes at x, (*x.shape, n_nodes).
+
+    ℓ_J(x) = w_J Σ_m (m + 1/2) P_m(x_J) P_m(x): the sum over degrees is exact for Gauss nodes.
+    """
+    top = len(node) - 1
+    factor = np.arange(top + 1) + 0.5
+    at_node = np.polynomial.legendre.legvander(node, top)
+    polynomials: Array = (
+        np.polynomial.legendre.legvander(x, top) @ ((factor * at_node) * weight[:, None]).T
+    )
+    return polynomials
