@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
+from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, values_of
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.elements import Elements, Motion, Pull
@@ -192,10 +193,13 @@ def _errors(
     count = motions[0].of_basis.shape[1]
     answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
     columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
+    moved_face = plate.at_quadrature @ columns
     face = _MovedFace(
         plate.quadrature_position,
         plate.quadrature_weight,
-        plate.at_quadrature @ columns,
+        moved_face,
+        np.inf,
+        moved_face.T @ (plate.quadrature_weight[:, None] * moved_face),
         basis.vertex_position,
         basis.cells,
         plate.at_vertices @ columns,
@@ -220,6 +224,8 @@ class _MovedFace:
     quadrature_position: Array
     quadrature_weight: Array
     shape_at_quadrature: Array
+    quadrature_wavenumber: float
+    face_overlap: Array
     vertex_position: Array
     cells: Index
     shape_at_vertices: Array
@@ -236,4 +242,5 @@ def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Sha
 def refined(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> PanelBasis:
     """Return the basis of the panel stage with what it left out (n_free, k)."""
     shapes = joined_shapes(basis, plate, left_out)
-    return replace(basis, **values_of(plate, shapes, point_vertices(basis)))
+    wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
+    return with_condensed_face(wider, basis.quadrature_wavenumber)

@@ -504,8 +504,9 @@ def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelIn
     force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
     air = panel.air
     if air is not None:
-        tables = air_tables(study.sound, basis, force)
-        air = replace(air, diffuse=tables[DIFFUSE], added_volume=tables[ADDED_VOLUME])
+        tables = air_tables(study.sound, basis, force, air_mass=study.response.air_mass)
+        diffuse = tables.get(DIFFUSE, force[MODAL_FORCE])
+        air = replace(air, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
     return replace(panel, basis=basis, force_table=force[MODAL_FORCE], air=air)
 
 
