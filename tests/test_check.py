@@ -120,6 +120,24 @@ def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
     assert "mine.csv, line 4: " in spectrum[1].removeprefix("sound.spectrum = mine.csv: ")
 
 
+def test_the_tables_of_dampers_are_told_at_their_keys(tmp_path):
+    # red: keys of damping.table for all; impedance=False
+    real = "frequency_hz,equivalent_damping_n_s_m3\n100,-5\n"
+    (tmp_path / "lab.csv").write_text(real)
+    values = changed("l_panel", ("damping",), {"readings": ["stated"]})
+    values["dampers"] = {"bed": {"table": "lab.csv"}, "tuned": {"impedance": "lab.csv"}}
+    for family in values["scenarios"].values():
+        family["damper"] = "bed"
+    table, *impedance = refused(tmp_path, values)
+    assert table[0] == "table: lab.csv"
+    assert table[1].startswith("dampers.bed.table = lab.csv: ")
+    assert table[1].endswith("line 2: equivalent_damping_n_s_m3 = -5: must be at least 0")
+    assert [told.partition("line ")[2][:36] for _, told in impedance] == [
+        "1: column apparent_mass_kg_m2: missi", "2: equivalent_damping_n_s_m3 = -5: m",
+    ]  # fmt: skip
+    assert all(line == "impedance: lab.csv" for line, _ in impedance)
+
+
 def test_a_results_folder_that_is_not_writable_is_named(tmp_path):
     # red: no branch of OSError
     path = tmp_path / "results"
