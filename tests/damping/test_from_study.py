@@ -26,46 +26,22 @@ def study(tmp_path_factory, write_study, table_values):
 )
 def test_a_law_is_the_one_that_is_named(study, name, law):
     # red: `printed=False` for both
-    reading = reading_of(name, study, None, None)
+    reading = reading_of(name, study, None)
     assert isinstance(reading, PaperLaw)
     assert reading(100.0, 0.5, 20.0).equivalent_damping == law(100.0, 0.5)
 
 
-@pytest.mark.parametrize("name", ["dem", "dashpot", "stated", "bare"])
+@pytest.mark.parametrize("name", ["dem", "dashpot"])
 def test_a_reading_that_is_not_there_is_no_other_one(study, name):
     # red: a law for every name that is left over
-    with pytest.raises(DampingError, match=f"reading {name}.*: no such reading, or its file"):
-        reading_of(name, study, None, None)
+    with pytest.raises(DampingError, match=f"reading {name}: no such reading, or its file"):
+        reading_of(name, study, None)
 
 
 def test_a_table_is_a_reading_with_motion_and_errors(study):
-    reading = reading_of("table", study, None, None)
+    reading = reading_of("table", study, None)
     assert reading.depends_on_acceleration
     assert (reading(np.array([80.0]), 0.5, 30.0).equivalent_damping_error > 0).all()
-
-
-def test_stated_is_every_damper_as_it_is_with_mass_if_that_counts(
-    tmp_path, write_study, table_values
-):
-    # red: the first of all_dampers in place of the one that is named; without_mass never
-    for counts in (True, False):
-        values = table_values()
-        values["dampers"] = {
-            "dashpot": {"equivalent_damping_n_s_m3": 7, "apparent_mass_kg_m2": 2},
-            "lab": {"table": "lab.csv", "interpolation": "linear"},
-        }
-        values["damping"] = {"readings": ["stated"]}
-        values["response"]["damper_mass"] = counts
-        for family in values["scenarios"].values():
-            family["damper"] = "lab"
-        study = load_study(write_study(tmp_path, "stated", values))
-        found = reading_of("stated", study, "dashpot", None)(np.array([80.0]), 0.5, 30.0)
-        assert (found.equivalent_damping[0], found.apparent_mass[0]) == (7, 2 * counts)
-        # straight between 80 and 150 Hz, of the numbers in lab.csv
-        found = reading_of("stated", study, "lab", None)(np.array([115.0]), 0.5, 30.0)
-        value = 0.5 * (80 + 150) / 2 * (20 / 30) ** 0.5
-        assert found.equivalent_damping[0] == pytest.approx(value, rel=1e-4)  # four decimals
-        assert bool(found.apparent_mass[0] > 0) is counts
 
 
 def damper(**values):

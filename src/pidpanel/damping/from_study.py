@@ -23,6 +23,7 @@ from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
+from pidpanel.study.damping import Damping, Reading
 
 
 def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
@@ -63,45 +64,38 @@ def read_table(
     return TableReading(read_columns(path, impedance=impedance), interpolation or "log")
 
 
-def reading_of(name: str, study: Study, damper: str | None, surface: Path | None) -> DampingReading:
-    """Return what a patch is in one reading of the damping.
+def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
+    """Return the reading of the damping that a study names.
 
     Parameters
     ----------
     name
-        One of ``readings``: ``stated`` for the damper as it is, else the same for every damper.
+        One of ``damping.readings``.
     study
-        Has the dampers and the table of the reading ``table``, and says whether m_a counts.
-    damper
-        Name of the damper of the patch; no matter but for ``stated``.
+        Names the table of the reading ``table``, and says whether the particles have mass.
     surface
-        ``surface.nc`` of the coupon, for the reading ``dem`` and for a damper that is one.
+        ``damping/surface.nc``, for the reading ``dem``.
 
     Raises
     ------
     DampingError
-        If a table cannot be read, a file is missing, or there is no such reading or damper.
+        If the table cannot be read, a file is missing, or there is no such reading.
     """
-    reading = _reading_with_mass(name, study, damper, surface)
+    reading = _reading_with_mass(name, study.damping, surface)
     return reading if study.response.damper_mass else reading.without_mass()
 
 
-def _reading_with_mass(
-    name: str, study: Study, damper: str | None, surface: Path | None
-) -> DampingReading:
+def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) -> DampingReading:
     match name:
-        case "stated" if damper is not None and damper in study.all_dampers:
-            return reading_of_damper(study.all_dampers[damper], surface)
         case "dem" if surface is not None:
             return read_stored_surface(surface)
-        case "table" if study.damping.table is not None:
-            return read_table(study.damping.table, study.damping.interpolation)
+        case "table" if damping.table is not None:
+            return read_table(damping.table, damping.interpolation)
         case "paper_corrected":
             return PaperLaw(printed=False)
         case "paper_printed":
             return PaperLaw(printed=True)
-    of = f" of the damper {damper}" if name == "stated" else ""
-    raise DampingError(f"reading {name}{of}: no such reading, or its file is missing")
+    raise DampingError(f"reading {name}: no such reading, or its file is missing")
 
 
 def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
