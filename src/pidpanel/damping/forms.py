@@ -27,7 +27,7 @@ from scipy.optimize import least_squares
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.laws import FREQUENCY_RANGE, paper_corrected
-from pidpanel.damping.surface import AXES, LEAST_GAP, VALUE, DampingSurface, onset
+from pidpanel.damping.surface import AXES, LEAST_GAP, PARTICLE_MASS, VALUE, DampingSurface, onset
 
 FOLDS = 10
 
@@ -218,7 +218,9 @@ def compare(surface: DampingSurface, depth: float) -> tuple[pd.DataFrame, list[F
 
 def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
     """Rms error over its own cases, and rms and largest over those left out, of ln C_e."""
-    cases = surface.cases
+    # the bound and the mass at rest are those of the particles, whichever cases are left out
+    mass = surface.mass_per_fill * surface.cases["fill_fraction"]
+    cases = surface.cases.assign(**{PARTICLE_MASS: mass})
     point = [cases[axis].to_numpy(float) for axis in AXES]
     log_value = np.log(cases[VALUE].to_numpy(float))
     own = np.log(surface.at(*point).equivalent_damping) - log_value
