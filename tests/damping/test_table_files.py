@@ -1,13 +1,17 @@
 """CSV tables of damping: every fault one line with its place, and none accepted."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pidpanel.damping.table_files import COLUMNS, MOST_FAULTS, TableError, read_columns
+from pidpanel.paths import PROJECT
+from pidpanel.study.dampers import ALLOWED, Damper
 
 C, F = "equivalent_damping_n_s_m3", "frequency_hz"
 ETA, M = "loss_factor", "particle_mass_per_area_kg_m2"
@@ -232,3 +236,17 @@ def test_bytes_are_a_table_or_have_lines(tmp_path, data):
         assert error.faults
     else:
         assert all(np.isfinite(values).all() for values in columns.values())
+
+
+def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
+    # red: a column of the page misspelt; a damper of two kinds
+    page = (PROJECT / "docs" / "tables.md").read_text()
+    yaml_block, table = re.findall("```(?:yaml)?\n(.*?)```", page, flags=re.DOTALL)[:2]
+    kinds = [
+        Damper.model_validate(one).kind for one in yaml.safe_load(yaml_block)["dampers"].values()
+    ]
+    assert set(kinds) == set(ALLOWED)
+    (tmp_path / "lab.csv").write_text(table)
+    assert len(read_columns(tmp_path / "lab.csv")[F]) == 4
+    for column in COLUMNS:
+        assert f"`{column}`" in page
