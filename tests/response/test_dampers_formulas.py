@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pidpanel.response import dampers
+from pidpanel.response import dampers, diagonal
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 
@@ -19,9 +19,9 @@ def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     # red: * pressure_psd[lines] → / pressure_psd[lines] in `diagonal_slope`
     panel = (FREQUENCY, BASIS, PATCH, POINTS, SOUND, FORCE)
     damping, mass, step = np.full(7, 900.0), np.full(7, 2.0), 1e-4
-    slope = dampers.diagonal_slope(*panel, damping, mass)
+    slope = diagonal.diagonal_slope(*panel, damping[None], mass[None])[0]
     up, down = (
-        dampers.diagonal_response(*panel, sign * damping[None], mass[None]).acceleration_psd
+        diagonal.diagonal_response(*panel, sign * damping[None], mass[None]).acceleration_psd
         for sign in (1 + step, 1 - step)
     )
     change = 2j * np.pi * FREQUENCY[:, None] * damping[:, None]
@@ -31,7 +31,7 @@ def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
 
 def refused(damping):
     try:
-        dampers.diagonal_response(
+        diagonal.diagonal_response(
             FREQUENCY, BASIS, PATCH, POINTS, SOUND, FORCE, damping[None], np.zeros((1, 7)),
             allow_negative_damping=True,
         )  # fmt: skip
@@ -42,7 +42,7 @@ def refused(damping):
 
 def test_in_the_papers_form_the_mode_that_a_damper_reaches_most_decides():
     # C_i + C_e D_ii > 0 for every mode: C = 2ζmω = 24.5 and 169.6 N s/m, D = 0.04 and 0.02 m²
-    # red: np.max(overlap / basis.damping) → np.min in `diagonal_response`
+    # red: np.max(patches.diagonal / basis.damping) → np.min in `diagonal_norm`
     limit = 2 * 0.02 * 1.5 * 2 * np.pi * 65.0 / 0.04
     assert not refused(np.full(7, -0.99 * limit))
     assert refused(np.full(7, -1.01 * limit))
@@ -57,7 +57,7 @@ def test_one_line_of_too_much_negative_damping_is_too_much():
 
 def test_a_patch_in_other_units_keeps_as_many_columns():
     # D in mm² in place of m²: the same shares of the largest eigenvalue
-    # red: cutoff * value[-1] → cutoff / value[-1] in `Patches.factors`
+    # red: cutoff * np.max(value) → cutoff / np.max(value) in `Patches.factors`
     overlap = np.diag([1.0, 1e-3, 1e-7, 1e-9])[None]
     for unit in (1.0, 1e-6, 1e6):
         (factor,) = Patches(unit * overlap, np.ones(1)).factors(1e-8)
@@ -71,8 +71,10 @@ def test_the_slope_is_that_of_the_first_motion_where_a_point_has_several():
     several = np.stack([POINTS, 5 * POINTS[::-1], POINTS + 3], axis=1)
     found = [
         dampers.acceleration_slope(
-            bare_panels(FREQUENCY, BASIS, [PATCH], points, SOUND, FORCE)[0], damping, mass
-        )
+            bare_panels(FREQUENCY, BASIS, [PATCH], points, SOUND, FORCE)[0],
+            damping[None],
+            mass[None],
+        )[0]
         for points in (POINTS, several)
     ]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-10)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from pidpanel.response.dampers import PatchMotion, attach_dampers, diagonal_response
+from pidpanel.response.dampers import PatchMotion, attach_dampers
+from pidpanel.response.diagonal import DiagonalMotions, diagonal_response
 from pidpanel.response.lines import frequency_grid, root_mean_square
 from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, ResponseError, UnstableDamping
@@ -292,7 +293,7 @@ def test_one_mode_and_its_patch_move_alike_in_the_time_domain():
 
 def test_the_diagonal_form_is_the_full_one_where_the_patch_covers_the_panel(panel, lines):
     # ∫ over the whole panel makes D diagonal, so the two forms are one; 1e-10 as above
-    # red: + patch_stiffness → − patch_stiffness in `diagonal_response`
+    # red: + added → − added in `diagonal_response`
     n = len(panel.modes)
     whole = Patches(np.eye(n)[None] * 1.5 / 4, np.array([1.5]))
     damping, mass = lines.equivalent_damping[:1] / 50, lines.apparent_mass[:1] / 50
@@ -309,11 +310,11 @@ def test_the_diagonal_form_is_the_full_one_where_the_patch_covers_the_panel(pane
     bare = bare_of(panel, lines, whole)
     full = attach_dampers(bare, damping, mass)
     np.testing.assert_allclose(diagonal.acceleration_psd, full.acceleration_psd, rtol=1e-10)
-    motion = PatchMotion.diagonal(
+    motion = DiagonalMotions(
         lines.frequency, panel.basis, whole, lines.pressure_psd, lines.modal_force
     )
     np.testing.assert_allclose(
-        motion.acceleration_psd(damping[0], mass[0]),
+        motion.acceleration_psd(damping, mass)[0],
         PatchMotion.of(bare).acceleration_psd(damping[0], mass[0]),
         rtol=1e-10,
     )

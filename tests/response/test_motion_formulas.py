@@ -7,11 +7,10 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import bands, scenarios
-from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.linearisation import find_motions
 from pidpanel.response.lines import frequency_grid, root_mean_square
-from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
+from pidpanel.response.solvers import PanelInField, PanelSolver
 
 
 def test_a_centre_at_either_end_of_the_range_belongs_to_it():
@@ -60,34 +59,34 @@ def test_a_level_is_found_in_every_part_of_the_range_and_every_response_counted(
 
 def test_the_bare_panel_states_its_own_level_under_any_sound():
     # one mode whose patch moves as its point does: √2 a_rms/g of either
-    # red: np.sqrt(pressure_factor) * → / in `solve_bare`
+    # red: root * solver.bare → / in `_scenario`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
-    (bare,) = bare_panels(
-        frequency, ModalBasis([65.0], [1.5], 0.02), [patch], [[1.0]], np.ones(frequency.size), [[0.3]]
-    )  # fmt: skip
-    solver = scenarios.Solver(bare, PatchMotion.of(bare))
+    panel = PanelInField(
+        ModalBasis([65.0], [1.5], 0.02), patch, lambda f: np.ones(f.size), np.array([[0.3]])
+    )
+    solver = PanelSolver(panel, frequency, [[1.0]], frequency)
     for sound in (1.0, 100.0):
         found = scenarios.solve_bare(solver, sound)
         level = math.sqrt(2) * found.response.acceleration_rms[0] / STANDARD_GRAVITY
-        assert found.patch_acceleration_g == pytest.approx(level, rel=1e-9)
+        assert found.bare_patch_acceleration_g[0] == pytest.approx(level, rel=1e-9)
         assert found.fixed_points == 0
-        assert math.isnan(found.acceleration_g)
+        assert found.acceleration_g.size == 0
 
 
 def test_a_stated_level_is_one_level():
-    # red: level, count = np.nan, 1 → 2 in `solve_scenario`
+    # red: fixed_points: int = 1 → 2 in `_Found`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
-    (bare,) = bare_panels(
-        frequency, ModalBasis([65.0], [1.5], 0.02), [patch], [[1.0]], np.ones(frequency.size), [[0.3]]
-    )  # fmt: skip
-    solver = scenarios.Solver(bare, PatchMotion.of(bare))
+    panel = PanelInField(
+        ModalBasis([65.0], [1.5], 0.02), patch, lambda f: np.ones(f.size), np.array([[0.3]])
+    )
+    solver = PanelSolver(panel, frequency, [[1.0]], frequency)
 
     def law(f, level):
         return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
 
-    assert scenarios.solve_scenario(solver, law, 1.0, stated_acceleration_g=3.0).fixed_points == 1
-    assert (
-        scenarios.solve_scenario(solver, law, 1.0, depends_on_acceleration=False).fixed_points == 1
-    )
+    follows, stays = scenarios.Load(0, law), scenarios.Load(0, law, False)
+    stated = scenarios.solve_layout(solver, [follows], 1.0, stated_acceleration_g=3.0)
+    assert stated.fixed_points == 1
+    assert scenarios.solve_layout(solver, [stays], 1.0).fixed_points == 1

@@ -5,26 +5,26 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import scenarios
-from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
 from pidpanel.response.tables import psd_dataset, summary_rows
 
 MASS, FREQUENCY, RATIO, AREA = 1.5, 65.0, 0.02, 0.04
 
 
-def one_mode(kind=scenarios.Solver):
+def one_mode(kind=PanelSolver):
     """A panel of one mode under white sound, its patch moving with the mode's crest."""
     lines = frequency_grid(20.0, 300.0, RATIO, [FREQUENCY])
     basis = ModalBasis([FREQUENCY], [MASS], RATIO)
     patches = Patches(np.array([[[AREA]]]), np.array([AREA]))
-    points, sound, force = np.array([[1.0]]), np.ones(lines.size), np.array([[0.3]])
-    if kind is scenarios.Solver:
-        (bare,) = bare_panels(lines, basis, [patches], points, sound, force)
-        return scenarios.Solver(bare, PatchMotion.of(bare))
-    motion = PatchMotion.diagonal(lines, basis, patches, sound, force)
-    return scenarios.DiagonalSolver(lines, basis, patches, points, sound, force, motion)
+    panel = PanelInField(basis, patches, lambda f: np.ones(f.size), np.array([[0.3]]))
+    return kind(panel, lines, np.array([[1.0]]), lines)
+
+
+def solve(solver, damping, factor, *, depends=True, stated=None):
+    load = scenarios.Load(0, damping, depends)
+    return scenarios.solve_layout(solver, [load], factor, stated_acceleration_g=stated)
 
 
 def dashpot(value):
@@ -41,13 +41,13 @@ def falling(frequency, level):
     return np.full(shape, 2000 / level), np.zeros(shape), np.full(shape, level <= 5)
 
 
-@pytest.mark.parametrize("kind", [scenarios.Solver, scenarios.DiagonalSolver])
+@pytest.mark.parametrize("kind", [PanelSolver, DiagonalSolver])
 @pytest.mark.parametrize("sound", [1.0, 100.0])
 def test_the_level_read_is_the_level_that_results(kind, sound):
-    found = scenarios.solve_scenario(one_mode(kind), falling, sound)
+    found = solve(one_mode(kind), falling, sound)
     # the search closes to 1e-6; fine and coarse lines are the same here
     assert found.patch_acceleration_g == pytest.approx(found.acceleration_g, rel=1e-5)
-    assert found.equivalent_damping[0] == pytest.approx(2000 / found.acceleration_g)
+    assert found.equivalent_damping[0, 0] == pytest.approx(2000 / found.acceleration_g)
     rms = found.response.acceleration_rms[0]  # the patch moves as its point does
     assert found.acceleration_g == pytest.approx(np.sqrt(2) * rms / STANDARD_GRAVITY, rel=1e-5)
 
@@ -61,54 +61,46 @@ def test_the_motion_is_searched_from_a_hundredth_to_three_times_that_of_the_bare
         asked.append(level)
         return falling(frequency, level)
 
-    bare = scenarios.solve_bare(one_mode(), 1.0).patch_acceleration_g
-    scenarios.solve_scenario(one_mode(), law, 1.0)
+    bare = scenarios.solve_bare(one_mode(), 1.0).bare_patch_acceleration_g[0]
+    solve(one_mode(), law, 1.0)
     np.testing.assert_allclose(asked[:13], np.geomspace(bare / 100, 3 * bare, 13), rtol=1e-10)
 
 
 def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
-    found = scenarios.solve_scenario(one_mode(), falling, 1.0, stated_acceleration_g=4.0)
+    found = solve(one_mode(), falling, 1.0, stated=4.0)
     assert found.acceleration_g == 4.0
-    assert found.equivalent_damping[0] == 500.0
+    assert found.equivalent_damping[0, 0] == 500.0
     assert found.patch_acceleration_g != pytest.approx(4.0, rel=0.1)
 
 
 def test_a_level_beyond_the_run_points_is_marked():
-    assert scenarios.solve_scenario(
-        one_mode(), falling, 1.0, stated_acceleration_g=4.0
-    ).inside.all()
-    assert not scenarios.solve_scenario(
-        one_mode(), falling, 1.0, stated_acceleration_g=6.0
-    ).inside.any()
+    assert solve(one_mode(), falling, 1.0, stated=4.0).inside.all()
+    assert not solve(one_mode(), falling, 1.0, stated=6.0).inside.any()
 
 
 def test_a_law_without_level_scales_with_the_sound():
-    quiet = scenarios.solve_scenario(one_mode(), dashpot(300.0), 1.0, depends_on_acceleration=False)
-    loud = scenarios.solve_scenario(
-        one_mode(), dashpot(300.0), 100.0, depends_on_acceleration=False
-    )
+    quiet = solve(one_mode(), dashpot(300.0), 1.0, depends=False)
+    loud = solve(one_mode(), dashpot(300.0), 100.0, depends=False)
     ratio = loud.response.acceleration_psd / quiet.response.acceleration_psd
     np.testing.assert_allclose(ratio, 100.0, rtol=1e-12)
     assert np.isnan(quiet.acceleration_g)
 
 
 def test_more_sound_moves_the_damping_that_depends_on_motion():
-    quiet = scenarios.solve_scenario(one_mode(), falling, 1.0)
-    loud = scenarios.solve_scenario(one_mode(), falling, 100.0)
+    quiet = solve(one_mode(), falling, 1.0)
+    loud = solve(one_mode(), falling, 100.0)
     # ten times the sound pressure, less damping: more than ten times the motion
     assert loud.patch_acceleration_g > 10 * quiet.patch_acceleration_g
 
 
 def test_damping_that_feeds_the_panel_is_refused():
     with pytest.raises(UnstableDamping):
-        scenarios.solve_scenario(one_mode(), dashpot(-300.0), 1.0, depends_on_acceleration=False)
+        solve(one_mode(), dashpot(-300.0), 1.0, depends=False)
 
 
 def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     bare = scenarios.solve_bare(one_mode(), 1.0)
-    damped = scenarios.solve_scenario(
-        one_mode(), dashpot(300.0), 1.0, depends_on_acceleration=False
-    )
+    damped = solve(one_mode(), dashpot(300.0), 1.0, depends=False)
     (row,) = summary_rows(
         damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response
     )

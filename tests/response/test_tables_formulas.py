@@ -5,10 +5,9 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import scenarios, tables, uncertainty
-from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches, Response
+from pidpanel.response.solvers import PanelInField, PanelSolver
 
 FLAT = np.linspace(100.0, 104.0, 5)
 
@@ -16,8 +15,11 @@ FLAT = np.linspace(100.0, 104.0, 5)
 def flat(displacement_psd, inside):
     """A response with one displacement PSD at 100 to 104 Hz, at two points."""
     psd = np.full((5, 2, 1, 1), displacement_psd + 0j)
-    zero = np.zeros(5)
-    return scenarios.ScenarioResponse(Response(FLAT, psd), 3.0, 4.0, zero, zero, inside, 1)
+    zero, loads = np.zeros((1, 5)), np.array([0])
+    read, motion, cells = np.array([3.0]), np.array([4.0]), np.full((1, 2), np.nan)
+    return scenarios.ScenarioResponse(
+        Response(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
+    )
 
 
 BARE = flat(4e-12, np.ones(5, bool))
@@ -77,11 +79,11 @@ def panel(size):
     modes = np.array([65.0, 180.0])
     lines = frequency_grid(20.0, 300.0, 0.02, modes)
     patch = Patches(0.04 * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([0.04]))
-    (bare,) = bare_panels(
-        lines, ModalBasis(modes, [1.5 * size, 1.5 * size], 0.02), [patch],
-        [[1.0, -0.4], [0.3, 1.0]], np.full(lines.size, size**2), [[0.3, 0.1], [0.1, 0.2]],
+    in_field = PanelInField(
+        ModalBasis(modes, [1.5 * size, 1.5 * size], 0.02), patch,
+        lambda f: np.full(f.size, size**2), np.array([[0.3, 0.1], [0.1, 0.2]]),
     )  # fmt: skip
-    return scenarios.Solver(bare, PatchMotion.of(bare))
+    return PanelSolver(in_field, lines, [[1.0, -0.4], [0.3, 1.0]], lines)
 
 
 def law(size=1.0, heavier=0.0, follows=0.7):
@@ -100,10 +102,10 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     # red: where=low > 0 → where=low > 1 in `sensitivity`
     found = []
     for size in (1.0, 1e-4):
-        solver, damping = panel(size), law(size)
-        one = scenarios.solve_scenario(solver, damping, 2.5)
-        got = uncertainty.sensitivity(solver, damping, one, NODES, 2.5, own_acceleration=True)
-        found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3]]))
+        solver, loads = panel(size), [scenarios.Load(0, law(size))]
+        one = scenarios.solve_layout(solver, loads, 2.5)
+        got = uncertainty.sensitivity(solver, loads, one, NODES, 2.5, own_acceleration=True)
+        found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3, 0]]))
         found[-1] = np.append(found[-1], size * got.log_rms[3:])  # per kg/m² of apparent mass
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
@@ -113,12 +115,15 @@ def test_a_mass_that_follows_the_level_is_followed():
     # kg/m² at one node; the search closes to 1e-6 over 2e-3, STEP is good to 4e-4 of the scale
     # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
     solver, step = panel(1.0), 1e-3
-    found = scenarios.solve_scenario(solver, law(follows=0), 2.5)
-    got = uncertainty.sensitivity(solver, law(follows=0), found, NODES, 2.5, own_acceleration=True)
+    loads = [scenarios.Load(0, law(follows=0))]
+    found = scenarios.solve_layout(solver, loads, 2.5)
+    got = uncertainty.sensitivity(solver, loads, found, NODES, 2.5, own_acceleration=True)
     for node in range(3):
         change = step * np.eye(3)[node]
         up, down = (
-            scenarios.solve_scenario(solver, law(heavier=sign * change, follows=0), 2.5)
+            scenarios.solve_layout(
+                solver, [scenarios.Load(0, law(heavier=sign * change, follows=0))], 2.5
+            )
             for sign in (1, -1)
         )
         anew = np.log(up.response.acceleration_rms / down.response.acceleration_rms) / (2 * step)

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from pidpanel.response import scenarios, uncertainty
-from pidpanel.response.dampers import PatchMotion
 from pidpanel.response.lines import frequency_grid
-from pidpanel.response.modal import bare_panels
 from pidpanel.response.model import ModalBasis, Patches
+from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver, Request
 
 AREA, RATIO = 0.04, 0.02
 FACTOR = 2.5  # S_p over the solver's
@@ -22,12 +21,11 @@ def solvers():
     basis = ModalBasis(modes, [1.5, 1.5], RATIO)
     patches = Patches(AREA * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([AREA]))
     points, force = np.array([[1.0, -0.4], [0.3, 1.0]]), np.array([[0.3, 0.1], [0.1, 0.2]])
-    (bare,) = bare_panels(lines, basis, [patches], points, np.ones(lines.size), force)
-    diagonal = scenarios.DiagonalSolver(
-        lines, basis, patches, points, np.ones(lines.size), lambda f: force[None],
-        PatchMotion.diagonal(lines, basis, patches, np.ones(lines.size), force),
-    )  # fmt: skip
-    return {"full": scenarios.Solver(bare, PatchMotion.of(bare)), "diagonal": diagonal}
+    panel = PanelInField(basis, patches, lambda f: np.ones(f.size), force)
+    return {
+        "full": PanelSolver(panel, lines, points, lines),
+        "diagonal": DiagonalSolver(panel, lines, points, lines),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +47,19 @@ def moved(log_damping=0.0, mass=0.0):
 
 
 def solve(solver, damping, stated=None):
-    return scenarios.solve_scenario(solver, damping, FACTOR, stated_acceleration_g=stated)
+    load = scenarios.Load(0, damping)
+    return scenarios.solve_layout(solver, [load], FACTOR, stated_acceleration_g=stated)
+
+
+def answer(solver, damping, mass):
+    (one,) = solver.responses([Request((0,), damping[None], mass[None], with_slope=True)])
+    return one
 
 
 @pytest.mark.parametrize("form", ["full", "diagonal"])
 def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
     # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
-    # again from rounding 1e-12 over them; red: np.linalg.solve(loop, once) → once
+    # again from rounding 1e-12 over them; red: np.linalg.solve(loop, seen) → seen in `acceleration_slope`
     one = solvers[form]
     damping, mass = 900 * np.sqrt(one.frequency / 100), np.full(one.frequency.shape, 2.0)
     omega = 2 * np.pi * one.frequency
@@ -63,10 +67,13 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
     for of_damping, of_mass in ((damping, 0 * mass), (0 * damping, mass)):
         change = 1j * omega * of_damping - omega**2 * of_mass
         for psd, slope in (
-            (lambda c, m: one.response(c, m).acceleration_psd, one.slope),
             (
-                lambda c, m: one.motion.acceleration_psd(c, m)[:, None],
-                lambda c, m: one.motion.acceleration_slope(c, m)[:, None],
+                lambda c, m: answer(one, c, m).response.acceleration_psd,
+                lambda c, m: answer(one, c, m).slope[0],
+            ),
+            (
+                lambda c, m: one.motions((0,)).acceleration_psd(c[None], m[None]).T,
+                lambda c, m: one.motions((0,)).acceleration_slope(c[None], m[None])[0].T,
             ),
         ):
             up = psd(damping + step * of_damping, mass + step * of_mass)
@@ -80,7 +87,7 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
     got = uncertainty.sensitivity(
-        solver, moved(), found, NODES, FACTOR, own_acceleration=stated is None
+        solver, [scenarios.Load(0, moved())], found, NODES, FACTOR, own_acceleration=stated is None
     )
     step = 1e-3
     for number in range(8):
@@ -113,10 +120,12 @@ def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion
 
     step = 2e-3
     found = solve(solver, damping(0.0))
-    got = uncertainty.sensitivity(solver, damping(0.0), found, NODES, FACTOR, own_acceleration=True)
+    got = uncertainty.sensitivity(
+        solver, [scenarios.Load(0, damping(0.0))], found, NODES, FACTOR, own_acceleration=True
+    )
     up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
     anew = np.log(up / down) / (2 * step)
-    by_motion = got.log_acceleration[:4].sum() * 1.5
+    by_motion = got.log_acceleration[:4, 0].sum() * 1.5
     assert abs(by_motion) > 0.05  # the mass moves enough to be seen
     # the search closes to 1e-6 over 4e-3; the rest is the change of slope over the step
     np.testing.assert_allclose(got.log_psd[:4].sum(axis=0), anew, atol=2e-3 * np.abs(anew).max())
@@ -127,16 +136,16 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     found = solve(solver, moved())
     errors = uncertainty.sensitivity(
-        solver, moved(), found, NODES, FACTOR, own_acceleration=True
+        solver, [scenarios.Load(0, moved())], found, NODES, FACTOR, own_acceleration=True
     ).under(root @ root.T)
     drawn = []
     for _ in range(120):
         change = root @ rng.normal(size=8)
         one = solve(solver, moved(change[:4], change[4:]))
-        drawn.append([*np.log(one.response.acceleration_rms), np.log(one.acceleration_g)])
+        drawn.append([*np.log(one.response.acceleration_rms), np.log(one.acceleration_g[0])])
     # the standard deviation of 120 draws is good to 6.5 %, the linearisation to about as much
     np.testing.assert_allclose(
-        np.std(drawn, axis=0), [*errors.log_rms, errors.log_acceleration], rtol=0.2
+        np.std(drawn, axis=0), [*errors.log_rms, *errors.log_acceleration], rtol=0.2
     )
 
 
@@ -148,7 +157,7 @@ def test_rows_without_errors_say_so():
 
 def test_the_error_of_a_reduction_is_that_of_the_rms_in_decibels():
     row = {"acceleration_rms_g": 3.0, "damping_read_at_g": 50.0}
-    errors = uncertainty.StandardErrors(np.zeros((1, 1)), np.array([0.02]), 0.1)
+    errors = uncertainty.StandardErrors(np.zeros((1, 1)), np.array([0.02]), np.array([0.1]))
     (got,) = uncertainty.error_columns([row], errors)
     assert got["acceleration_rms_error_g"] == pytest.approx(0.06)
     # 20 lg 1.02 = 0.172 to first order 0.1737

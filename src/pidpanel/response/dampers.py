@@ -79,7 +79,7 @@ def attach_dampers(
         Where shapes disagree or a value is not finite.
     """
     damping, mass = checked_dampers(
-        len(bare.patches), bare.frequency, equivalent_damping, apparent_mass
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
     )
     check_stable(damping, bare.damping_norm, allow_negative_damping)
 
@@ -102,7 +102,7 @@ def attach_dampers(
 
 def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:
     """S times motions (nf, r, k); for one patch S is s times the unit matrix."""
-    if len(bare.patches) == 1:
+    if bare.patches.count == 1:
         return stiffness[0, :, None, None] * motion
     pulled: Complexes = weighted_sum(stiffness, bare.coordinates.weight) @ motion
     return pulled
@@ -128,7 +128,7 @@ def acceleration_slope(
     (n_patches, nf, n_points) t [(m/s²)²/Hz per N/m³].
     """
     damping, mass = checked_dampers(
-        len(bare.patches), bare.frequency, equivalent_damping, apparent_mass
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
     )
     m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
     slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex)
@@ -182,8 +182,8 @@ class PatchMotion:
         ResponseError
             Where there is not one patch.
         """
-        if len(bare.patches) != 1:
-            raise ResponseError(f"{len(bare.patches)} patches: the motion is that of one")
+        if bare.patches.count != 1:
+            raise ResponseError(f"{bare.patches.count} patches: the motion is that of one")
         width = bare.receptance.shape[2]
         eigenvalue, V = np.linalg.eig(bare.receptance[:, :width])
         inverse = np.linalg.inv(V)

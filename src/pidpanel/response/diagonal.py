@@ -58,7 +58,7 @@ def diagonal_response(
     n = basis.natural_frequency.size
     points = checked_motions(motion_at_points, n)
     check_patches(patches, n)
-    damping, mass = checked_dampers(len(patches), frequency, equivalent_damping, apparent_mass)
+    damping, mass = checked_dampers(patches.count, frequency, equivalent_damping, apparent_mass)
     overlap = patches.diagonal
     check_stable(damping, diagonal_norm(basis, patches), allow_negative_damping)
 

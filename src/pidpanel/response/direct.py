@@ -99,7 +99,7 @@ class DirectPanel(Motions):
             (n_patches, nf) as of `dampers.attach_dampers`.
         """
         damping, mass = checked_dampers(
-            len(self.patches), self.frequency, equivalent_damping, apparent_mass
+            self.patches.count, self.frequency, equivalent_damping, apparent_mass
         )
         check_stable(damping, self.damping_norm, False)
         n_points, m, n = motion_at_points.shape
@@ -123,7 +123,7 @@ class DirectPanel(Motions):
         Parameters are those of `response`.
         """
         damping, mass = checked_dampers(
-            len(self.patches), self.frequency, equivalent_damping, apparent_mass
+            self.patches.count, self.frequency, equivalent_damping, apparent_mass
         )
         deflection = motion_at_points[:, 0].T.astype(complex)
         slope = np.empty((len(damping), self.frequency.size, deflection.shape[1]), complex)

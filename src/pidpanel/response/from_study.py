@@ -401,7 +401,7 @@ class PanelInSound:
                     dead = (masses, factor)
                     layouts.setdefault(dead, _of_mass(masses, factor))
             keys.append((own, bare, dead))
-        solved = solve_layouts(solver, list(layouts.values()), with_slopes=True)
+        solved = solve_layouts(solver, list(layouts.values()))
         found = dict(zip(layouts, solved, strict=True))
         return [
             SolvedScenario(
@@ -431,7 +431,8 @@ class PanelInSound:
             Load(one.carrier, one.load_damping, one.reading.depends_on_acceleration)
             for one in filled
         )
-        return Layout(loads, factor, self.study.damping.level.acceleration_g)
+        with_slope = any(one.reading.nodes is not None for one in filled)
+        return Layout(loads, factor, self.study.damping.level.acceleration_g, with_slope)
 
     def power_balance_error(self, one: ScenarioResponse, factor: float) -> float:
         """Return the largest error of the power balance of a scenario over some lines [1].

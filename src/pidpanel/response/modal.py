@@ -270,5 +270,5 @@ def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
 def check_patches(patches: Patches, n: int) -> None:
     """Raise `ResponseError` unless the patches have n shapes."""
     if patches.shapes != n:
-        shape = (len(patches), patches.shapes, patches.shapes)
+        shape = (patches.count, patches.shapes, patches.shapes)
         raise ResponseError(f"overlap has shape {shape}: (n_patches, {n}, {n}) is needed")

@@ -179,7 +179,9 @@ class Patches:
         ]
         return self
 
-    def __len__(self) -> int:
+    @property
+    def count(self) -> int:
+        """Number of patches."""
         return int(self.area.size)
 
     @property
@@ -194,7 +196,7 @@ class Patches:
             parts = self._overlap
         else:
             parts = [factor @ factor.T for factor in self.factors(0.0)]
-        return np.array(parts).reshape(len(self), self.shapes, self.shapes)
+        return np.array(parts).reshape(self.count, self.shapes, self.shapes)
 
     @cached_property
     def diagonal(self) -> Array:
@@ -203,7 +205,7 @@ class Patches:
             parts = [np.diagonal(matrix) for matrix in self._overlap]
         else:
             parts = [np.sum(factor**2, axis=1) for factor in self.factors(0.0)]
-        return np.array(parts).reshape(len(self), self.shapes)
+        return np.array(parts).reshape(self.count, self.shapes)
 
     def only(self, indices: Sequence[int]) -> "Patches":
         """Return some of the patches."""

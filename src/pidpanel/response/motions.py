@@ -1,8 +1,8 @@
 """Mean motion of every loaded patch as a function of all dampers, on the lines of the search.
 
-With the dampers on, R = (R_uu⁻¹ + S)⁻¹ and S_uu are the receptance and the PSDs of the motions u that
-the patches feel (`dampers`). The mean over patch q of S_a and how it follows the damper on patch p,
-δS_a,q = −2 Re(δs_p T_qp), are
+With the dampers on, R = (R_uu⁻¹ + S)⁻¹ and S_uu are the receptance and the PSDs of the motions u
+that the patches feel (`dampers`). The mean over patch q of S_a and how it follows the damper on
+patch p, δS_a,q = −2 Re(δs_p T_qp), are
 
     S_a,q = (ω⁴/A_q) tr(Δ_q S_uu),      T_qp = (ω⁴/A_q) tr(Δ_q R Δ_p S_uu).
 """
@@ -87,6 +87,11 @@ class Motions(ABC):
         """
         return root_mean_square(self.frequency, self.acceleration_psd(damping, mass).T)
 
+    def bare_acceleration_rms(self) -> Array:
+        """Return that rms (n_patches,) without any damper [m/s²]."""
+        none = np.zeros((len(self.area), self.frequency.size))
+        return self.acceleration_rms(none, none)
+
     def seen(self, columns: Array) -> Array:
         """Return a (r, k) of motions cᵀq = aᵀu, from c (n, k) within what the patches feel."""
         return columns
@@ -169,6 +174,12 @@ class ReducedMotions(Motions):
         if len(self.area) == 1:
             return self.alone.acceleration_slope(damping[0], mass[0])[None, None]
         return super().acceleration_slope(damping, mass)
+
+    def bare_acceleration_rms(self) -> Array:
+        """Return the rms acceleration of each patch (n_patches,) without any damper [m/s²]."""
+        every = slice(None)
+        psd = self._means(self.bare.patch_psd[:, : self.weight.shape[1]]).real * self._scale(every)
+        return root_mean_square(self.frequency, psd.T)
 
     def seen(self, columns: Array) -> Array:
         """Return a (r, k) of motions cᵀq = aᵀu, see `Motions`."""

@@ -56,11 +56,14 @@ class Layout:
         S_p over that of the solver.
     stated_acceleration_g
         Γ at which the damping of every load is read; left out, that of its patch's own motion.
+    with_slope
+        Whether `ScenarioResponse.slope` is wanted, for `uncertainty`.
     """
 
     loads: Sequence[Load]
     pressure_factor: float = 1.0
     stated_acceleration_g: float | None = None
+    with_slope: bool = False
 
     @property
     def patches(self) -> tuple[int, ...]:
@@ -124,9 +127,7 @@ class ScenarioResponse:
 
 @dataclass(frozen=True)
 class _Found:
-    """Γ of all loads, the rms acceleration of their patches per √S_p [m/s²] where it is known by
-    then, and how they were found.
-    """
+    """Γ of all loads, rms accelerations of the patches where known [m/s²], and how it was found."""
 
     gamma: Array
     rms: Array | None = None
@@ -154,7 +155,7 @@ def solve_layout(
 ) -> ScenarioResponse:
     """Return the response with dampers whose C_e and m_a are read at their Γ.
 
-    Parameters are those of `Layout` and `solve_layouts`.
+    Parameters are those of `Layout`.
 
     Raises
     ------
@@ -163,15 +164,15 @@ def solve_layout(
     LinearisationError
         Where motion and damping agree nowhere.
     """
-    layout = Layout(tuple(loads), pressure_factor, stated_acceleration_g)
-    (found,) = solve_layouts(solver, [layout], with_slopes=with_slope)
+    layout = Layout(tuple(loads), pressure_factor, stated_acceleration_g, with_slope)
+    (found,) = solve_layouts(solver, [layout])
     if isinstance(found, UnstableDamping):
         raise found
     return found
 
 
 def solve_layouts(
-    solver: Solver, layouts: Sequence[Layout], *, with_slopes: bool = False
+    solver: Solver, layouts: Sequence[Layout]
 ) -> list[ScenarioResponse | UnstableDamping]:
     """Return the response of several layouts, with one run over the lines of the result.
 
@@ -181,8 +182,6 @@ def solve_layouts(
         The panel with its patches.
     layouts
         The layouts.
-    with_slopes
-        Whether `ScenarioResponse.slope` is wanted, for `uncertainty`.
 
     Returns
     -------
@@ -197,7 +196,7 @@ def solve_layouts(
     found: list[tuple[_Found, Request, Flags] | UnstableDamping] = []
     for layout in layouts:
         try:
-            found.append(_dampers(solver, layout, with_slopes))
+            found.append(_dampers(solver, layout))
         except UnstableDamping as error:
             found.append(error)
     steady = [one for one in found if not isinstance(one, UnstableDamping)]
@@ -224,13 +223,13 @@ def read_dampers(
     return value, mass, inside
 
 
-def _dampers(solver: Solver, layout: Layout, with_slope: bool) -> tuple[_Found, Request, Flags]:
+def _dampers(solver: Solver, layout: Layout) -> tuple[_Found, Request, Flags]:
     """Return Γ and the dampers at it."""
     found = _motion(solver, layout)
     value, mass, inside = read_dampers(layout.loads, solver.frequency, found.gamma)
     if layout.loads:
         check_stable(value, solver.motions(layout.patches).damping_norm, False)
-    return found, Request(layout.patches, value, mass, with_slope), inside
+    return found, Request(layout.patches, value, mass, layout.with_slope), inside
 
 
 def _scenario(

@@ -160,12 +160,12 @@ class PanelWithLayouts(ABC):
     @cached_property
     def bare_acceleration_rms(self) -> Array:
         """(n_patches,) rms over time and patch of the bare panel's acceleration [m/s²]."""
-        everywhere = tuple(range(len(self.panel.patches)))
-        kept = everywhere in self._motions
-        none = np.zeros((len(everywhere), self.search_frequency.size))
-        rms = self.motions(everywhere).acceleration_rms(none, none)
-        if not kept:
-            del self._motions[everywhere]
+        known = {index for key in self._motions for index in key}
+        every = range(self.panel.patches.count)
+        self.prepare([(index,) for index in every if index not in known])
+        rms = np.zeros(len(every))
+        for key in sorted(self._motions, key=len, reverse=True):  # one patch alone comes last
+            rms[list(key)] = self._motions[key].bare_acceleration_rms()
         return rms
 
     def cell_acceleration_rms(self, patches: Loaded, covariance: Array) -> Array:
@@ -244,7 +244,7 @@ class PanelSolver(PanelWithLayouts):
         alone = DiagonalMotions(
             lines, panel.basis, panel.patches, panel.pressure_psd(lines), panel.modal_force
         )
-        none = np.zeros((len(panel.patches), lines.size))
+        none = np.zeros((panel.patches.count, lines.size))
         return alone.acceleration_rms(none, none)
 
     def responses(self, requests: Sequence[Request]) -> list[Answer]:

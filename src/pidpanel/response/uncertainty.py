@@ -39,8 +39,9 @@ STEP = 0.05
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Derivatives with respect to what is known with errors, load by load: of each load ln C_e at
-    the n nodes, then m_a [kg/m²] at the nodes, k = 2n n_loads in all.
+    """Derivatives with respect to what is known with errors.
+
+    Load by load ln C_e at the n nodes, then m_a [kg/m²] at the nodes; k = 2n n_loads in all.
 
     Attributes
     ----------
