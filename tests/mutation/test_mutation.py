@@ -79,7 +79,7 @@ OTHERS = {
     "coupon": "attempts batches cases coding estimate from_study preparation probe records "
     "runs summary window",
     "damping": "from_study table_files",
-    "panel": "basis_files plate_files flat_mesh from_study mesh nastran tables verification",
+    "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification",
     "sound": "field_files from_study verification",
     "response": "export from_study map_files nastran results rounds verification",
 }

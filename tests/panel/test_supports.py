@@ -203,8 +203,8 @@ def test_a_foot_holds_the_cells_whose_centres_it_covers():
     # centres at (0.5, 0.5), (1.5, 0.5), …; red: < → >=; centre - position → centre + position
     mesh = grid([0, 1, 2, 3], [0, 1, 2, 3])
     foot = PointSupport((1.5, 1.4), "hinge", 1.0)
-    assert foot_cells(mesh, foot).tolist() == [1, 4]
-    assert foot_cells(mesh, PointSupport((1.5, 1.5), "hinge", 1.1)).tolist() == [1, 3, 4, 5, 7]
+    assert foot_cells(mesh, "F", foot).tolist() == [1, 4]
+    assert foot_cells(mesh, "F", PointSupport((1.5, 1.5), "hinge", 1.1)).tolist() == [1, 3, 4, 5, 7]
 
 
 def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():

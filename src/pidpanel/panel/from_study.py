@@ -12,6 +12,16 @@ from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
+from pidpanel.panel.fit import (
+    area_of,
+    area_within,
+    check_feet,
+    check_fit,
+    check_held,
+    foot_of,
+    narrowest,
+    place_of,
+)
 from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
@@ -25,11 +35,14 @@ from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.plane_mesh import edge_lengths
-from pidpanel.polygon import Circle, Position, Rectangle, Shape, check_panel
+from pidpanel.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.panel import Node, Panel
 from pidpanel.study.section import Material, Ply
+
+# Elements across a panel that is narrower than its elements should be long.
+ELEMENTS_ACROSS = 2
 
 
 def section_of(panel: Panel) -> ThinSection | ShearSection:
@@ -174,16 +187,21 @@ class StudiedPanel:
                 self._size, spec.elements, self._rectangles, {**self.points, **self._anchors}
             )
             edge = max(a / spec.elements[0], b / spec.elements[1])
+            check_fit(area_within(self._outline, ()), self.supports, self.attachments)
         elif self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
-            supports.held_vertices(mesh, self.supports)
+            check_fit(area_of(mesh), self.supports, self.attachments)
+            check_held(mesh, self.supports)
             edge = float(edge_lengths(mesh.vertices, mesh.cells).max())
         else:
             check_panel(
                 self._outline, self._holes, {**self.shapes, **self._feet},
                 {**self.points, **self._anchors, **self._attached},
             )  # fmt: skip
-            edge = spec.size_m or 0.0
+            area = area_within(self._outline, self._holes.values())
+            check_fit(area, self.supports, self.attachments)
+            check_feet(area, self.supports)
+            edge = self._element_size
         shape = "quadrilaterals" if spec.kind == "quadrilaterals" else "triangles"
         element = f"thin {shape}" if isinstance(self.section, ThinSection) else shape
         check_resolution(element, edge, self.section, frequency)
@@ -202,7 +220,7 @@ class StudiedPanel:
         return mesh_triangles(
             path,
             self._outline,
-            spec.size_m or 0.0,
+            self._element_size,
             self.shapes,
             self.points,
             holes=self._holes,
@@ -267,6 +285,11 @@ class StudiedPanel:
         return outline
 
     @property
+    def _element_size(self) -> float:
+        """Of triangles [m]; a narrow panel has shorter ones than stated."""
+        return min(self.panel.mesh.size_m or 0.0, narrowest(self._outline) / ELEMENTS_ACROSS)
+
+    @property
     def _rectangles(self) -> dict[str, Rectangle]:
         return {name: s for name, s in self.shapes.items() if isinstance(s, Rectangle)}
 
@@ -277,7 +300,7 @@ class StudiedPanel:
     @property
     def _feet(self) -> dict[str, Shape]:
         return {
-            f"foot of {name}": Circle.of_equal_area(point.position, point.radius)
+            f"foot of {name}": foot_of(point)
             for name, point in self.supports.points.items()
             if point.radius > 0
         }
@@ -298,7 +321,7 @@ class StudiedPanel:
             if isinstance(attached, LineMass):
                 found |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
             else:
-                found[name] = attached.position
+                found[place_of(name, attached)] = attached.position
         return found
 
     def _place(self, at: Position | None, grid: int | None) -> Position:

@@ -212,7 +212,7 @@ def _held(
         blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
     for name, point in supports.points.items():
         if point.radius > 0:
-            cells = foot_cells(mesh, point)
+            cells = foot_cells(mesh, name, point)
             w_dofs = np.unique(deflection.element_dofs[:, cells])
             b_dofs = np.unique(rotation.element_dofs[:, cells])
             x, y = deflection.doflocs[:, w_dofs]

@@ -18,6 +18,9 @@ from pidpanel.panel.section import Section
 
 # Of the pressure on the deflection: 3 × 3 Gauss points on a quadrilateral, 7 points on a triangle.
 LOAD_ORDER = 5
+# Of the extent of the panel: a position this far off it is on it.
+CLOSE = 1e-6
+NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that are free to move"
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,16 @@ def assembled_plate(
         (deflection.N, n) coordinates of w from the free coordinates.
 
     The others are attributes of `AssembledPlate`.
+
+    Raises
+    ------
+    ValueError
+        If no vertex is free to move.
     """
     skmesh, element = deflection.mesh, deflection.elem
 
     def interpolate(positions: Array) -> sp.csr_array:
-        return sp.csr_array(sp.csr_array(deflection.probes(np.asarray(positions).T)) @ free)
+        return sp.csr_array(values_at(deflection, np.asarray(positions, dtype=float)) @ free)
 
     patch_overlap = {}
     for name, members in mesh.patch_cells.items():
@@ -109,6 +117,9 @@ def assembled_plate(
         overlap = sp.csr_array(overlap_form.assemble(patch))
         patch_overlap[name] = sp.csr_array(free.T @ overlap @ free)
 
+    at_vertices = sp.csr_array(free[deflection.nodal_dofs[0]])
+    if not np.any(at_vertices.data):
+        raise ValueError(NONE_FREE)
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
     return AssembledPlate(
@@ -116,7 +127,7 @@ def assembled_plate(
         mass=mass,
         patch_overlap=patch_overlap,
         interpolate=interpolate,
-        at_vertices=sp.csr_array(free[deflection.nodal_dofs[0]]),
+        at_vertices=at_vertices,
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
         at_quadrature=sp.csr_array(
@@ -125,6 +136,45 @@ def assembled_plate(
         curvature_at_vertices=curvature_at_vertices,
         shear_at_vertices=shear_at_vertices,
         section=section,
+    )
+
+
+def values_at(basis: CellBasis, positions: Array) -> sp.csr_array:
+    """Return the matrix (n_positions, n_dofs) of a field from its coordinates.
+
+    A position off the mesh by rounding, as on an oblique edge, takes the value of its cell there.
+
+    Raises
+    ------
+    ValueError
+        If a position is not on the mesh.
+    """
+    corners = basis.mesh.p[:, basis.mesh.t].transpose(2, 1, 0)  # (n_cells, k, 2)
+    step = np.roll(corners, -1, axis=1) - corners
+    step /= np.linalg.norm(step, axis=2, keepdims=True)
+    centre = corners.mean(axis=1, keepdims=True)
+
+    def aside(of: Array) -> Array:
+        """Return the distance from each edge, positive to its left, (n_cells, k)."""
+        x, y = np.moveaxis(of - corners, 2, 0)
+        return np.asarray(step[..., 0] * y - step[..., 1] * x)
+
+    turn = np.sign(aside(centre))
+    cells = np.zeros(len(positions), dtype=np.int64)
+    for number, position in enumerate(positions):
+        depth = (turn * aside(position)).min(axis=1)
+        cells[number] = np.argmax(depth)
+        if depth.max() < -CLOSE * np.ptp(basis.mesh.p, axis=1).max():
+            raise ValueError(f"({position[0]:g}, {position[1]:g}) m is not on the panel")
+    local = basis.mapping.invF(positions.T[:, :, None], tind=cells)
+    values = [basis.elem.gbasis(basis.mapping, local, k, tind=cells)[0] for k in range(basis.Nbfun)]
+    row = np.tile(np.arange(len(positions)), basis.Nbfun)
+    return sp.csr_array(
+        (
+            np.concatenate([np.asarray(value).ravel() for value in values]),
+            (row, basis.element_dofs[:, cells].ravel()),
+        ),
+        shape=(len(positions), basis.N),
     )
 
 

@@ -241,10 +241,23 @@ def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
     return nearest
 
 
-def foot_cells(mesh: PanelMesh, support: PointSupport) -> Index:
-    """Return the cells whose centre lies within the foot of a support."""
+def foot_cells(mesh: PanelMesh, name: str, support: PointSupport) -> Index:
+    """Return the cells whose centre lies within the foot of a support.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
     centre = mesh.vertices[mesh.cells].mean(axis=1)
-    return np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
+    cells = np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
+    if not cells.size:
+        x, y = support.position
+        raise ValueError(
+            f"patch 'foot of {name}' of radius {support.radius:g} m about ({x:g}, {y:g}) m: no"
+            " element has its centre in it; refine the mesh there"
+        )
+    return cells
 
 
 def foot_motion(rigid: Array, foot: PointSupport) -> Array:

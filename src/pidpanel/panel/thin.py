@@ -208,7 +208,7 @@ def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
         mass = sp.csc_matrix(overlap_form.assemble(basis))
         rigid = spla.splu(mass).solve(np.column_stack(loads))
         for name, foot in feet.items():
-            dofs = np.unique(basis.element_dofs[:, foot_cells(mesh, foot)])
+            dofs = np.unique(basis.element_dofs[:, foot_cells(mesh, name, foot)])
             blocks.append(Block(name, dofs, foot_motion(rigid[dofs], foot)))
     return blocks
 

@@ -1,0 +1,188 @@
+"""Whether what holds and loads a panel fits it: refused before it is meshed or assembled."""
+
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from pidpanel.arrays import Array
+from pidpanel.panel.attachments import LineMass, PointMass, Spring
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.plate import NONE_FREE
+from pidpanel.panel.supports import (
+    PointSupport,
+    Supports,
+    boundary_loops,
+    foot_cells,
+    held_vertices,
+    vertex_at,
+)
+from pidpanel.polygon import Circle, Shape, show, signed_area
+
+# Of the extent of the panel: as the vertices at supports are looked for.
+SLACK = 1e-6
+APART = "feet must lie apart from other supports"
+
+
+def area_within(outline: Shape, holes: Iterable[Shape]) -> BaseGeometry:
+    """Return the area of a panel from its edges."""
+    return shapely.Polygon(outline.corners).difference(
+        shapely.union_all([shapely.Polygon(hole.corners) for hole in holes])
+    )
+
+
+def area_of(mesh: PanelMesh) -> BaseGeometry:
+    """Return the area that a mesh covers."""
+    loops = [mesh.vertices[loop] for loop in boundary_loops(mesh.vertices, mesh.cells)]
+    pieces, holes = (
+        shapely.union_all([shapely.Polygon(loop) for loop in loops if turn * signed_area(loop) > 0])
+        for turn in (1, -1)
+    )
+    return pieces.difference(holes)
+
+
+def narrowest(outline: Shape) -> float:
+    """Return the shorter side of the smallest rectangle round a panel, turned as it needs [m].
+
+    Examples
+    --------
+    >>> from pidpanel.polygon import Polygon
+    >>> round(narrowest(Polygon(((0, 0), (4, 3), (3.94, 3.08), (-0.06, 0.08)))), 12)
+    0.1
+    """
+    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.Polygon(outline.corners)))
+    return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
+
+
+def place_of(name: str, attached: Spring | PointMass) -> str:
+    """Return how messages name the place of a spring, which is a support, or of a mass."""
+    return f"support {name}" if isinstance(attached, Spring) else name
+
+
+def foot_of(point: PointSupport) -> Circle:
+    """Return the foot of a support as the polygon that elements follow."""
+    return Circle.of_equal_area(point.position, point.radius)
+
+
+def check_fit(
+    area: BaseGeometry,
+    supports: Supports,
+    attachments: Mapping[str, Spring | PointMass | LineMass],
+) -> None:
+    """Refuse supports that are not along the boundary and what is attached beside the panel.
+
+    Parameters
+    ----------
+    area
+        Of the panel.
+    supports
+        Edges must lie along its boundary.
+    attachments
+        By name; they must lie on the panel, lines with their whole length.
+
+    Raises
+    ------
+    ValueError
+        One line: the place, what is allowed.
+    """
+    slack = _slack(area)
+    boundary = area.boundary.buffer(slack)
+    for number, edge in enumerate(supports.edges, 1):
+        line = shapely.LineString([edge.start, edge.end])
+        if line.length <= slack or not boundary.covers(line):
+            raise ValueError(
+                f"point 'supports.edges {number} to_m' = {show(edge.end)}: the boundary does not"
+                f" lead straight to it from {show(edge.start)}; an edge is a straight part of the"
+                " boundary"
+            )
+    around = area.buffer(slack)
+    for name, one in attachments.items():
+        if isinstance(one, LineMass):
+            if not around.covers(shapely.LineString([one.start, one.end])):
+                raise ValueError(
+                    f"point '{name} to_m' = {show(one.end)}: the line to it from"
+                    f" {show(one.start)} leaves the panel; it must lie on the panel"
+                )
+        elif not around.covers(shapely.Point(one.position)):
+            raise ValueError(
+                f"point {place_of(name, one)!r} = {show(one.position)} leaves the panel; it must"
+                " lie on the panel"
+            )
+
+
+def check_feet(area: BaseGeometry, supports: Supports) -> None:
+    """Refuse feet that touch each other, another support at a point or a supported edge.
+
+    Raises
+    ------
+    ValueError
+        One line: the foot and what it touches.
+    """
+    slack = _slack(area)
+    held = _supported(area, supports, slack)
+    places = {
+        name: shapely.Polygon(foot_of(one).corners) if one.radius else shapely.Point(one.position)
+        for name, one in supports.points.items()
+    }
+    for name, place in places.items():
+        if supports.points[name].radius and held.dwithin(place, slack):
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {APART}")
+    for one, other in combinations(places, 2):
+        radii = [supports.points[name].radius for name in (one, other)]
+        if any(radii) and places[one].dwithin(places[other], slack):
+            first, second = (one, other) if radii[0] else (other, one)
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {APART}")
+
+
+def check_held(mesh: PanelMesh, supports: Supports) -> None:
+    """Refuse supports that leave no vertex of a given mesh free, or feet that meet on it.
+
+    Raises
+    ------
+    ValueError
+        One line: the foot and what it meets.
+    """
+    edge = {vertex.vertex for vertex in held_vertices(mesh, supports)[0]}
+    held: dict[str, set[int]] = {}
+    for name, point in supports.points.items():
+        if point.radius == 0:
+            held[name] = {vertex_at(mesh, name, point.position)}
+            continue
+        held[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
+        if held[name] & edge:
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {APART}")
+    for one, other in combinations(held, 2):
+        radii = [supports.points[name].radius for name in (one, other)]
+        if any(radii) and held[one] & held[other]:
+            first, second = (one, other) if radii[0] else (other, one)
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {APART}")
+    if len(edge.union(*held.values())) == len(mesh.vertices):
+        raise ValueError(NONE_FREE)
+
+
+def _supported(area: BaseGeometry, supports: Supports, slack: float) -> BaseGeometry:
+    """Return the parts of the boundary that are not free; later edges win."""
+    held: BaseGeometry = shapely.union_all(
+        [
+            shapely.LineString(ring)
+            for polygon in shapely.get_parts(area)
+            for ring, kind in [
+                (polygon.exterior, supports.outline),
+                *((inner, supports.holes) for inner in polygon.interiors),
+            ]
+            if kind != "free"
+        ]
+    )
+    for edge in supports.edges:
+        line = shapely.LineString([edge.start, edge.end])
+        held = held.difference(line.buffer(slack))
+        if edge.kind != "free":
+            held = held.union(line)
+    return held
+
+
+def _slack(area: BaseGeometry) -> float:
+    bounds: Array = np.asarray(area.bounds)
+    return SLACK * float(np.max(bounds[2:] - bounds[:2]))

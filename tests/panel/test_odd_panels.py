@@ -1,0 +1,216 @@
+"""What the check of a study accepts, the panel stage carries out; what not, one line refuses."""
+
+import numpy as np
+import pytest
+
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.study.panel import Panel
+
+THIN = {"mass_per_area_kg_m2": 4.0, "bending_stiffness_n_m": 3273.07}
+SOLID = {
+    "kind": "solid", "youngs_modulus_gpa": 70, "poissons_ratio": 0.33, "density_kg_m3": 2700,
+    "thickness_mm": 5,
+}  # fmt: skip
+SANDWICH = {
+    "kind": "sandwich",
+    "materials": {"tape": {"e1_gpa": 280, "e2_gpa": 6.5, "g12_gpa": 4.5, "nu12": 0.3, "density_kg_m3": 1600}},
+    "faces": [{"material": "tape", "thickness_mm": 0.1, "angle_deg": a} for a in (0, 60, -60)],
+    "core": {"grade": "3/16-5056-0.0007", "thickness_mm": 24.4, "ribbon_deg": 0},
+}  # fmt: skip
+L = [[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 1]]
+NOTCHED = [[0, 0], [0.4, 0], [0.4, 0.1], [0.6, 0.1], [0.6, 0], [1, 0], [1, 1], [0, 1]]
+STAR = [[0, 0], [0.5, 0.2], [1, 0], [0.8, 0.5], [1, 1], [0.5, 0.8], [0, 1], [0.2, 0.5]]
+SKEW = [[0.1, 0.03], [1.13, 0.21], [1.57, 0.87], [0.5, 0.8]]
+SQUARE = {"h": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}}
+
+
+def triangles(size, **more):
+    return {"kind": "triangles", "size_m": size, **more}
+
+
+def quadrilaterals(*elements):
+    return {"kind": "quadrilaterals", "elements": elements}
+
+
+def patch(x, y, a, b):
+    return {"P": {"centre_m": [x, y], "size_m": [a, b]}}
+
+
+def held(*points, outline="free", **more):
+    return {"outline": outline, "points": dict(zip("hijk", points, strict=False)), **more}
+
+
+def foot(x, y, radius, kind="hold_down"):
+    return {"at_m": [x, y], "kind": kind, "radius_m": radius}
+
+
+def edge(start, end):
+    return held(edges=[{"from_m": start, "to_m": end, "kind": "clamped"}])
+
+
+def spring(x, y, stiffness):
+    return {"at_m": [x, y], "kind": "spring", "stiffness_n_m": stiffness}
+
+
+def of(outline, section, mesh, frequency, supports="simply_supported", at=(0, 0), **more):
+    panel = {"outline_m": outline, "section": section, "mesh": mesh, "supports": supports}
+    return {**panel, "patches": {}, "points": {"c": list(at)}, **more}, frequency
+
+
+UNIT = (1, 1)
+# radius of a foot, 24 pieces with the area of the disc, that reaches an edge 0.1 m away
+TOUCHING = 0.1 * np.sqrt(np.sin(np.pi / 12) / (np.pi / 12))
+ACCEPTED = {
+    "slender, thin, quadrilaterals": of([3, 0.05], THIN, quadrilaterals(60, 2), 2000),
+    "slender, thin, triangles": of([0.5, 0.05], THIN, triangles(0.05), 5000),
+    "slender, solid": of([1.5, 0.1], SOLID, triangles(0.2), 300, patches=patch(0.7, 0.05, 0.2, 0.1)),
+    "slender, sandwich, clamped": of([1.5, 0.1], SANDWICH, triangles(0.1), 2000, "clamped"),
+    "slender, sandwich, free": of([3, 0.05], SANDWICH, triangles(0.1), 500, "free"),
+    "slender, turned": of([[0, 0], [1, 1], [0.97, 1.03], [-0.03, 0.03]], SANDWICH, triangles(0.1), 500),
+    "slender triangle, solid": of([[0, 0], [1, 0], [1, 0.03]], SOLID, triangles(0.1), 500),
+    "needle, solid, clamped": of([[0, 0], [0.5, 0], [0.5, 0.01]], SOLID, triangles(0.1), 500, "clamped"),
+    "5 kHz, thin, triangles": of([0.6, 0.4], THIN, triangles(0.1), 5000),
+    "5 kHz, thin, quadrilaterals": of([0.6, 0.4], THIN, quadrilaterals(10, 7), 5000),
+    "10 kHz, sandwich": of([0.3, 0.2], SANDWICH, triangles(0.03), 10000),
+    "stiff, sandwich": of([0.3, 0.2], SANDWICH, triangles(0.1), 200, "clamped", patches=patch(0.15, 0.1, 0.1, 0.1)),
+    "stiff, thin, 2 × 2": of([0.3, 0.2], THIN, quadrilaterals(2, 2), 200, patches=patch(0.15, 0.1, 0.3, 0.2)),
+    "stiff, free": of([0.3, 0.2], SANDWICH, triangles(0.1), 200, "free", patches=patch(0.15, 0.1, 0.1, 0.1)),
+    "stiff, solid, element longer than the panel": of([0.3, 0.2], {**SOLID, "thickness_mm": 20}, triangles(0.4), 200, "clamped"),
+    "triangle, clamped": of([[0, 0], [0.3, 0], [0, 0.2]], THIN, triangles(0.5), 200, "clamped"),
+    "millimetres": of([0.03, 0.02], SOLID, triangles(0.005), 5000),
+    "far from the origin": of([[100, 100], [101, 100], [101, 101], [100, 101]], SANDWICH, triangles(0.1), 500, at=(100, 100), patches=patch(100.5, 100.5, 0.2, 0.2)),
+    "clockwise": of([[0, 0], [0, 1], [1, 1], [1, 0]], SANDWICH, triangles(0.1), 500),
+    "star, free": of(STAR, SANDWICH, triangles(0.1, corner_size_m=0.02), 500, "free"),
+    "hardly more coordinates than modes, free": of(UNIT, THIN, quadrilaterals(8, 8), 500, "free", patches=patch(0.5, 0.5, 0.25, 0.25)),
+    "two hinges": of(UNIT, THIN, quadrilaterals(8, 8), 500, held({"at_m": [0, 0], "kind": "hinge"}, {"at_m": [1, 0], "kind": "hinge"})),
+    "soft edges, solid": of(UNIT, {**SOLID, "thickness_mm": 20}, triangles(0.1), 1000, "simply_supported_soft"),
+    "thick": of(UNIT, {**SOLID, "thickness_mm": 500}, triangles(0.2), 2000),
+    "round hole, clamped": of(UNIT, SANDWICH, triangles(0.1), 1000, {"outline": "free", "holes": "clamped"}, holes={"h": {"centre_m": [0.5, 0.5], "diameter_m": 0.3}}),
+    "hole all but the panel": of(UNIT, THIN, triangles(0.2), 500, holes={"h": {"centre_m": [0.5, 0.5], "diameter_m": 0.98}}),
+    "disc": of(UNIT, SANDWICH, triangles(0.1), 1000, at=(0.5, 0.5), corner_radius_m=0.5),
+    "spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e5))),
+    "weak spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e-3))),
+    "rigid spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e12))),
+    "heavy mass": of(UNIT, THIN, triangles(0.4), 200, masses={"m": {"at_m": [0.5, 0.5], "mass_kg": 1e6}}),
+    "mass on an oblique edge": of(SKEW, SANDWICH, triangles(0.2), 100, at=SKEW[0], masses={"m": {"at_m": [1.450665012406948, 0.6909975186104219], "mass_kg": 1}}),
+    "line of mass along an oblique edge": of(SKEW, SANDWICH, triangles(0.2), 100, at=SKEW[0], masses={"m": {"from_m": SKEW[1], "to_m": SKEW[2], "mass_kg": 1}}),
+    "line of mass without length": of(UNIT, SANDWICH, triangles(0.2), 200, masses={"m": {"from_m": [0.5, 0.5], "to_m": [0.5, 0.5], "mass_kg": 1}}),
+    "mass on a support": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0.5], "kind": "hold_down"}), masses={"m": {"at_m": [0.5, 0.5], "mass_kg": 1}}),
+    "foot near a clamped edge": of(UNIT, SANDWICH, triangles(0.2), 200, held(foot(0.5, 0.06, 0.05), outline="clamped")),
+    "foot near a foot": of(UNIT, SANDWICH, triangles(0.2), 200, held(foot(0.4, 0.5, 0.05), foot(0.61, 0.5, 0.05, "hinge"))),
+    "hold-down on a clamped edge": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0], "kind": "hold_down"}, outline="clamped")),
+    "two supports at one place": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0.5], "kind": "hold_down"}, {"at_m": [0.5, 0.5], "kind": "hinge"})),
+    "edge of a hole": of(UNIT, SANDWICH, triangles(0.1, corner_size_m=0.02), 300, edge([0.4, 0.4], [0.6, 0.4]), holes=SQUARE),
+    "patch on the whole panel": of(UNIT, SANDWICH, triangles(0.1), 500, patches=patch(0.5, 0.5, 1, 1)),
+    "patch of a millimetre": of(UNIT, SANDWICH, triangles(0.1), 500, patches=patch(0.5, 0.5, 1e-3, 1e-3)),
+    "two patches in one place": of(UNIT, SANDWICH, triangles(0.1), 500, patches={"P": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}, "Q": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}}),
+    "points all but in one place": of(UNIT, SANDWICH, triangles(0.1), 500, points={"c": [0.3, 0.3], "d": [0.30000001, 0.3], "e": [0.3, 0.3]}),
+}  # fmt: skip
+
+REFUSED = {
+    "feet that meet": (of(UNIT, SANDWICH, triangles(0.2), 200, held(foot(0.5, 0.5, 0.1), foot(0.6, 0.5, 0.1))), "'foot of h' meets the support 'i'"),
+    "a hinge in a foot": (of(UNIT, THIN, triangles(0.2), 200, held({"at_m": [0.5, 0.5], "kind": "hinge"}, foot(0.5, 0.5, 0.1))), "'foot of i' meets the support 'h'"),
+    "a foot on a clamped part of the edge": (of(UNIT, SANDWICH, triangles(0.2), 200, edge([0, 0], [1, 0]) | {"points": {"h": foot(0.5, 0.1, 0.1 / 1.0057)}}), "'foot of h'"),
+    "an edge across the panel": (of(UNIT, THIN, triangles(0.3), 500, edge([0, 0], [1, 1])), "the boundary does not lead straight to it"),
+    "an edge round a corner": (of(UNIT, THIN, quadrilaterals(10, 10), 500, edge([0.5, 0], [1, 0.5])), "'supports.edges 1 to_m' = (1, 0.5) m"),
+    "an edge without length": (of(UNIT, SANDWICH, triangles(0.1), 500, edge([0.5, 0], [0.5, 0])), "the boundary does not lead straight to it"),
+    "an edge across a notch": (of(NOTCHED, SANDWICH, triangles(0.1), 300, edge([0, 0], [1, 0])), "the boundary does not lead straight to it"),
+    "a line of mass past a corner": (of(L, THIN, triangles(0.2), 200, masses={"m": {"from_m": [0.9, 0.4], "to_m": [0.4, 0.9], "mass_kg": 1}}), "point 'm to_m' = (0.4, 0.9) m: the line to it"),
+    "a line of mass over a hole": (of(UNIT, SANDWICH, triangles(0.1), 300, holes=SQUARE, masses={"m": {"from_m": [0.1, 0.5], "to_m": [0.9, 0.5], "mass_kg": 1}}), "leaves the panel"),
+    "a mass beside the panel": (of(UNIT, THIN, quadrilaterals(8, 8), 200, masses={"m": {"at_m": [1.1, 1], "mass_kg": 1}}), "point 'm' = (1.1, 1) m leaves the panel"),
+    "a spring beside the panel": (of(UNIT, THIN, quadrilaterals(8, 8), 200, held(spring(1.5, 0.5, 1e5))), "point 'support h' = (1.5, 0.5) m leaves the panel"),
+    "a spring in a hole": (of(UNIT, SANDWICH, triangles(0.1), 200, held(spring(0.5, 0.5, 1e5)), holes=SQUARE), "point 'support h'"),
+}  # fmt: skip
+
+
+def carried_out(panel, frequency, folder):
+    """The basis, after the check."""
+    panel.check(frequency)
+    basis = panel.basis(folder / "panel.msh", frequency)
+    for value in (basis.natural_frequency, basis.modal_mass, basis.shape_at_vertices):
+        assert np.isfinite(value).all()
+    assert (basis.natural_frequency >= 0).all() and (basis.modal_mass > 0).all()
+    assert (~basis.is_residual).any() and basis.natural_frequency.max() > 0
+    return basis
+
+
+@pytest.mark.parametrize("name", ACCEPTED)
+def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
+    # red: LEAST_MODES = 0; ELEMENTS_ACROSS = 0.01; `values_at` without its slack
+    panel, frequency = ACCEPTED[name]
+    basis = carried_out(StudiedPanel(Panel(**panel)), frequency, tmp_path)
+    for overlap in basis.patch_overlap:
+        assert np.linalg.eigvalsh(overlap)[-1] > 0
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_an_odd_panel_that_the_stage_cannot_carry_out_is_refused_in_one_line(tmp_path, name):
+    # red: without `check_fit` or `check_feet` in `StudiedPanel.check`
+    (panel, frequency), says = REFUSED[name]
+    studied = StudiedPanel(Panel(**panel))
+    with pytest.raises(ValueError) as caught:
+        studied.check(frequency)
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+    with pytest.raises(ValueError):
+        studied.basis(tmp_path / "panel.msh", frequency)
+
+
+def grid(nx, ny, a, b):
+    """Vertices and triangles of a rectangle."""
+    x, y = np.meshgrid(np.linspace(0, a, nx + 1), np.linspace(0, b, ny + 1))
+    corner = (np.arange(ny)[:, None] * (nx + 1) + np.arange(nx)).ravel()
+    right, up = corner + 1, corner + nx + 1
+    cells = [[corner, right, up + 1], [corner, up + 1, up]]
+    return np.column_stack([x.ravel(), y.ravel()]), np.vstack([np.column_stack(c) for c in cells])
+
+
+def bulk_data(path, vertices, cells):
+    lines = [f"GRID,{k},,{x:.9g},{y:.9g},0." for k, (x, y) in enumerate(vertices, 1)]
+    lines += [
+        f"CTRIA3,{k},{1 + k % 2},{a},{b},{c}" for k, (a, b, c) in enumerate((cells + 1).tolist(), 1)
+    ]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def given(section, supports="simply_supported", **more):
+    return {
+        "section": section,
+        "supports": supports,
+        "patches": {},
+        "points": {"c": [0, 0]},
+        **more,
+    }
+
+
+ONE, STRIP, PLATE = (1, 1, 0.3, 0.2), (20, 1, 2, 0.05), (12, 8, 0.6, 0.4)
+GIVEN = {
+    "two elements, thin": (ONE, given(THIN, "free"), ""),
+    "two elements, supported": (ONE, given(THIN), "every vertex is on a support"),
+    "two elements, sandwich, clamped": (ONE, given(SANDWICH, "clamped"), "every vertex is on a support"),
+    "a strip, free": (STRIP, given(SANDWICH, "free", patches={"P": {"group": 1}}), ""),
+    "a strip, supported": (STRIP, given(SOLID), "every vertex is on a support"),
+    "a foot": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.06))), ""),
+    "a foot smaller than its elements": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.01))), "'foot of h' of radius 0.01 m about (0.3, 0.2) m: no element"),
+    "a foot at a clamped edge": (PLATE, given(SANDWICH, held(foot(0.05, 0.2, 0.06), outline="clamped")), "'foot of h' meets a supported edge"),
+    "feet that meet": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.06), foot(0.4, 0.2, 0.06))), "'foot of h' meets the support 'i'"),
+    "a mass beside the panel": (PLATE, given(SANDWICH, masses={"m": {"at_m": [0.7, 0.2], "mass_kg": 1}}), "point 'm' = (0.7, 0.2) m leaves the panel"),
+    "an edge across the panel": (PLATE, given(SANDWICH, edge([0.3, 0], [0.3, 0.4])), "the boundary does not lead straight to it"),
+    "an edge that ends between nodes": (PLATE, given(SANDWICH, edge([0, 0], [0.33, 0])), "no node is there"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_an_odd_mesh_of_a_file_is_carried_out_or_refused_in_one_line(tmp_path, name):
+    # red: without `check_held`; without NONE_FREE in `assembled_plate`; `foot_cells` that may be none
+    mesh, panel, says = GIVEN[name]
+    bulk_data(tmp_path / "panel.bdf", *grid(*mesh))
+    file = {"kind": "file", "file": tmp_path / "panel.bdf"}
+    studied = StudiedPanel(Panel(**panel, mesh=file))
+    if not says:
+        carried_out(studied, 100.0, tmp_path)
+        return
+    with pytest.raises(ValueError) as caught:
+        studied.check(100.0)
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+    with pytest.raises(ValueError):
+        studied.basis(tmp_path / "panel.msh", 100.0)
