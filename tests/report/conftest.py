@@ -150,21 +150,44 @@ def responses(study, scale, read_at=np.nan, inside=1.0):
                         "levels": 1,
                         "beyond_linear_plate": False,
                         "power_balance_error": 1e-9,
+                        "motion_residual": 0.0,
+                        "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
+                        "added_mass_percent": 0.0 if scenario.is_bare else np.nan,
+                        "dead_weight_acceleration_rms_g": np.nan,
+                        "dead_weight_reduction_db": 0.0 if scenario.is_bare else np.nan,
                     }
                 )
     dims = ("reading", "scenario", "frequency")
     on_run_points = np.full(shape, 1.0)
+    patches = list(study.panel.patches)
+    by_patch = (*dims[:2], "patch", dims[2])
     on_run_points[:, :, : round((1 - inside) * len(frequency))] = 0.0
     psd = xr.Dataset(
         {
             "acceleration_psd": ((*dims, "point"), acceleration),
-            "equivalent_damping": (dims, np.full(shape, 100.0)),
-            "apparent_mass": (dims, np.zeros(shape)),
-            "inside": (dims, on_run_points),
+            "dead_weight_acceleration_psd": ((*dims, "point"), np.full_like(acceleration, np.nan)),
+            "equivalent_damping": (by_patch, _on_every(patches, np.full(shape, 100.0))),
+            "apparent_mass": (by_patch, _on_every(patches, np.zeros(shape))),
+            "inside": (by_patch, _on_every(patches, on_run_points)),
         },
-        coords={"frequency": frequency, "reading": readings, "scenario": labels, "point": points},
-    )
+        coords={
+            "frequency": frequency, "reading": readings, "scenario": labels, "point": points,
+            "patch": patches,
+        },
+    )  # fmt: skip
     return pd.DataFrame(rows), psd
+
+
+def _on_every(patches, values):
+    return np.repeat(values[:, :, None], len(patches), axis=2)
+
+
+def rows_of_patches(summary):
+    """``response/layouts.csv`` as far as the report asks it, from the summary."""
+    of = summary[~summary["scenario"].str.startswith("bare")].drop_duplicates(
+        ["reading", "scenario"]
+    )
+    return of[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
 
 
 @pytest.fixture(scope="session")
@@ -219,6 +242,7 @@ def inputs(study, modes, basis, section, bands, printed):
         study=study,
         stamp=stamp(study),
         summary=summary,
+        layouts=rows_of_patches(summary),
         psd=psd,
         modes=modes,
         basis=basis,

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import pandas as pd
 import pytest
 
 from pidpanel.report import warnings
@@ -10,6 +11,7 @@ from pidpanel.report.text import READINGS
 from pidpanel.round import Round
 
 POINTS = ["middle", "corner"]
+NO_LAYOUTS = pd.DataFrame(columns=["reading", "scenario"])
 
 
 def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_frequencies(
@@ -18,7 +20,7 @@ def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_
     # red: `inside` taken for `outside` in _ranges_outside
     lowered = {(s.label, p): 1.0 for s in study.all_scenarios() if s.patch for p in POINTS}
     summary, psd = respond(lowered, read_at=312.0, inside=0.75)
-    said = warnings.response_warnings(study, summary, psd)
+    said = warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     (outside,) = (text for text in said if "outside the simulated range" in text)
     assert "A_r0.1_150dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
     # flat spectra from 100 to 400 Hz: (141 − 100)/300
@@ -28,18 +30,22 @@ def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(study, respond):
     # red: the scenario with the smallest displacement named
     summary, psd = respond({})
-    assert not any("Linear plate" in t for t in warnings.response_warnings(study, summary, psd))
+    assert not any(
+        "Linear plate" in t for t in warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
+    )
     first = summary.index[0]
     summary.loc[first, "beyond_linear_plate"] = True
     summary.loc[first, "displacement_rms_mm"] = 25.5
-    (said,) = (t for t in warnings.response_warnings(study, summary, psd) if "Linear" in t)
+    (said,) = (
+        t for t in warnings.response_warnings(study, summary, psd, NO_LAYOUTS) if "Linear" in t
+    )
     assert "25.5 mm (bare_150dB, point middle)" in said
 
 
 def test_scenarios_without_a_steady_response_are_told(study, respond):
     # red: the loop over unstable readings left out
     summary, psd = respond({})
-    said = warnings.response_warnings(study, summary, psd)
+    said = warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     (unstable,) = (text for text in said if "no steady response" in text)
     assert unstable.startswith(READINGS["paper_printed"])
     assert "B_r0.5_150dB" in unstable
@@ -50,7 +56,8 @@ def test_power_that_is_lost_from_the_balance_is_told(study, respond):
     summary, psd = respond({})
     summary.loc[0, "power_balance_error"] = 0.02
     assert any(
-        "0.020 of the power input" in t for t in warnings.response_warnings(study, summary, psd)
+        "0.020 of the power input" in t
+        for t in warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     )
 
 
@@ -99,7 +106,9 @@ def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
 def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(inputs, respond):
     # red: the warning left out, or given for a law too
     summary, psd = respond({}, read_at=312.0)
-    read = warnings.study_warnings(dataclasses.replace(inputs, summary=summary, psd=psd))
+    layouts = summary[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
+    changed = dataclasses.replace(inputs, summary=summary, psd=psd, layouts=layouts)
+    read = warnings.study_warnings(changed)
     assert warnings.SINGLE_TONES in read
     assert warnings.SINGLE_TONES not in warnings.study_warnings(inputs)
 

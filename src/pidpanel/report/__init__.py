@@ -26,8 +26,8 @@ The parts of a page, each a function ``<part>_section``:
 
 `panel_section`, `sound_section`, `coupon_section`, `losses_section`, `varied_section`
     What was put in, and the coupon.
-`damping_section`, `response_section`, `radiation_section`
-    The surface and its laws, families of scenarios, the air.
+`damping_section`, `layouts_section`, `response_section`, `radiation_section`
+    The surface and its laws, explicit layouts, families of scenarios, the air.
 `maps_section`, `summary_section`, `stress_section`
     Fields over the panel, all scenarios, strain and stress.
 
@@ -41,6 +41,6 @@ Figures, from arrays and frames:
 `style`, `layout`
     Colours and PNG files; margins, legends and axes that figures share.
 
-`text`, `rms`
-    Numbers, units and names as pages write them; rms accelerations of scenarios.
+`text`, `rms`, `psds`
+    Numbers, units and names as pages write them; rms accelerations and PSDs of scenarios.
 """

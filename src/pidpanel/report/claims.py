@@ -19,7 +19,7 @@ from pidpanel.arrays import Array
 from pidpanel.panel.modes import PanelBasis
 from pidpanel.plane_mesh import cell_areas
 from pidpanel.report.html import Table
-from pidpanel.report.rms import band_rms_of, rms_by
+from pidpanel.report.rms import band_rms_of, moving_points, rms_by
 from pidpanel.report.text import READINGS, percent
 from pidpanel.response.bands import reduction
 from pidpanel.study import Study
@@ -267,7 +267,9 @@ def _family_verdicts(
     distance: pd.DataFrame,
 ) -> Iterator[Verdict]:
     scenarios = study.family_scenarios(name)
-    points = list(study.panel.points)
+    points = moving_points(summary, list(study.panel.points))
+    if not points:
+        return
     varied = study.families[name].varied
     labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
     rms = rms_by(summary, reading, labels, points)

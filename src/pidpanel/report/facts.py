@@ -29,7 +29,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             + ("included" if study.response.damper_mass else "neglected"),
         ),
         ("Damping", ", ".join(READINGS[reading] for reading in study.readings)),
-        ("C_e(r, f, Γ) read at", read_at_text(study)),
+        *([("C_e(r, f, Γ) read at", read_at_text(study))] if study.scenarios else []),
         (
             "Power balance",
             f"power input and loss agree within {number(good['power_balance_error'].max(), 2)} of "
@@ -56,6 +56,8 @@ def sound_text(study: Study) -> str:
 def read_at_text(study: Study) -> str:
     """Return at which Γ the damping is read."""
     level = study.damping.level
+    if level.by == "element":
+        return "the acceleration of each element of a patch (level.by: element)"
     if level.kind == "patch":
         return "the acceleration of the patch itself (level.kind: patch)"
     return f"a stated Γ = {level.acceleration_g:g} (level.kind: stated)"

@@ -68,8 +68,8 @@ class Inputs:
     ----------
     study, stamp
         The study and the stamp of its results.
-    summary, psd
-        ``response/summary.csv`` (points as text), ``response/psd.nc``.
+    summary, layouts, psd
+        ``response/summary.csv`` (points as text), ``response/layouts.csv``, ``response/psd.nc``.
     modes, basis, section
         ``panel/modes.csv``, ``panel/modes.nc``, ``panel/section.csv``.
     bands
@@ -91,6 +91,7 @@ class Inputs:
     study: Study
     stamp: Mapping[str, str]
     summary: pd.DataFrame
+    layouts: pd.DataFrame
     psd: xr.Dataset
     modes: pd.DataFrame
     basis: PanelBasis

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
 import pandas as pd
 
-from pidpanel.report.rms import rms_by
+from pidpanel.report.rms import moving_points, rms_by
 from pidpanel.report.text import READINGS
 from pidpanel.response.bands import reduction
 from pidpanel.study import Study
@@ -28,7 +29,7 @@ def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
     A family without a steady response in a reading is left out; the warnings name it.
     """
     sentences = []
-    points = list(study.panel.points)
+    points = moving_points(summary, list(study.panel.points))
     for reading, family in product(study.readings, study.families):
         scenarios = study.family_scenarios(family)
         varied = study.families[family].varied
@@ -56,4 +57,29 @@ def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
                 for p in points
             )
         sentences.append(f"{READINGS[reading]}: {said}.")
+    for reading in study.readings:
+        sentences += _best_layouts(study, summary, reading, points)
     return sentences
+
+
+def _best_layouts(
+    study: Study, summary: pd.DataFrame, reading: str, points: Sequence[str]
+) -> Iterator[str]:
+    """Yield the best layout at each point, beside the same mass as dead weight."""
+    of = summary[(summary["reading"] == reading) & summary["scenario"].isin(list(study.layouts))]
+    of = of[of["status"] == "ok"]
+    said = []
+    for point in points if len(of) else ():
+        best = of[of["point"] == point].sort_values("reduction_db").iloc[-1]
+        beside = ""
+        if np.isfinite(best["dead_weight_reduction_db"]):
+            beside = (
+                f", the same {best['added_mass_kg']:.3g} kg as dead weight "
+                f"{best['dead_weight_reduction_db']:.1f} dB"
+            )
+        said.append(
+            f"{best['scenario']} at point {point} ({best['reduction_db']:.1f} dB below the bare "
+            f"panel, {best['acceleration_rms_g']:.3g} g rms{beside})"
+        )
+    if said:
+        yield f"{READINGS[reading]}: the best layout is {'; '.join(said)}."

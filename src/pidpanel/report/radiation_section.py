@@ -47,26 +47,32 @@ def radiation_finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> st
     """
     beside = str(both["radiation"].iloc[0])
     said = []
-    for point in points:
+    for point in [one for one in points if one in set(both["point"])]:
         here = both[both["point"] == point]
         bare = here[here["patch"] == "none"].iloc[0]
         damped = here[here["patch"] != "none"]
-        best = damped.sort_values("reduction_db").iloc[-1]
         air = float(reduction(bare["acceleration_rms_g"], bare["acceleration_rms_g_beside"]))
         said.append(
             f"at point {point} the bare panel goes from {bare['acceleration_rms_g']:.1f} to "
-            f"{bare['acceleration_rms_g_beside']:.1f} g rms ({signed(-air, 1)} dB), and the best "
-            f"damper ({best['scenario']}) gives {best['reduction_db_beside']:.1f} dB instead of "
-            f"{best['reduction_db']:.1f} dB"
+            f"{bare['acceleration_rms_g_beside']:.1f} g rms ({signed(-air, 1)} dB)"
         )
+        if len(damped):
+            best = damped.sort_values("reduction_db").iloc[-1]
+            said[-1] += (
+                f", and the best damper ({best['scenario']}) gives "
+                f"{best['reduction_db_beside']:.1f} dB instead of {best['reduction_db']:.1f} dB"
+            )
+    instead = (
+        f"With {SIDES[beside]} of a baffled panel (added mass included) instead of {SIDES[own]}: "
+        f"{'; '.join(said)}."
+    )
     damped = both[both["patch"] != "none"]
+    if not len(damped):
+        return instead
     less = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
     verdict = f"The reduction is then smaller in {percent(less)} of the scenarios and points"
     verdict += f": computed with {SIDES[own]} it is overstated." if less > 0.5 else " only."
-    return (
-        f"With {SIDES[beside]} of a baffled panel (added mass included) instead of {SIDES[own]}: "
-        f"{'; '.join(said)}. {verdict}"
-    )
+    return f"{instead} {verdict}"
 
 
 def radiation_section(

@@ -44,6 +44,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         study=study,
         stamp=stamp(study),
         summary=_read_by_point(response / "summary.csv"),
+        layouts=pd.read_csv(response / "layouts.csv"),
         psd=_read_dataset(response / "psd.nc"),
         modes=pd.read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),

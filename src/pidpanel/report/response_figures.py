@@ -46,6 +46,8 @@ class Curve:
     log_error
         Standard error of ln of the values, shape ``(n_lines,)``, drawn as a band; None where
         there is none.
+    dotted
+        Whether the line is dotted, for what stands beside another of the same colour.
     """
 
     label: str
@@ -54,6 +56,7 @@ class Curve:
     inside: Flags | None = None
     width: float = 0.9
     log_error: Array | None = None
+    dotted: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,8 @@ def _draw(axes: Axes, x: Array, curve: Curve) -> None:
             x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.18, lw=0
         )
     if curve.inside is None or curve.inside.all():
-        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, label=curve.label)
+        style = ":" if curve.dotted else "-"
+        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=style, label=curve.label)
         return
     outside = ~curve.inside
     # the dashed part reaches to the neighbouring lines, or a gap would be left
@@ -109,7 +113,8 @@ def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
     dashed = False
     for panel in panels:
         for curve in panel.curves:
-            handles.setdefault(curve.label, Line2D([], [], color=curve.colour, lw=1.6))
+            line = Line2D([], [], color=curve.colour, lw=1.6, ls=":" if curve.dotted else "-")
+            handles.setdefault(curve.label, line)
             dashed |= curve.inside is not None and not bool(curve.inside.all())
     if dashed:
         handles["dashed: $C_e$ outside the simulated range"] = Line2D(

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pidpanel.arrays import Array, Flags
 from pidpanel.report import response_figures, style
 from pidpanel.report.html import Block, Paragraph, Picture, Section
 from pidpanel.report.inputs import Inputs
+from pidpanel.report.layouts_section import mass_table
+from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import Curve, Panel
-from pidpanel.report.rms import band_rms_of
-from pidpanel.report.text import READINGS, number
+from pidpanel.report.rms import band_rms_of, moving_points
+from pidpanel.report.text import READINGS, does_not_move, number
 from pidpanel.response.bands import reduction
 from pidpanel.study import Scenario
 
@@ -46,7 +47,10 @@ def response_section(inputs: Inputs, name: str) -> Section:
     frequency = psd["frequency"].to_numpy()
     text = acceleration_text(inputs, name, readings)
     blocks: list[Block] = []
-    for point in study.panel.points:
+    points = moving_points(inputs.summary, list(study.panel.points))
+    if held := [point for point in study.panel.points if point not in points]:
+        blocks.append(Paragraph(does_not_move(held)))
+    for point in points:
         panels = [
             Panel(
                 READINGS[reading],
@@ -61,7 +65,10 @@ def response_section(inputs: Inputs, name: str) -> Section:
         )
         figure = response_figures.psd_figure(frequency, panels)
         blocks.append(Picture(f"psd_{name}_{point}", style.png(figure), caption))
-    blocks.append(reduction_block(inputs, name, readings))
+    if points:
+        blocks.append(reduction_block(inputs, name, readings))
+    if inputs.summary["added_mass_kg"].gt(0).any():
+        blocks.append(mass_table(inputs, study.family_scenarios(name), layouts=False))
     blocks.append(damping_block(inputs, name, readings, text))
     return Section(f"response-{name}", title, blocks)
 
@@ -91,11 +98,6 @@ def _known_as(inputs: Inputs, name: str, scenario: Scenario) -> tuple[str, str]:
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def _inside(inputs: Inputs, reading: str, label: str) -> Flags:
-    inside = inputs.psd["inside"].sel(reading=reading, scenario=label).to_numpy()
-    return np.asarray(inside > 0.5)
-
-
 def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curve]:
     """Return PSDs [(m/s²)²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios = inputs.study.family_scenarios(name)
@@ -108,19 +110,10 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
     for scenario in scenarios:
         label, colour = _known_as(inputs, name, scenario)
         values = psd.sel(scenario=scenario.label).to_numpy()
-        error = _log_error(inputs, reading, scenario.label, point)
-        inside = _inside(inputs, reading, scenario.label)
+        error = log_error_of(inputs.psd, reading, scenario.label, point)
+        inside = inside_of(inputs.psd, reading, scenario.label)
         curves.append(Curve(label, values, colour, inside, log_error=error))
     return curves
-
-
-def _log_error(inputs: Inputs, reading: str, label: str, point: str) -> Array | None:
-    """Return the standard error of ln of a PSD due to its damping; None where it has none."""
-    if "acceleration_psd_log_error" not in inputs.psd:
-        return None
-    of = inputs.psd["acceleration_psd_log_error"]
-    error = of.sel(reading=reading, scenario=label, point=point).to_numpy()
-    return error if np.isfinite(error).all() else None
 
 
 def _accelerations(inputs: Inputs, name: str, reading: str) -> dict[str, float]:
@@ -158,7 +151,7 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
             f"{EQUIVALENT_SINE}"
         )
         labels = [s.label for s in inputs.study.family_scenarios(name)]
-        if not all(_inside(inputs, reading, label).all() for label in labels):
+        if not all(inside_of(inputs.psd, reading, label).all() for label in labels):
             parts.append("Dashed: Γ or frequency outside the simulated range.")
     for reading in inputs.study.readings:
         if reading not in readings:
@@ -170,7 +163,7 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
     """Return third-octave reductions of a family as maps."""
     study = inputs.study
     scenarios = study.family_scenarios(name)
-    points = list(study.panel.points)
+    points = moving_points(inputs.summary, list(study.panel.points))
     gained = {}
     centre = np.empty(0)
     for reading in readings:
@@ -205,8 +198,9 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str], text: str)
         above, below = [], []
         for scenario in inputs.study.family_scenarios(name):
             label, colour = _known_as(inputs, name, scenario)
-            one = inputs.psd.sel(reading=reading, scenario=scenario.label)
-            inside = _inside(inputs, reading, scenario.label)
+            at = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
+            one = inputs.psd.sel(at)
+            inside = inside_of(inputs.psd, reading, scenario.label)
             above.append(Curve(label, one["equivalent_damping"].to_numpy(), colour, inside, 1.1))
             below.append(Curve(label, one["apparent_mass"].to_numpy(), colour, inside, 1.1))
         title, note = READINGS[reading], acceleration_note(inputs, name, reading)

@@ -11,6 +11,20 @@ from pidpanel.arrays import Array
 from pidpanel.response.bands import band_rms, third_octaves
 
 
+def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
+    """Return the points that move; one on a support does not, and nothing can be said of it.
+
+    Parameters
+    ----------
+    summary
+        ``response/summary.csv`` (points as text).
+    points
+        Names of the points in order.
+    """
+    held = set(summary.loc[summary["status"] == "held", "point"])
+    return [point for point in points if point not in held]
+
+
 def rms_by(
     summary: pd.DataFrame, reading: str, labels: Mapping[object, str], points: Sequence[str]
 ) -> pd.DataFrame:

@@ -12,6 +12,7 @@ from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
 from pidpanel.report.html import Page, Section
 from pidpanel.report.inputs import Inputs
+from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.outcome import outcome
@@ -69,6 +70,8 @@ def _sections(inputs: Inputs) -> list[Section]:
     for name in inputs.coupons:
         of_coupon = _coupon_sections(inputs, name, law)
         sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
+    if study.layouts:
+        sections.append(layouts_section(inputs))
     sections += [response_section(inputs, name) for name in study.families]
     if inputs.radiation is not None:
         own = study.response.radiation

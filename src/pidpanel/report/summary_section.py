@@ -47,6 +47,9 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
             row = [scenario, point]
             for reading in readings:
                 one = by_key[scenario, point, reading]
+                if one["status"] == "held":
+                    row += ["does not move", "–", "–", "–"]
+                    continue
                 if one["status"] != "ok":
                     row += [str(one["status"]), "–", "–", "–"]
                     continue

@@ -6,6 +6,7 @@ Every function returns sentences, none where there is nothing to say.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,13 +15,21 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
+from pidpanel.report.layouts_section import of_layouts
+from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
-from pidpanel.report.text import READINGS, number, percent
+from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.round import Round
 from pidpanel.study import Study
 
 POWER_BALANCE = 1e-3
 """Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
+
+MOTION_RESIDUAL = 1e-3
+"""|ln(Γ_out/Γ)| from which a motion is not converged: rms values are good to 1e-3."""
+
+BASIS_ERROR = 5e-3
+"""Error of a PSD that the shapes of the panel may leave (README)."""
 
 SINGLE_TONES = (
     "C_e and m_a come from coupons shaken at one frequency at a time. The panel moves at all "
@@ -43,8 +52,8 @@ FEW_CASES = (
 def study_warnings(inputs: Inputs) -> list[str]:
     """Return the limitations of a study with a panel, the most important first."""
     study = inputs.study
-    said = response_warnings(study, inputs.summary, inputs.psd)
-    if inputs.summary["damping_read_at_g"].notna().any():
+    said = response_warnings(study, inputs.summary, inputs.psd, inputs.layouts)
+    if inputs.layouts["damping_read_at_g"].notna().any():
         said.append(SINGLE_TONES)
     if inputs.radiation is not None:
         both = compared(inputs.summary, inputs.radiation)
@@ -56,15 +65,17 @@ def study_warnings(inputs: Inputs) -> list[str]:
     return said
 
 
-def response_warnings(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> list[str]:
+def response_warnings(
+    study: Study, summary: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
+) -> list[str]:
     """Return the limitations of the response.
 
     Parameters
     ----------
     study
         The study.
-    summary, psd
-        ``response/summary.csv`` (points as text) and ``response/psd.nc``.
+    summary, psd, layouts
+        ``response/summary.csv`` (points as text), ``response/psd.nc``, ``response/layouts.csv``.
     """
     good = summary[summary["status"] == "ok"]
     warnings = []
@@ -85,10 +96,10 @@ def response_warnings(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> l
         outside = one[one["outside_run_points_share"] > 0]
         if len(outside):
             parts = [
-                f"{row['scenario']}, Γ = {row['damping_read_at_g']:.3g}, "
+                f"{row['scenario']}, Γ = {_read_at(row, layouts)}, "
                 f"{percent(row['outside_run_points_share'])} of the lines "
                 f"({_ranges_outside(psd, reading, row['scenario'])})"
-                for _, row in outside.iterrows()
+                for row in records(outside)
             ]
             shares = np.concatenate(
                 [_extrapolated_share(study, psd, reading, label) for label in outside["scenario"]]
@@ -106,12 +117,28 @@ def response_warnings(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> l
                 + ", ".join(several["scenario"])
                 + "; the solution with the largest motion is shown."
             )
+        rough = one[one["motion_residual"] > MOTION_RESIDUAL]
+        if len(rough):
+            warnings.append(
+                f"{READINGS[reading]}: the motion at which C_e is read is not converged in "
+                f"{', '.join(rough['scenario'])}: it differs from the motion that comes out by up "
+                f"to {percent(rough['motion_residual'].max(), 1)}."
+            )
     balance = good["power_balance_error"].max()
     if balance > POWER_BALANCE:
         warnings.append(
             f"Power input and power loss differ by up to {number(balance, 2)} of the power input."
         )
-    unstable = summary[summary["status"] != "ok"].drop_duplicates(["reading", "scenario"])
+    if "basis_error" in good and good["basis_error"].max() > BASIS_ERROR:
+        largest = records(good.sort_values("basis_error"))[-1]
+        warnings.append(
+            "The shapes of the panel do not carry all of its dampers: against all elements the "
+            f"PSDs of {largest['scenario']} ({READINGS[largest['reading']]}) are off by about "
+            f"{percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
+        )
+    unstable = summary[~summary["status"].isin(["ok", "held"])].drop_duplicates(
+        ["reading", "scenario"]
+    )
     for reading, rows in unstable.groupby("reading", sort=False):
         warnings.append(
             f"{READINGS[str(reading)]}: no steady response in {len(rows)} scenarios "
@@ -120,9 +147,18 @@ def response_warnings(study: Study, summary: pd.DataFrame, psd: xr.Dataset) -> l
     return warnings
 
 
+def _read_at(row: dict[str, Any], layouts: pd.DataFrame) -> str:
+    """Return Γ at which the damping of a scenario is read, patch by patch where it has several."""
+    if np.isfinite(row["damping_read_at_g"]):
+        return f"{row['damping_read_at_g']:.3g}"
+    rows = of_layouts(layouts, row["reading"], row["scenario"])
+    outside = [row for row in rows if row["outside_run_points_share"] > 0]
+    return ", ".join(f"{row['damping_read_at_g']:.3g} ({row['patch']})" for row in outside)
+
+
 def _ranges_outside(psd: xr.Dataset, reading: str, scenario: str) -> str:
     """Return the frequency ranges in which a scenario's damping is extrapolated."""
-    inside = psd["inside"].sel(reading=reading, scenario=scenario).to_numpy() > 0.5
+    inside = inside_of(psd, reading, scenario)
     frequency = psd["frequency"].to_numpy()
     edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
     runs = np.split(np.arange(len(frequency)), edges)
@@ -141,7 +177,7 @@ def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str)
     of = psd.sel(reading=reading).transpose(..., "frequency", "point")
     before, after = (of["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
     change = np.abs(before - after)
-    outside = of["inside"].sel(scenario=label).to_numpy() < 0.5
+    outside = ~inside_of(psd, reading, label)
     frequency = psd["frequency"].to_numpy()
     part = np.trapezoid(np.where(outside[:, None], change, 0.0), frequency, axis=0)
     whole = np.trapezoid(change, frequency, axis=0)

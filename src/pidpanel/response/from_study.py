@@ -109,7 +109,8 @@ class Filled:
     carrier
         Index in the solver of what carries it: the patch, or one element of it.
     source
-        What its errors are common to: loads of the same source share their damping.
+        Name of its damper, or of the law or table that holds for all patches: loads of the same
+        source share their damping, and its errors.
     reading
         Its damping.
     fill_fraction
@@ -163,7 +164,8 @@ class Readings:
         if name == "stated":
             damper = str(filling.damper)
             return Filled(patch, carrier, damper, self._of_dampers[damper], fill)
-        return Filled(patch, carrier, name, self._of_all[name], fill)
+        source = SECTION if name == "dem" else name
+        return Filled(patch, carrier, source, self._of_all[name], fill)
 
 
 def readings_of(study: Study, folder: Path | None) -> Readings:

@@ -335,7 +335,7 @@ def patch_rows(
         rows.append(
             {
                 "patch": filling.patch,
-                "damper": filling.damper or "none",
+                "damper": case.filled[int(own.argmax())].source,
                 "fill_fraction": filling.fill_fraction,
                 "area_m2": area[own].sum(),
                 "mass_kg": masses[own].sum(),

@@ -1,0 +1,242 @@
+"""Layouts on the page: what they weigh, what they take, and what the same mass takes alone."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.report import response_figures, style
+from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.psds import inside_of, log_error_of
+from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.rms import moving_points
+from pidpanel.report.text import READINGS, does_not_move, number, percent, records, with_error
+from pidpanel.study import Scenario
+
+DRAWN_TOGETHER = 6
+"""Layouts in one figure at most: as many as there are colours without an order."""
+
+DEAD_WEIGHT = (
+    "Dead weight: the same mass in the same places and no damping. The difference is what the "
+    "damping does; it is small where a damper works as a mass."
+)
+
+
+def layouts_section(inputs: Inputs) -> Section:
+    """Return the explicit layouts: masses and reductions, PSDs, what the patches do.
+
+    Parameters
+    ----------
+    inputs
+        What the page is made from.
+    """
+    study = inputs.study
+    scenarios = [study.family_scenarios(name)[0] for name in study.layouts]
+    blocks: list[Block] = [mass_table(inputs, scenarios, layouts=True)]
+    points = list(study.panel.points)
+    moving = moving_points(inputs.summary, points)
+    if len(moving) < len(points):
+        blocks.append(Paragraph(does_not_move([p for p in points if p not in moving])))
+    for reading in study.readings:
+        drawn = [s for s in scenarios if _is_steady(inputs, reading, s)]
+        for first in range(0, len(drawn), DRAWN_TOGETHER):
+            part = drawn[first : first + DRAWN_TOGETHER]
+            name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}"
+            blocks += [
+                _psd_picture(inputs, reading, part, point, f"{name}_{point}") for point in moving
+            ]
+    blocks.append(patch_table(inputs, scenarios))
+    return Section("layouts", "Layouts", blocks)
+
+
+def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) -> Table:
+    """Return mass, rms acceleration and reduction of scenarios, with that of the same dead weight.
+
+    Parameters
+    ----------
+    inputs
+        What the page is made from.
+    scenarios
+        Those to show, in order.
+    layouts
+        Whether they are explicit layouts, whose patches are shown too.
+    """
+    points = list(inputs.study.panel.points)
+    by_key = {
+        (row["reading"], row["scenario"], row["point"]): row for row in records(inputs.summary)
+    }
+    rows = []
+    readings = inputs.study.readings
+    for scenario in scenarios:
+        for reading in readings:
+            for index, point in enumerate(points):
+                one = by_key[reading, scenario.label, point]
+                steady = one["status"] in ("ok", "held")
+                what = [scenario.label] if index == 0 else [""]
+                if layouts:
+                    what.append(patches_text(scenario) if index == 0 else "")
+                if len(readings) > 1:
+                    what.append(READINGS[reading] if index == 0 else "")
+                mass = ["", ""]
+                if index == 0:
+                    mass = [number(one["added_mass_kg"]), number(one["added_mass_percent"], 2)]
+                values = _reductions(one) if steady else [str(one["status"]), *["–"] * 3]
+                rows.append([*what, *(mass if steady else ["–", "–"]), point, *values])
+    columns = ["layout", "patches"] if layouts else ["scenario"]
+    columns += ["reading"] if len(readings) > 1 else []
+    columns += ["mass, kg", "of the panel, %", "point", "a rms, g", "reduction, dB"]
+    columns += ["dead weight: reduction, dB", "difference, dB"]
+    return Table(
+        "Mass of the dampers, in kg and in percent of the panel with what is attached to it; rms "
+        "acceleration, and its reduction against the bare panel under the same sound. "
+        f"{DEAD_WEIGHT} ±: one standard error due to that of C_e and m_a, where known. –: the "
+        "mass of the damper is not known.",
+        columns,
+        rows,
+        folded=not layouts,
+    )
+
+
+def _reductions(row: dict[str, Any]) -> list[str]:
+    if row["status"] == "held":
+        return ["does not move", "–", "–", "–"]
+    difference = row["reduction_db"] - row["dead_weight_reduction_db"]
+    return [
+        _maybe(row["acceleration_rms_g"], row["acceleration_rms_error_g"]),
+        _maybe(row["reduction_db"], row["reduction_error_db"]),
+        _decibels(row["dead_weight_reduction_db"]),
+        _decibels(difference),
+    ]
+
+
+def _maybe(value: float, error: float) -> str:
+    return with_error(value, error) if error > 0 else number(value)
+
+
+def _decibels(value: float) -> str:
+    return f"{value:.2f}".replace("-", "−") if np.isfinite(value) else "–"
+
+
+def patches_text(scenario: Scenario) -> str:
+    """Return the patches of a scenario with what they are filled with.
+
+    Examples
+    --------
+    >>> from pidpanel.study import Filling
+    >>> fillings = (Filling(patch="A", damper="steel", fill_fraction=0.1),)
+    >>> patches_text(Scenario(label="one", fillings=fillings, oaspl_db=None))
+    'A: steel, r = 0.1'
+    """
+    parts = []
+    for filling in scenario.fillings:
+        said = [filling.damper] if filling.damper is not None else []
+        said += [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
+        parts.append(f"{filling.patch}: {', '.join(said)}")
+    return "; ".join(parts)
+
+
+def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
+    """Return every filled patch of scenarios: its mass, its motion, and that of its elements.
+
+    Parameters
+    ----------
+    inputs, scenarios
+        As of `mass_table`.
+    """
+    labels = [scenario.label for scenario in scenarios]
+    of = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
+    by = inputs.study.damping.level.by
+    read = {
+        "patch": "C_e of all its elements is read at the mean of the patch; damping.level.by: "
+        "element reads it at the motion of each element",
+        "element": "C_e of each element is read at its own motion (damping.level.by: element); "
+        "Γ of C_e is their mean",
+    }[by]
+    rows = [
+        [
+            row["scenario"],
+            READINGS[row["reading"]],
+            row["patch"],
+            str(row["damper"]),
+            number(row["fill_fraction"], 2),
+            number(row["mass_kg"]),
+            number(row["damping_read_at_g"]),
+            number(row["patch_motion_g"]),
+            number(row["bare_patch_motion_g"]),
+            _range(row),
+            percent(row["outside_run_points_share"]),
+        ]
+        for row in records(of)
+    ]
+    return Table(
+        "Every filled patch. Motion: amplitude of the sine with the rms acceleration of the patch, "
+        "mean over its area, with the dampers and on the bare panel; of its elements: lowest and "
+        f"highest. What the mean hides: {read}.",
+        ["layout", "reading", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
+         "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
+        rows,
+        folded=True,
+    )  # fmt: skip
+
+
+def _range(row: dict[str, Any]) -> str:
+    low, high = row["lowest_element_motion_g"], row["highest_element_motion_g"]
+    return f"{number(low)} to {number(high)}" if np.isfinite(low) else "–"
+
+
+def _is_steady(inputs: Inputs, reading: str, scenario: Scenario) -> bool:
+    psd = inputs.psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
+    return bool(np.isfinite(psd).all())
+
+
+def _psd_picture(
+    inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
+) -> Picture:
+    """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
+    of = inputs.psd.sel(reading=reading, point=point)
+    bare = dict.fromkeys(s.bare.label for s in scenarios)
+    curves = [
+        Curve(
+            "bare panel" if len(bare) == 1 else label,
+            of["acceleration_psd"].sel(scenario=label).to_numpy(),
+            style.BARE,
+            width=0.8,
+        )
+        for label in bare
+    ]
+    colours = dict(zip(inputs.study.layouts, itertools.cycle(style.PLACES), strict=False))
+    dead, own = [], []
+    for scenario in scenarios:
+        label, colour = scenario.label, colours[scenario.label]
+        weight = of["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
+        if np.isfinite(weight).all():
+            dead.append(Curve(f"{label}: dead weight", weight, colour, width=0.7, dotted=True))
+        own.append(
+            Curve(
+                label,
+                of["acceleration_psd"].sel(scenario=label).to_numpy(),
+                colour,
+                inside_of(inputs.psd, reading, label),
+                log_error=log_error_of(inputs.psd, reading, label, point),
+            )
+        )
+    figure = response_figures.psd_figure(
+        inputs.psd["frequency"].to_numpy(),
+        [Panel(READINGS[reading], "", [*curves, *dead, *own])],
+    )
+    caption = (
+        f"One-sided acceleration PSD at point {point}: bare panel, layouts, and (dotted) the same "
+        "masses as dead weight in the same places. Shaded: one standard error due to that of C_e "
+        "and m_a, where known. Dashed: damping outside the simulated range."
+    )
+    return Picture(name, style.png(figure), caption)
+
+
+def of_layouts(layouts: pd.DataFrame, reading: str, scenario: str) -> list[dict[str, Any]]:
+    """Return the rows of a scenario in ``response/layouts.csv``."""
+    return records(layouts[(layouts["reading"] == reading) & (layouts["scenario"] == scenario)])
