@@ -1,6 +1,8 @@
 """What is wrong with a study is told at its line before anything runs."""
 
 import copy
+import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +11,7 @@ import pytest
 import yaml
 
 from pidpanel.check import check_machine, checked_study
+from pidpanel.response.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
@@ -140,6 +143,28 @@ def test_the_tables_of_dampers_are_told_at_their_keys(tmp_path):
         "1: column apparent_mass_kg_m2: missi", "2: equivalent_damping_n_s_m3 = -5: m",
     ]  # fmt: skip
     assert all(line == "impedance: lab.csv" for line, _ in impedance)
+
+
+@pytest.mark.parametrize(("low", "high"), [(30, 2000), (100, 110)])
+def test_a_panel_damped_too_lightly_for_its_lines_is_told_how_lightly_it_may_be(
+    tmp_path, low, high
+):
+    # red: no bound of the lines in `check_panel`; math.ceil → math.floor
+    values = changed("l_panel", ("response", "frequency_hz"), [low, high])
+    values["panel"]["damping_ratio"] = 1e-6
+    ((line, told),) = refused(tmp_path, values)
+    assert line == "damping_ratio: 1.0e-06"
+    # eight lines to 2ζf
+    count = 4e6 * math.log(high / low)
+    lines, least = re.search(r"take (\d+) frequency lines .* ratios from ([\d.e-]+)", told).groups()
+    assert int(lines) == pytest.approx(count, abs=3)
+    assert float(least) == pytest.approx(count * 1e-6 / 20_000, rel=0.03)
+    values["panel"]["damping_ratio"] = float(least)
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    checked_study(path)
+    grid = frequency_grid(low, high, float(least))
+    assert 0.95 * LINES_AT_MOST < len(grid) <= LINES_AT_MOST
 
 
 def test_a_results_folder_that_is_not_writable_is_named(tmp_path):

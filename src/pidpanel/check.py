@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -92,6 +93,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.damping.table_files import TableError
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.response.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
     from pidpanel.sound.table import read_spl_table
 
     low, high = study.response.frequency_hz
@@ -119,6 +121,16 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             read_table(table, impedance=keys[-1] == "impedance")
         except TableError as error:
             yield from (Mistake(keys, fault) for fault in error.faults)
+    lines = line_count(low, high, study.panel.damping_ratio)
+    if lines > LINES_AT_MOST:
+        least = smallest_damping_ratio(low, high)
+        figures = 2 - math.floor(math.log10(least))
+        least = math.ceil(least * 10**figures) / 10**figures
+        yield Mistake(
+            ("panel", "damping_ratio"),
+            f"its resonances take {lines} frequency lines from {low:g} to {high:g} Hz; allowed"
+            f" are {LINES_AT_MOST}, for ratios from {least:g}",
+        )
     try:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:

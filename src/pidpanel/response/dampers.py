@@ -234,7 +234,11 @@ def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> N
 
     D_p ≤ norm_p C as quadratic forms, so Σ_p max(−C_e,p, 0) norm_p < 1 keeps C + Σ C_e D positive.
     """
-    taken = damping_norm @ np.maximum(-damping, 0)
+    negative = np.maximum(-damping, 0)
+    share = np.multiply(
+        damping_norm[:, None], negative, out=np.zeros_like(negative), where=negative > 0
+    )
+    taken = share.sum(axis=0)
     if not np.any(taken > 0) or (allow_negative and np.max(taken) < 1):
         return
     patch, line = np.unravel_index(np.argmin(damping), damping.shape)

@@ -28,7 +28,8 @@ from pidpanel.response.motions import Motions
 
 def diagonal_norm(basis: ModalBasis, patches: Patches) -> Array:
     """Return (n_patches,) what a negative C_e takes of the damping, largest D_ii/C_ii."""
-    return np.max(patches.diagonal / basis.damping, axis=1, initial=0.0)
+    with np.errstate(divide="ignore"):  # infinite of a rigid body's mode
+        return np.max(patches.diagonal / basis.damping, axis=1, initial=0.0)
 
 
 def diagonal_response(

@@ -5,6 +5,11 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 
+LINES_PER_BANDWIDTH = 8.0
+LINES_AT_MOST = 20_000
+"""Lines even in log f that a study may have: at 30 to 2000 Hz, ζ from 0.084 %. A patch of 45
+motions then takes 1 GB."""
+
 
 class GridError(ValueError):
     """A range or spacing of frequency lines that makes no grid."""
@@ -38,13 +43,35 @@ def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Array:
     return np.sqrt(mean_square)
 
 
+def line_count(
+    lowest: float,
+    highest: float,
+    damping_ratio: float,
+    lines_per_bandwidth: float = LINES_PER_BANDWIDTH,
+) -> int:
+    """Return the number of lines even in log f of `frequency_grid`, whose parameters these are.
+
+    Examples
+    --------
+    >>> line_count(20.0, 2000.0, 0.01)
+    1844
+    """
+    step = 2 * damping_ratio / lines_per_bandwidth
+    return int(np.ceil(np.log(highest / lowest) / step)) + 1
+
+
+def smallest_damping_ratio(lowest: float, highest: float) -> float:
+    """Return the smallest ζ [1] that `LINES_AT_MOST` lines resolve between two frequencies [Hz]."""
+    return LINES_PER_BANDWIDTH / 2 * float(np.log(highest / lowest)) / (LINES_AT_MOST - 1)
+
+
 def frequency_grid(
     lowest: float,
     highest: float,
     damping_ratio: float,
     natural_frequency: ArrayLike = (),
     jumps: ArrayLike = (),
-    lines_per_bandwidth: float = 8.0,
+    lines_per_bandwidth: float = LINES_PER_BANDWIDTH,
 ) -> Array:
     """Return frequency lines that resolve every resonance with at least the given damping ratio.
 
@@ -96,8 +123,8 @@ def frequency_grid(
     ):
         if not (np.isfinite(value) and value > 0):
             raise GridError(f"{name} = {value!r} must be finite and positive")
-    step = 2 * damping_ratio / lines_per_bandwidth
-    even = np.geomspace(lowest, highest, int(np.ceil(np.log(highest / lowest) / step)) + 1)
+    count = line_count(lowest, highest, damping_ratio, lines_per_bandwidth)
+    even = np.geomspace(lowest, highest, count)
     inside = np.asarray(jumps, dtype=np.float64)
     inside = inside[(inside > lowest) & (inside < highest)]
     peaks = np.asarray(natural_frequency, dtype=np.float64)

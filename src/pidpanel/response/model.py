@@ -28,7 +28,7 @@ class ModalBasis:
     Parameters
     ----------
     natural_frequency
-        (n,) f_i [Hz], positive.
+        (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own.
     modal_mass
         (n,) m_i [kg], positive.
     damping_ratio
@@ -37,7 +37,7 @@ class ModalBasis:
     Raises
     ------
     ResponseError
-        Where shapes disagree or a value is not finite and positive.
+        Where shapes disagree or a value is not finite and positive, a frequency negative.
     """
 
     natural_frequency: Array
@@ -60,9 +60,11 @@ class ModalBasis:
                 array.ndim == 0 and name == "modal_mass"
             ):
                 raise ResponseError(f"{name} has shape {array.shape}: {frequency.shape} is needed")
-            bad = ~(np.isfinite(array) & (array > 0))
+            rigid = name == "natural_frequency"
+            bad = ~(np.isfinite(array) & ((array >= 0) if rigid else (array > 0)))
             if np.any(bad):
-                raise ResponseError(f"{name} = {array[bad].flat[0]!r} must be finite and positive")
+                must = "must not be negative" if rigid else "must be finite and positive"
+                raise ResponseError(f"{name} = {array[bad].flat[0]!r} {must}")
             object.__setattr__(self, name, np.broadcast_to(array, frequency.shape))
 
     @property
@@ -249,6 +251,8 @@ class Patches:
     def damping_norm(self, damping: Array) -> Array:
         """Return (n_patches,) the largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)].
 
+        Infinite where a patch moves in a shape without damping.
+
         Parameters
         ----------
         damping
@@ -256,7 +260,10 @@ class Patches:
         """
         norms = []
         for factor in self.factors(1e-8):
-            scaled = factor / np.sqrt(damping)[:, None]
+            if np.any(factor[damping == 0]):
+                norms.append(np.inf)
+                continue
+            scaled = factor[damping > 0] / np.sqrt(damping[damping > 0])[:, None]
             norms.append(np.max(np.linalg.eigvalsh(scaled.T @ scaled), initial=0.0))
         return np.array(norms)
 
