@@ -96,3 +96,12 @@ def test_another_file_is_no_plate(tmp_path):
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="scipy")
     with pytest.raises(ValueError, match=r"other\.nc: not the matrices of a plate"):
         read_plate(tmp_path / "other.nc")
+
+
+def test_a_patch_on_the_whole_panel_needs_no_residual_vectors(tmp_path):
+    # D = M/m″, so that the modes answer their own forces; what is left is rounding
+    # red: ROUNDING = 0
+    whole = {"all": PATCHES["all"]}
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (15, 10), whole, {})
+    shapes = panel_shapes(assemble_thin_plate(mesh, ThinSection(3273.07, 4.0)), 1000.0)
+    assert shapes.residuals.shape[1] == 0 and len(shapes.frequency) > 12

@@ -56,6 +56,8 @@ LOADED_TOLERANCE = 1e-4
 # A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
 # is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
 RIGID = 1e-12
+# Of the elastic energy of a static answer: what the modes leave below it is rounding.
+ROUNDING = 1e-16
 
 
 class Matrices(Protocol):
@@ -539,6 +541,7 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
         first = (elastic.T @ (plate.stiffness @ elastic)) / (elastic.T @ (plate.mass @ elastic))
         invertible = invertible + first.item() * plate.mass
     static = _factors(invertible).solve(forces)
+    whole = np.einsum("ki,ki->i", static, plate.stiffness @ static).max(initial=0.0)
 
     # twice: one pass of Gram-Schmidt leaves cancellation errors where X is nearly all modes
     for _ in range(2):
@@ -547,7 +550,8 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     # X = Q diag(s) Vᵀ in the energy norm, from the Gram matrix Xᵀ K X = V diag(s²) Vᵀ
     energy, V = la.eigh(static.T @ (plate.stiffness @ static))
     # Rounding of the Gram matrix leaves about 1e-16 of the largest s² in every other.
-    kept = energy > max(tolerance**2, 1e-13) * energy[-1]
+    # Of a patch on the whole panel it is all: its forces are the modes' own.
+    kept = energy > max(tolerance**2 * energy[-1], 1e-13 * energy[-1], ROUNDING * whole)
     Q = static @ (V[:, kept] / np.sqrt(energy[kept]))
 
     eigenvalue, rotation = la.eigh(Q.T @ (plate.stiffness @ Q), Q.T @ (plate.mass @ Q))
