@@ -47,7 +47,8 @@ FORMULAS = {
     "coupon": "balance contact cycles drive geometry inelastic rows",
     "damping": "constants design fit forms gaussian_process interpolation laws readings surface "
     "tables",
-    "panel": "attachments face grid layup mindlin modes navier plate resolution section supports "
+    "panel": "attachments eigen face grid layup mindlin modes navier plate resolution section "
+    "supports "
     "thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
     "response": "bands dampers elements lines linearisation maps modal model power radiation scenarios "

@@ -34,6 +34,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Flags, Index
+from pidpanel.panel.eigen import eigenpairs, factors
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.plane_mesh import cell_areas
@@ -43,6 +44,8 @@ MODES_BEYOND = 2.0
 # A stiff panel may have no mode below that: it then responds as the first modes above, all but
 # statically.
 LEAST_MODES = 12
+# A panel of more coordinates than these is solved slice by slice of its frequencies.
+LARGE = 20_000
 # Modes requested beyond those counted, so that the last ones counted converge quickly.
 SPARE_MODES = 8
 # The shift of the eigenvalue problem lies below zero by the square of this share of the highest
@@ -401,26 +404,21 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
     shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
     # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
     scale = sp.diags_array(1 / np.sqrt(plate.stiffness.diagonal()))
-    factors = spla.splu(
-        sp.csc_matrix(scale @ shifted @ scale),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    if not np.array_equal(factors.perm_r, factors.perm_c):
+    found = factors(scale @ shifted @ scale)
+    if not np.array_equal(found.perm_r, found.perm_c):
         raise RuntimeError(
             f"modes below {frequency:g} Hz cannot be counted: a pivot vanished there; change the"
             " frequency by a little"
         )
-    return int(np.sum(factors.U.diagonal() < 0))
+    return int(np.sum(found.U.diagonal() < 0))
 
 
 def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
     """Compute all modes below a frequency, (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
-    Shift-invert Lanczos from a fixed start vector, so that the same plate always gives the same
-    modes, also where two frequencies coincide; none is missed, by Sylvester's count. A mesh with
-    hardly more coordinates than modes is solved whole.
+    Shift-invert Lanczos from fixed vectors (of a large panel by blocks, `pidpanel.panel.eigen`), so
+    that the same plate always gives the same modes, also where two frequencies coincide; none is
+    missed, by Sylvester's count. A mesh with hardly more coordinates than modes is solved whole.
 
     Parameters
     ----------
@@ -450,7 +448,11 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
     count = count_modes_below(plate, frequency_limit)
     n_free = plate.stiffness.shape[0]
     wanted = max(count, at_least) + SPARE_MODES
-    if 3 * wanted < n_free:
+    if count >= at_least and n_free > LARGE:
+        eigenvalue, modes = eigenpairs(
+            plate.stiffness, plate.mass, (2 * np.pi * frequency_limit) ** 2, count
+        )
+    elif 3 * wanted < n_free:
         shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
         eigenvalue, modes = spla.eigsh(
             plate.stiffness,
@@ -458,7 +460,7 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
             M=plate.mass,
             sigma=-shift,
             OPinv=spla.LinearOperator(
-                plate.stiffness.shape, _factors(plate.stiffness + shift * plate.mass).solve
+                plate.stiffness.shape, factors(plate.stiffness + shift * plate.mass).solve
             ),
             v0=np.random.default_rng(0).standard_normal(n_free),
             # a Krylov space this wide finds both modes of a pair before it stops
@@ -478,16 +480,6 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
         )
     kept = slice(max(count, at_least))
     return frequency[kept], _normalise(plate, modes[:, kept])
-
-
-def _factors(matrix: sp.csr_array) -> spla.SuperLU:
-    """Factorise a positive definite matrix, in the order of minimum degree, without pivoting."""
-    return spla.splu(
-        sp.csc_matrix(matrix),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
 
 
 def _is_rigid(plate: Matrices, modes: Array) -> Flags:
@@ -540,7 +532,7 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
         elastic = modes[:, ~rigid][:, :1]
         first = (elastic.T @ (plate.stiffness @ elastic)) / (elastic.T @ (plate.mass @ elastic))
         invertible = invertible + first.item() * plate.mass
-    static = _factors(invertible).solve(forces)
+    static = factors(invertible).solve(forces)
     whole = np.einsum("ki,ki->i", static, plate.stiffness @ static).max(initial=0.0)
 
     # twice: one pass of Gram-Schmidt leaves cancellation errors where X is nearly all modes

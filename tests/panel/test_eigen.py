@@ -1,0 +1,71 @@
+"""Eigenpairs slice by slice are all that there are."""
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from pidpanel.panel import eigen
+
+
+def membrane(sides, rigid=False):
+    """K and M of a net of springs on a grid, whose eigenvalues are sums of those along its sides.
+
+    Free along its sides it moves as a rigid body; a square has its eigenvalues twice.
+    """
+    parts = []
+    for count in sides:
+        line = sp.diags_array(
+            [-np.ones(count - 1), 2 * np.ones(count), -np.ones(count - 1)], offsets=[-1, 0, 1]
+        ).tolil()
+        if rigid:
+            line[0, 0] = line[-1, -1] = 1
+        parts.append(line.tocsr())
+    (a, b), (m, n) = parts, sides
+    stiffness = sp.kron(a, sp.eye_array(n)) + sp.kron(sp.eye_array(m), b)
+    exact = np.add.outer(*(la.eigvalsh(part.toarray()) for part in parts)).ravel()
+    return sp.csr_array(stiffness), sp.csr_array(2.0 * sp.eye_array(m * n)), np.sort(exact) / 2
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+@pytest.mark.parametrize("slices", [1, 3])
+def test_all_eigenvalues_below_the_limit_are_found_once_pairs_included(monkeypatch, rigid, slices):
+    # a square of 40 × 40 springs: nearly all eigenvalues are pairs
+    # red: value >= low → value > shift; BLOCK = 1; < CONVERGED → < 1e-2
+    K, M, exact = membrane((40, 40), rigid)
+    limit = (exact[119] + exact[120]) / 2 if exact[120] - exact[119] > 1e-6 else exact[121] + 1e-9
+    expected = exact[exact < limit]
+    monkeypatch.setattr(eigen, "SLICE", -(-len(expected) // slices))
+    value, vectors = eigen.eigenpairs(K, M, limit, len(expected))
+    # the square of `CONVERGED` is below rounding, that of 8, the largest of K
+    np.testing.assert_allclose(value, expected, atol=1e-12)
+    np.testing.assert_allclose(vectors.T @ (M @ vectors), np.eye(len(value)), atol=1e-7)
+    np.testing.assert_allclose(K @ vectors, M @ vectors * value, atol=1e-7)
+
+
+def test_slices_meet_and_have_their_shifts_inside(monkeypatch):
+    # by frequency, in equal steps; below the first shift lies no eigenvalue
+    # red: SLICE → 2 * SLICE; frequency**2 → frequency
+    monkeypatch.setattr(eigen, "SLICE", 100)
+    slices = list(eigen._slices(900.0, 250))
+    assert [low for low, _, _ in slices] == pytest.approx([-np.inf, 100.0, 400.0])
+    assert [high for _, high, _ in slices] == pytest.approx([100.0, 400.0, 900.0])
+    assert [shift for _, _, shift in slices] == pytest.approx([-0.09, 225.0, 625.0])
+
+
+def test_a_slice_without_eigenvalues_is_empty(monkeypatch):
+    # two blocks far apart: the middle of the spectrum is empty
+    # red: good.any() and left out is not seen; inside.size and → loops to the end
+    value = np.concatenate([np.linspace(1, 2, 20), np.linspace(80, 400, 980)])
+    K, M = sp.csr_array(sp.diags_array(value)), sp.csr_array(sp.eye_array(1000))
+    monkeypatch.setattr(eigen, "SLICE", 20)
+    found, _ = eigen.eigenpairs(K, M, 88.0, 80)
+    np.testing.assert_allclose(found, value[value < 88], atol=1e-9)
+
+
+def test_more_vectors_than_coordinates_are_refused(monkeypatch):
+    # 36 coordinates have no fifth block of eight; red: raise → return columns, whole
+    K = sp.csr_array(sp.diags_array(np.arange(1.0, 37.0)))
+    monkeypatch.setattr(eigen, "CONVERGED", 0.0)
+    with pytest.raises(RuntimeError, match="Lanczos end before"):
+        eigen.eigenpairs(K, sp.csr_array(sp.eye_array(36)), 31.0, 30)
