@@ -20,7 +20,6 @@ Beyond the first or last row of an axis values are held.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -33,11 +32,10 @@ TOLERANCE = 1e-9
 """Of a coordinate, or of a step: what rounding may put beyond the last row, or beside one."""
 
 
-@dataclass(frozen=True)
 class _Line:
     """Rows, or lines of rows, along one axis.
 
-    Attributes
+    Parameters
     ----------
     axis
         Number of the axis.
@@ -51,11 +49,12 @@ class _Line:
         (m, k) whether values at a coordinate may be interpolated by their logarithm.
     """
 
-    axis: int
-    at: Array
-    values: Array
-    lines: tuple[_Line, ...]
-    log: Flags
+    def __init__(
+        self, axis: int, at: Array, values: Array, lines: tuple[_Line, ...], log: Flags
+    ) -> None:
+        self.axis, self.at, self.values, self.lines, self.log = axis, at, values, lines, log
+        self._asked = np.empty(0)
+        self._answer = (np.empty((0, log.shape[1])), np.empty(0, dtype=np.bool_))
 
     @staticmethod
     def of_rows(axis: int, at: Array, values: Array, *, log: bool) -> _Line:
@@ -68,14 +67,29 @@ class _Line:
 
     def __call__(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         """Return values (n, k) at coordinates, (n,) for each axis, and whether inside (n,)."""
+        if self.lines:
+            return self._between_lines(coordinates)
+        # the search for a motion asks for the same frequencies again and again
+        x = coordinates[self.axis]
+        if not np.array_equal(x, self._asked):
+            low, weight, inside = _bracket(self.at, x)
+            high = np.minimum(low + 1, len(self.at) - 1)
+            log = self.log[low] & self.log[high]
+            found = _between(self.values[low], self.values[high], weight[:, None], log)
+            self._asked, self._answer = x.copy(), (found, inside)
+        return self._answer
+
+    def _between_lines(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         low, weight, inside = _bracket(self.at, coordinates[self.axis])
         high = np.minimum(low + 1, len(self.at) - 1)
-        if self.lines:
-            first, second, within = self._from_lines(coordinates, low, high, weight)
-            inside = inside & within
+        log = self.log[low] & self.log[high]
+        if low.size and (low == low[0]).all():  # no parting into those between each two lines
+            first, below = self.lines[low[0]](coordinates)
+            second, above = self.lines[high[0]](coordinates) if weight.any() else (first, below)
+            within = (below | (weight == 1)) & (above | (weight == 0))
         else:
-            first, second = self.values[low], self.values[high]
-        return _between(first, second, weight[:, None], self.log[low] & self.log[high]), inside
+            first, second, within = self._from_lines(coordinates, low, high, weight)
+        return _between(first, second, weight[:, None], log), inside & within
 
     def _from_lines(
         self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
@@ -101,7 +115,7 @@ def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
     reach = TOLERANCE * np.maximum(1.0, np.abs(x))
     inside = (x >= at[0] - reach) & (x <= at[-1] + reach)
     if len(at) == 1:
-        return np.zeros(x.shape, dtype=int), np.zeros(x.shape), inside
+        return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), inside
     low = np.clip(np.searchsorted(at, x, "right") - 1, 0, len(at) - 2)
     weight = np.clip((x - at[low]) / (at[low + 1] - at[low]), 0.0, 1.0)
     weight[weight < TOLERANCE] = 0.0
@@ -111,6 +125,8 @@ def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
 
 def _between(first: Array, second: Array, weight: Array, log: Flags) -> Array:
     """Values between two, exact at both and where both are equal."""
+    if not weight.any():  # as at a fill of the table
+        return first
     ratio = np.divide(second, first, out=np.ones_like(first), where=log)
     value = np.where(log, first * ratio**weight, first + weight * (second - first))
     return np.asarray(np.where(weight == 1, second, value))

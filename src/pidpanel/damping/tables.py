@@ -72,18 +72,13 @@ class TableReading:
         self._mass = IMAGINARY if self._value == REAL else MASS
         frequency, fill = columns[FREQUENCY], fill_of(columns)
         self._amplitude, amplitude = amplitude_of(columns)
-        none = np.zeros_like(frequency)
-        values = np.stack(
-            [
-                columns.get(name, none)
-                for of in (self._value, self._mass)
-                for name in (of, ERRORS[of])
-            ],
-            axis=1,
-        )
+        names = (self._value, ERRORS[self._value], self._mass, ERRORS[self._mass])
+        self._given = [name for name in names if name in columns]
+        values = np.stack([columns[name] for name in self._given], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
-        has_errors = values[:, 1].any() or (with_mass and values[:, 3].any())
+        errors = names[1::2] if with_mass else names[1:2]
+        has_errors = any(columns[name].any() for name in errors if name in columns)
         self.nodes = _nodes(frequency) if has_errors else None
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
@@ -116,7 +111,9 @@ class TableReading:
             "velocity_m_s": gamma * STANDARD_GRAVITY / omega,
         }[self._amplitude]
         found, inside = self._rows(asked, of_sine, frequency)
-        value, error, mass, mass_error = found.T
+        named, none = dict(zip(self._given, found.T, strict=True)), np.zeros_like(omega)
+        value, mass = named[self._value], named.get(self._mass, none)
+        error, mass_error = (named.get(ERRORS[of], none) for of in (self._value, self._mass))
         relative = np.divide(error, value, out=np.zeros_like(error), where=value > 0)
         damping = value
         if self._value == LOSS_FACTOR:
