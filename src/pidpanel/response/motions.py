@@ -120,8 +120,8 @@ class Motions(ABC):
 
     def _means(self, matrix: Complexes) -> Complexes:
         """(n_patches, nf) tr(Δ_p X), Δ being symmetric."""
-        flat = self.weight.reshape(len(self.weight), -1)
         both = matrix.reshape(len(matrix), -1)
+        flat = self.weight.reshape(len(self.weight), both.shape[1])  # of no patch too
         traces = np.empty((len(flat), len(both)), dtype=np.complex128)
         traces.real, traces.imag = flat @ both.real.T, flat @ both.imag.T
         return traces

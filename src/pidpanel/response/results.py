@@ -445,8 +445,11 @@ def _dampers(
     panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: Scenario
 ) -> tuple[Array, Array, float]:
     """C_e and m_a (n_loads, nf) on the lines of the maps, and S_p over the study's."""
-    one = psd.sel(reading=reading, scenario=scenario.label, patch=list(scenario.patches))
     lines, at = psd["frequency"].to_numpy(), panel.coarse_frequency
+    if scenario.is_bare:
+        none = np.zeros((0, at.size))
+        return none, none, panel.pressure_factor(scenario)
+    one = psd.sel(reading=reading, scenario=scenario.label, patch=list(scenario.patches))
 
     def read(name: str) -> Array:
         of = one[name].transpose("patch", "frequency").to_numpy()

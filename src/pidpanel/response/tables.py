@@ -189,17 +189,19 @@ def psd_dataset(
         ("apparent_mass", by_patch, mass, "kg m-2", "m_a of the patch, 0 if not filled"),
         ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
+    # a NetCDF 3 file has no dimension of length 0
+    kept = [one for one in variables if patches or "patch" not in one[1]]
     return xr.Dataset(
         {
             name: (of, values, {"units": units, "long_name": long_name})
-            for name, of, values, units, long_name in variables
+            for name, of, values, units, long_name in kept
         },
         coords={
             "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
             "reading": list(readings),
             "scenario": list(labels),
             "point": list(points),
-            "patch": list(patches),
+            **({"patch": list(patches)} if patches else {}),
         },
     )
 

@@ -213,9 +213,16 @@ def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
 def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
     """A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
     omega = 2 * np.pi * frequency[:, None]
-    of_damping = 2 * omega * damping[:, :, None] * slope.imag / psd
-    of_mass = 2 * omega**2 * slope.real / psd
+    inverse = _inverse(psd)
+    of_damping = 2 * omega * damping[:, :, None] * slope.imag * inverse
+    of_mass = 2 * omega**2 * slope.real * inverse
     return of_damping, of_mass
+
+
+def _inverse(psd: Array) -> Array:
+    """1/S; 0 where nothing moves, as at a support: there is no error either."""
+    inverse: Array = np.divide(1.0, psd, out=np.zeros_like(psd), where=psd > 0)
+    return inverse
 
 
 def _hats(frequency: Array, nodes: Array) -> Array:
@@ -227,7 +234,7 @@ def _hats(frequency: Array, nodes: Array) -> Array:
 def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
     """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
     whole = np.trapezoid(psd, frequency, axis=0)
-    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / (2 * whole))
+    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))
 
 
 def with_errors(
