@@ -21,7 +21,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.modes import PanelBasis, patch_areas
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
-from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, refined
+from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.modal import MatrixInput
@@ -134,6 +134,35 @@ class Filled:
         return damping_of_motion(self.reading, self.fill_fraction)
 
 
+@dataclass(frozen=True)
+class PatchElements:
+    """The elements of all patches; one that lies in two patches counts for each.
+
+    Attributes
+    ----------
+    parts
+        D and area of each.
+    patch
+        (n_elements,) index of its patch.
+    """
+
+    parts: Patches
+    patch: Index
+
+
+def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> PatchElements:
+    """Return the elements of the patches in a basis of the shapes ``vectors`` (n_free, n)."""
+    points = len(plate.quadrature_weight) // len(basis.cells)  # of an element, element by element
+    patch, cell = np.nonzero(basis.cell_in_patch)
+    index = (cell[:, None] * points + np.arange(points)).ravel()
+    weight = plate.quadrature_weight[index]
+    rows = np.sqrt(weight)[:, None] * np.asarray(plate.at_quadrature[index] @ vectors)
+    area = weight.reshape(-1, points).sum(axis=1)
+    return PatchElements(
+        Patches.of_rows(rows, np.repeat(np.arange(len(cell)), points), area), patch
+    )
+
+
 class Readings:
     """The readings of a study: how every patch of a scenario is read in each.
 
@@ -229,6 +258,8 @@ class PanelInSound:
         G of the field over wavenumber.
     air
         The air that the panel moves; None where it is left out.
+    elements
+        Elements of the patches; None where they are not looked at.
     """
 
     study: Study
@@ -236,6 +267,7 @@ class PanelInSound:
     spectrum: BandSpectrum
     force_table: WavenumberTable
     air: Air | None
+    elements: PatchElements | None = None
 
     # ------------------------------------------------------------------ arrays
 
@@ -317,17 +349,25 @@ class PanelInSound:
     @cached_property
     def carriers(self) -> Index:
         """(n_carriers,) index of the patch of each carrier in the solver: patches, or elements."""
+        if self.by_element and self.elements is not None:
+            return self.elements.patch
         return np.arange(len(self.patch_area))
 
     @cached_property
     def field(self) -> PanelInField:
-        """The panel with its patches in its sound."""
-        return PanelInField(self.modal, self.patches, self.psd, self.force, self.air_stiffness)
+        """The panel in its sound, with its patches or their elements."""
+        panel = (self.psd, self.force, self.air_stiffness)
+        elements = self.elements
+        if elements is None or not len(elements.patch):
+            return PanelInField(self.modal, self.patches, *panel)
+        if self.by_element:
+            return PanelInField(self.modal, elements.parts, *panel)
+        return PanelInField(self.modal, self.patches, *panel, elements.parts, elements.patch)
 
     @property
     def by_element(self) -> bool:
         """Whether each element of a patch is a load of its own."""
-        return self.study.damping.level.by == "element"
+        return self.study.damping.level.by == "element" and self.elements is not None
 
     def load_area(self, one: ScenarioResponse) -> Array:
         """Return the areas (n_loads,) of the loads of a response [m²]."""
@@ -501,16 +541,19 @@ def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelIn
     left_out
         (n_free, k) further shapes.
     """
+    vectors = joined_shapes(panel.basis, plate, left_out).vectors
     if not left_out.shape[1]:
-        return panel
+        return replace(panel, elements=patch_elements(panel.basis, plate, vectors))
     study, basis = panel.study, refined(panel.basis, plate, left_out)
+    elements = patch_elements(basis, plate, vectors)
     force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
     air = panel.air
     if air is not None:
         tables = air_tables(study.sound, basis, force, air_mass=study.response.air_mass)
         diffuse = tables.get(DIFFUSE, force[MODAL_FORCE])
         air = replace(air, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
-    return replace(panel, basis=basis, force_table=force[MODAL_FORCE], air=air)
+    table = force[MODAL_FORCE]
+    return replace(panel, basis=basis, force_table=table, air=air, elements=elements)
 
 
 def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -> PanelInSound:

@@ -233,7 +233,7 @@ def _hats(frequency: Array, nodes: Array) -> Array:
 
 def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
     """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
-    whole = np.trapezoid(psd, frequency, axis=0)
+    whole = np.asarray(np.trapezoid(psd, frequency, axis=0))
     return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))
 
 
