@@ -175,6 +175,7 @@ def check_basis(
         error[:, line] = _errors(motions, basis, plate, sound, f)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].left_out
+            missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
             left_out += [np.real(missing), np.imag(missing)]
     return BasisCheck(frequency, error, np.hstack(left_out))
 
