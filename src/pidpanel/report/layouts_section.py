@@ -21,6 +21,9 @@ from pidpanel.study import Scenario
 DRAWN_TOGETHER = 6
 """Layouts in one figure at most: as many as there are colours without an order."""
 
+ROWS_SHOWN = 15
+"""Filled patches whose table is shown without being asked for."""
+
 DEAD_WEIGHT = (
     "Dead weight: the same mass in the same places and no damping. The difference is what the "
     "damping does; it is small where a damper works as a mass."
@@ -180,7 +183,7 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
         ["layout", "reading", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
          "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
         rows,
-        folded=True,
+        folded=len(rows) > ROWS_SHOWN,
     )  # fmt: skip
 
 

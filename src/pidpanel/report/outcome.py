@@ -78,8 +78,8 @@ def _best_layouts(
                 f"{best['dead_weight_reduction_db']:.1f} dB"
             )
         said.append(
-            f"{best['scenario']} at point {point} ({best['reduction_db']:.1f} dB below the bare "
+            f"at point {point} {best['scenario']} ({best['reduction_db']:.1f} dB below the bare "
             f"panel, {best['acceleration_rms_g']:.3g} g rms{beside})"
         )
     if said:
-        yield f"{READINGS[reading]}: the best layout is {'; '.join(said)}."
+        yield f"{READINGS[reading]}: the best layout is, {'; '.join(said)}."

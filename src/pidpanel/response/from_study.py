@@ -491,7 +491,7 @@ class PanelInSound:
         balance = power_balance(
             self.frequency[lines],
             self.modal,
-            self.patches.only(one.loads.tolist()),
+            self.field.patches.only(one.loads.tolist()),
             factor * self.psd(self.frequency[lines]),
             self.force,
             one.equivalent_damping[:, lines],
