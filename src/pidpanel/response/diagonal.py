@@ -23,7 +23,7 @@ from pidpanel.response.modal import (
     matrices_at,
 )
 from pidpanel.response.model import ModalBasis, Patches, Response
-from pidpanel.response.motions import Motions
+from pidpanel.response.motions import Motions, Reals
 
 
 def diagonal_norm(basis: ModalBasis, patches: Patches) -> Array:
@@ -143,7 +143,12 @@ class DiagonalMotions(Motions):
         left = self.pressure_psd[lines, None, None] * transfer[:, :, None]
         return transfer, left * force * transfer[:, None, :].conj()
 
-    def _pushed(self, receptance: Complexes, patch: int, psd: Complexes) -> Complexes:
+    def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
+        return self._motion(lines, stiffness)[1].real
+
+    def _pushed(
+        self, receptance: Complexes, weight: Array, patch: int, psd: Complexes
+    ) -> Complexes:
         pushed: Complexes = (receptance * self.patches.diagonal[patch])[:, :, None] * psd
         return pushed
 

@@ -10,16 +10,20 @@ patch p, δS_a,q = −2 Re(δs_p T_qp), are
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.response.dampers import PatchMotion, check_stable, patch_stiffness, weighted_sum
 from pidpanel.response.lines import root_mean_square
 from pidpanel.response.modal import BarePanel, chunks_of_lines
+
+Reals = NDArray[np.floating[Any]]
 
 
 class Motions(ABC):
@@ -41,9 +45,23 @@ class Motions(ABC):
     def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
         """Return R and S_uu (nf, r, r) with the dampers on."""
 
-    def _pushed(self, receptance: Complexes, patch: int, psd: Complexes) -> Complexes:
+    @abstractmethod
+    def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
+        """Return Re S_uu (nf, r, r) with the dampers on."""
+
+    def _lines(self) -> Sequence[slice]:
+        """Return lines to be taken together."""
+        return chunks_of_lines(self.frequency.size)
+
+    def _weight(self, lines: slice) -> Array:
+        """Return Δ (n_patches, r, r) of the motions u that count on some lines."""
+        return self.weight
+
+    def _pushed(
+        self, receptance: Complexes, weight: Array, patch: int, psd: Complexes
+    ) -> Complexes:
         """Return R Δ_p S_uu."""
-        product: Complexes = receptance @ (self.weight[patch] @ psd)
+        product: Complexes = receptance @ (weight[patch] @ psd)
         return product
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
@@ -61,9 +79,9 @@ class Motions(ABC):
         """
         check_stable(damping, self.damping_norm, False)
         psd = np.empty(damping.shape)
-        for lines in chunks_of_lines(self.frequency.size):
-            _, moved = self._motion(lines, self._stiffness(lines, damping, mass))
-            psd[:, lines] = self._means(moved).real * self._scale(lines)
+        for lines in self._lines():
+            moved = self._moved(lines, self._stiffness(lines, damping, mass))
+            psd[:, lines] = _means(self._weight(lines), moved) * self._scale(lines)
         return psd
 
     def acceleration_slope(self, damping: Array, mass: Array) -> Complexes:
@@ -73,11 +91,13 @@ class Motions(ABC):
         """
         check_stable(damping, self.damping_norm, False)
         slope = np.empty((len(damping), *damping.shape), dtype=np.complex128)
-        for lines in chunks_of_lines(self.frequency.size):
+        for lines in self._lines():
             receptance, moved = self._motion(lines, self._stiffness(lines, damping, mass))
+            weight = self._weight(lines)
             for patch in range(len(damping)):
-                pushed = self._pushed(receptance, patch, moved)
-                slope[:, patch, lines] = self._means(pushed) * self._scale(lines)
+                pushed = self._pushed(receptance, weight, patch, moved)
+                trace = _means(weight, pushed.real) + 1j * _means(weight, pushed.imag)
+                slope[:, patch, lines] = trace * self._scale(lines)
         return slope
 
     def acceleration_rms(self, damping: Array, mass: Array) -> Array:
@@ -105,10 +125,15 @@ class Motions(ABC):
         each = np.gradient(self.frequency) if self.frequency.size > 1 else np.ones(1)
         each[[0, -1]] /= 2
         each = each * (2 * np.pi * self.frequency) ** 4
-        for lines in chunks_of_lines(self.frequency.size):
-            _, moved = self._motion(lines, self._stiffness(lines, damping, mass))
-            total += np.tensordot(each[lines], moved.real, axes=1)
+        for lines in self._lines():
+            moved = self._moved(lines, self._stiffness(lines, damping, mass))
+            counts = self._counts(lines)
+            total[np.ix_(counts, counts)] += np.tensordot(each[lines], moved, axes=1)
         return total
+
+    def _counts(self, lines: slice) -> Index:
+        """Return which of the motions u count on some lines."""
+        return np.arange(self.weight.shape[1])
 
     def _stiffness(self, lines: slice, damping: Array, mass: Array) -> Complexes:
         return patch_stiffness(self.frequency[lines], damping[:, lines], mass[:, lines])
@@ -118,13 +143,12 @@ class Motions(ABC):
         scale: Array = (2 * np.pi * self.frequency[lines]) ** 4 / self.area[:, None]
         return scale
 
-    def _means(self, matrix: Complexes) -> Complexes:
-        """(n_patches, nf) tr(Δ_p X), Δ being symmetric."""
-        both = matrix.reshape(len(matrix), -1)
-        flat = self.weight.reshape(len(self.weight), both.shape[1])  # of no patch too
-        traces = np.empty((len(flat), len(both)), dtype=np.complex128)
-        traces.real, traces.imag = flat @ both.real.T, flat @ both.imag.T
-        return traces
+
+def _means(weight: Array, matrix: Reals) -> Array:
+    """(n_patches, nf) tr(Δ_p X) of X (nf, r, r), Δ being symmetric."""
+    flat = weight.reshape(len(weight), weight.shape[1] ** 2)
+    means: Array = flat @ matrix.reshape(len(matrix), flat.shape[1]).T
+    return means
 
 
 @dataclass(frozen=True)
@@ -178,7 +202,8 @@ class ReducedMotions(Motions):
     def bare_acceleration_rms(self) -> Array:
         """Return the rms acceleration of each patch (n_patches,) without any damper [m/s²]."""
         every = slice(None)
-        psd = self._means(self.bare.patch_psd[:, : self.weight.shape[1]]).real * self._scale(every)
+        moved = self.bare.patch_psd[:, : self.weight.shape[1]]
+        psd = _means(self.weight, moved.real) * self._scale(every)
         return root_mean_square(self.frequency, psd.T)
 
     def seen(self, columns: Array) -> Array:
@@ -186,10 +211,25 @@ class ReducedMotions(Motions):
         return self.bare.coordinates.inverse @ columns
 
     def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+        follows = self._follows(lines, stiffness)
         width = self.weight.shape[1]
-        receptance = self.bare.receptance[lines, :width]
-        loop = receptance @ weighted_sum(stiffness, self.weight)
-        loop[:, range(width), range(width)] += 1
-        follows = np.linalg.inv(loop)  # (I + R_uu S)⁻¹
         psd = follows @ self.bare.patch_psd[lines, :width] @ follows.conj().swapaxes(1, 2)
-        return follows @ receptance, psd
+        return follows @ self.bare.receptance[lines, :width], psd
+
+    def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
+        follows = self._follows(lines, stiffness)
+        seen = follows @ self.bare.patch_psd[lines, : self.weight.shape[1]]
+        return _real_product(seen, follows.conj().swapaxes(1, 2))
+
+    def _follows(self, lines: slice, stiffness: Complexes) -> Complexes:
+        """(I + R_uu S)⁻¹."""
+        width = self.weight.shape[1]
+        loop = self.bare.receptance[lines, :width] @ weighted_sum(stiffness, self.weight)
+        loop[:, range(width), range(width)] += 1
+        return np.linalg.inv(loop)
+
+
+def _real_product(left: Complexes, right: Complexes) -> Array:
+    """Re(left right)."""
+    product: Array = left.real @ right.real - left.imag @ right.imag
+    return product

@@ -21,7 +21,7 @@ from pidpanel.response.motions import Motions
 from pidpanel.response.search import find_together, starts_between
 from pidpanel.response.solvers import Answer, DiagonalSolver, PanelSolver, Request
 
-FEW_LINES = 150
+FEW_LINES = (120,)
 """Lines on which several Γ are searched before all lines of the search are looked at."""
 
 
@@ -289,12 +289,11 @@ def _motion(solver: Solver, layout: Layout) -> _Found:
     if len(layout.loads) == 1:
         return _alone(solver, layout, float(bare[0]))
     motions = solver.motions(layout.patches)
-    step = motions.frequency.size // FEW_LINES
     whole = _LogMotion(layout, motions, searched)
+    steps = [step for few in FEW_LINES if (step := motions.frequency.size // few) > 1]
     search = find_together(
-        whole,
+        [whole, *(_LogMotion(layout, motions.every(step), searched) for step in steps)],
         starts_between(np.log(bare / 100), np.log(3 * bare)),
-        _LogMotion(layout, motions.every(step), searched) if step > 1 else None,
     )
     taken = search.governing.log_gamma
     gamma[searched] = np.exp(taken)

@@ -24,11 +24,14 @@ from pidpanel.response.linearisation import NotConverged
 Map = Callable[[Array], Array]
 """x (n,) → F (n,)."""
 
-DISTINCT = 1e-4
-"""Solutions that differ by less in every ln Γ are one: a hundred times the tolerance."""
+DISTINCT = 1e-3
+"""Solutions that differ by less in every ln Γ are one: the accuracy of the rms accelerations."""
 
 DEPTH = 6
 """Steps that Anderson's method looks back: more are of no use within the twenty it takes."""
+
+LARGEST_STEP = math.log(2)
+"""Of ln Γ: long ones jump over the motions near a start."""
 
 STEP = 0.02
 """Of ln Γ, for the Jacobian that judges stability."""
@@ -65,14 +68,11 @@ class JointSearch:
         of all Γ wherever solutions are ordered.
     starts, converged
         Number of starts, and of those that led to a solution.
-    evaluations
-        Number of responses computed on all lines.
     """
 
     solutions: tuple[Solution, ...]
     starts: int
     converged: int
-    evaluations: int
 
     @property
     def governing(self) -> Solution:
@@ -90,26 +90,23 @@ def starts_between(low: Array, high: Array) -> list[Array]:
 
 
 def find_together(
-    whole: Map,
+    maps: Sequence[Map],
     starts: Sequence[Array],
-    few: Map | None = None,
     tolerance: float = 1e-6,
     max_steps: int = 60,
 ) -> JointSearch:
     """Return the solutions of F(x) = x that the starts lead to.
 
-    With `few`, F on a share of the lines, the search runs there, and each solution is then moved
-    to where it satisfies F on all lines: few(x) + [F(x₀) − few(x₀)] = x is solved from x₀, anew
-    until F agrees. One evaluation of F then gains about two digits.
+    The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
+    it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
+    solved from x₀, anew until F agrees. One evaluation of F then gains about two digits.
 
     Parameters
     ----------
-    whole
-        F.
+    maps
+        F on all lines; then F on fewer and fewer, if any.
     starts
         x (n,) to start from.
-    few
-        A cheaper F close to it.
     tolerance
         Largest |F(x) − x| accepted.
     max_steps
@@ -120,28 +117,14 @@ def find_together(
     NotConverged
         Where no start leads to a solution.
     """
-    count = 0
-
-    def counted(x: Array) -> Array:
-        nonlocal count
-        count += 1
-        return whole(x)
-
-    search = counted if few is None else few
-    ends = [iterate(search, start, tolerance / 10, max_steps) for start in starts]
-    near = [x for x, residual in ends if residual <= tolerance]
-    solved: list[tuple[Array, float]] = []
-    best = min(ends, key=lambda end: end[1])
-    if few is None:
-        solved = [(x, residual) for x, residual in ends if residual <= tolerance]
-    else:
-        for x in _distinct(near):
-            end = _on_all_lines(counted, few, x, tolerance, max_steps)
-            if end[1] <= tolerance:
-                solved.append(end)
-            best = min(best, end, key=lambda one: one[1]) if near else end
+    few = maps[-1]
+    enough = tolerance / 10 if len(maps) == 1 else DISTINCT / 10
+    ends = [iterate(few, approach(few, start), enough, max_steps) for start in starts]
+    near = [x for x, residual in ends if residual <= max(enough, tolerance)]
+    solved = [_on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)]
+    x, residual = min(solved or ends, key=lambda end: end[1])
+    solved = [end for end in solved if end[1] <= tolerance]
     if not solved:
-        x, residual = best
         raise NotConverged(
             f"the largest |ln(Γ_out/Γ)| of {x.size} loads is {residual:.3g} near Γ = "
             f"{math.exp(x.min()):.3g} to {math.exp(x.max()):.3g} after {max_steps} steps from "
@@ -149,12 +132,33 @@ def find_together(
         )
     kept = _distinct([x for x, _ in solved])
     residuals = {id(x): residual for x, residual in solved}
-    stable = [True] if len(kept) == 1 else [_is_stable(search, x) for x in kept]
+    stable = [True] if len(kept) == 1 else [_is_stable(few, x) for x in kept]
     solutions = sorted(
         (Solution(x, residuals[id(x)], own) for x, own in zip(kept, stable, strict=True)),
         key=lambda one: float(one.log_gamma.sum()),
     )
-    return JointSearch(tuple(solutions), len(starts), len(near), count)
+    return JointSearch(tuple(solutions), len(starts), len(near))
+
+
+def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Array:
+    """Return an x near the solution that is next to a start, where |F(x) − x| is small.
+
+    Each load takes a secant step of its own, at most a factor of two of Γ, so that a load which
+    starts high comes down to its highest motion whatever the others do. Coupling is left to
+    `iterate`.
+    """
+    x = np.asarray(start, dtype=np.float64)
+    value, slope = F(x), np.zeros(x.shape)
+    for _ in range(max_steps):
+        surplus = value - x
+        if np.max(np.abs(surplus)) < near:
+            break
+        move = np.clip(surplus / (1 - slope), -LARGEST_STEP, LARGEST_STEP)
+        moved = F(x + move)
+        some = np.abs(move) > 1e-9
+        rise = np.divide(moved - value, move, out=slope, where=some)
+        x, value, slope = x + move, moved, np.clip(rise, -20.0, 0.9)
+    return x
 
 
 def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Array, float]:
@@ -189,21 +193,27 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
     return best, float(np.max(np.abs(least)))
 
 
-def _on_all_lines(
-    whole: Map, few: Map, x: Array, tolerance: float, max_steps: int
+def _on_more_lines(
+    F: Map, fewer: Sequence[Map], x: Array, tolerance: float, max_steps: int
 ) -> tuple[Array, float]:
-    """Move a solution of `few` to one of `whole`."""
+    """Return x and the largest |F(x) − x| from an x near a solution, with maps close to F."""
+    if not fewer:
+        return iterate(F, x, tolerance, max_steps)
     residual = math.inf
     for _ in range(8):
-        F = whole(x)
-        last, residual = residual, float(np.max(np.abs(F - x)))
+        value = F(x)
+        last, residual = residual, float(np.max(np.abs(value - x)))
         if residual <= tolerance:
             return x, residual
         if residual > last:
             break
-        off = F - few(x)
-        x, _ = iterate(lambda at, off=off: few(at) + off, x, tolerance / 10, max_steps)  # type: ignore[misc]
-    return iterate(whole, x, tolerance / 10, max_steps)
+        near, off = fewer[0], value - fewer[0](x)
+
+        def moved(at: Array, near: Map = near, off: Array = off) -> Array:
+            return near(at) + off
+
+        x, _ = _on_more_lines(moved, fewer[1:], x, max(tolerance, residual / 100) / 3, max_steps)
+    return iterate(F, x, tolerance, max_steps)
 
 
 def _distinct(solutions: Sequence[Array]) -> list[Array]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.response.dampers import acceleration_slope, attach_dampers
 from pidpanel.response.diagonal import DiagonalMotions, diagonal_response, diagonal_slope
-from pidpanel.response.direct import DirectPanel
+from pidpanel.response.direct import DirectMotions, DirectPanel
 from pidpanel.response.modal import (
     OVERLAP_CUTOFF,
     BarePanel,
@@ -39,7 +39,7 @@ multiplies two matrices of its width beside the solve, four times the cost of th
 
 HELD_BYTES = 400e6
 """Most memory for the bare panel on the lines of the result, and for the matrices of direct solves
-on either lines, each."""
+on those of either the result or a search, each."""
 
 Loaded = tuple[int, ...]
 """Indices of the patches that carry dampers together."""
@@ -211,7 +211,7 @@ class PanelSolver(PanelWithLayouts):
         super().__init__(panel, frequency, motion_at_points, search_frequency)
         self._held: dict[tuple[Loaded, int], BarePanel] = {}
         self._held_bytes: dict[Loaded, float] = {}
-        self._matrices: dict[int, tuple[MatrixInput, MatrixInput | None]] = {}
+        self._matrices: tuple[MatrixInput, MatrixInput | None] | None = None
 
     def prepare(self, layouts: Sequence[Loaded]) -> None:
         """Solve the bare panel on the lines of the search, once for several sets of patches."""
@@ -230,9 +230,10 @@ class PanelSolver(PanelWithLayouts):
         for key in wanted:
             if key not in reduced:
                 sound, carrier = panel.pressure_psd(lines), self.carrier(key)
-                self._motions[key] = DirectPanel(
-                    lines, panel.basis, carrier, sound, *self._held_matrices(lines)
+                direct = DirectPanel(
+                    lines, panel.basis, carrier, sound, panel.modal_force, panel.air_stiffness
                 )
+                self._motions[key] = DirectMotions(direct, HELD_BYTES)
 
     @cached_property
     def bare_acceleration_rms(self) -> Array:
@@ -287,7 +288,7 @@ class PanelSolver(PanelWithLayouts):
             n, frequency = panel.patches.shapes, self.frequency
             force, air = panel.modal_force, panel.air_stiffness
             if direct:
-                force, air = self._held_matrices(frequency)
+                force, air = self._held_matrices()
             force = matrices_at(force, frequency, lines, n)
             air = None if air is None else matrices_at(air, frequency, lines, n)
         if missing:
@@ -324,19 +325,18 @@ class PanelSolver(PanelWithLayouts):
             self._held_bytes[key] = size if fits else 0.0
         return self._held_bytes[key] > 0
 
-    def _held_matrices(self, lines: Array) -> tuple[MatrixInput, MatrixInput | None]:
+    def _held_matrices(self) -> tuple[MatrixInput, MatrixInput | None]:
         """Return G and the air as arrays where there is room, else as they are given."""
-        panel, n = self.panel, self.panel.patches.shapes
-        key = lines.size
+        panel, n, lines = self.panel, self.panel.patches.shapes, self.frequency
         if lines.size * n * n * (8 if panel.air_stiffness is None else 24) > HELD_BYTES:
             return panel.modal_force, panel.air_stiffness
-        if key not in self._matrices:
+        if self._matrices is None:
             every, air = slice(None), panel.air_stiffness
-            self._matrices[key] = (
+            self._matrices = (
                 matrices_at(panel.modal_force, lines, every, n),
                 None if air is None else matrices_at(air, lines, every, n),
             )
-        return self._matrices[key]
+        return self._matrices
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if len(patches) < 2:
