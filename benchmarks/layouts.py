@@ -3,7 +3,7 @@
     python benchmarks/layouts.py
 
 2000 lines, 90 shapes, 20 patches of 0.2 m x 0.15 m together, 3 points; the search on three lines
-to the bandwidth. One process and one thread, process CPU time. The references are what the same costs
+to the bandwidth. One process and one thread, process CPU time. The references are what it costs
 when every step is a dense solve on all lines of the result: the response alone, and the search by
 plain iteration of all Γ.
 """
