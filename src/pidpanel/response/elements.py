@@ -160,17 +160,16 @@ class Elements:
         s = np.array([pull.stiffness for pull in pulls])[which]  # (columns, n_patches)
         cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
-        result: Complexes = (K @ x) * (1 + 2j * self.damping_ratio * omega / cutoff) - (
-            M @ x
-        ) * omega**2
+        result = _times(K, x) * (1 + 2j * self.damping_ratio * omega / cutoff)
+        result -= _times(M, x) * omega**2
         for index, D in enumerate(self.overlap):
             if np.any(s[:, index]):
-                result += (D @ x) * s[:, index]
+                result += _times(D, x) * s[:, index]
         modes = ~self.is_residual
         own = self.basis.angular_frequency[modes]
         factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
-        result += self._pushed @ (1j * omega * factor[:, None] * (self._pushed.T @ x))
-        return np.asarray(result)
+        in_modes = _times(self._pushed.T, x) * factor[:, None] * (1j * omega)
+        return result + _times(self._pushed, in_modes)
 
     def _of_basis(self, pulls: Sequence[Pull]) -> Complexes:
         """(n_pulls, n, n) VᵀZ V, inverted."""
@@ -191,9 +190,9 @@ class Elements:
         inverse = self._of_basis(pulls)
 
         def by_basis(right: Complexes) -> Complexes:
-            small = (self.shapes.T @ right).reshape(-1, len(pulls), count).transpose(1, 0, 2)
+            small = _times(self.shapes.T, right).reshape(-1, len(pulls), count).transpose(1, 0, 2)
             answer = (inverse @ small).transpose(1, 0, 2).reshape(-1, len(which))
-            return np.asarray(self.shapes @ answer)
+            return _times(self.shapes, answer)
 
         def preconditioned(right: Complexes) -> Complexes:
             first = by_basis(right)
@@ -233,9 +232,8 @@ class Elements:
 
     def _static(self, right: Complexes) -> Complexes:
         """K⁻¹ right."""
-        width = right.shape[1]
-        answer = self._factors.solve(np.hstack([right.real, right.imag]))
-        return np.asarray(answer[:, :width] + 1j * answer[:, width:])
+        answer = self._factors.solve(_as_real(right))
+        return np.ascontiguousarray(answer).view(np.complex128)
 
     def _size(self, residual: Complexes) -> Array:
         """(columns,) of a residual, each coordinate over its own stiffness."""
@@ -258,3 +256,13 @@ class Elements:
         x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
         small = np.diag(1 / (1j * omega * factor[kept])) + B.T @ Y
         return np.asarray(x - Y @ np.linalg.solve(small, B.T @ x))
+
+
+def _as_real(x: Complexes) -> Array:
+    """Columns of real and imaginary parts in turn, (n, 2k)."""
+    return np.ascontiguousarray(x, dtype=np.complex128).view(np.float64)
+
+
+def _times(matrix: Array | sp.csr_array, x: Complexes) -> Complexes:
+    """Return a real matrix times complex columns, without a complex copy of the matrix."""
+    return np.ascontiguousarray(matrix @ _as_real(x)).view(np.complex128)
