@@ -51,7 +51,12 @@ def test_its_errors_are_the_same_at_every_frequency_and_patch():
     np.testing.assert_allclose(covariance, expected)
     other = damper.cross_covariance(F, (0.5, 1.0), (0.9, 7.0))
     np.testing.assert_array_equal(other, covariance)
-    assert damper.nodes is not None and damper.nodes.shape == (1,)
+    for one in (
+        damper,
+        ConstantDamper(5, relative_error=0.1),
+        ConstantDamper(apparent_mass_error=1),
+    ):
+        assert one.nodes is not None and one.nodes.shape == (1,)
 
 
 def test_errors_that_go_together_have_the_largest_variance_of_a_mean():

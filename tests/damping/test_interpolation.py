@@ -126,6 +126,19 @@ def test_rows_that_share_frequencies_only_are_lines_along_the_amplitude():
     assert len(lone_rows(*points.T)) == 0
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_rounding_puts_beyond_the_rows_is_inside_and_no_more(kind):
+    # a billionth of a step; red: `<= 1 + TOLERANCE` → `<= 1`; np.abs left out
+    rows = Interpolator(np.ones(2), np.ones(2), np.array([100.0, 200.0]), np.ones((2, 1)), kind)
+    for frequency in (100 * (1 - 1e-12), 200 * (1 + 1e-12)):
+        assert ask(rows, (1.0, 1.0, frequency))[1].all()
+        assert ask(rows, (1.0 + 1e-12, 1.0, frequency))[1].all()
+    for frequency in (100 * (1 - 1e-8), 200 * (1 + 1e-8)):
+        assert not ask(rows, (1.0, 1.0, frequency))[1].any()
+    for fill in (1.0 - 1e-8, 1.0 + 1e-8):
+        assert not ask(rows, (fill, 1.0, 150.0))[1].any()
+
+
 @pytest.mark.parametrize(
     ("point", "held", "inside"),
     [
@@ -197,10 +210,12 @@ def test_points_asked_together_are_answered_as_one_by_one():
 
 
 def test_a_fill_of_one_amplitude_holds_for_every_amplitude():
-    # red: (2,) → (3 - inner, inner) always
+    # red: (2,) → (3 - inner, inner) always; any(several) → all(several)
     points = np.array([(0.2, 5.0, 50.0), (0.2, 5.0, 90.0), (0.6, 8.0, 50.0), (0.6, 8.0, 90.0)])
     rows = Interpolator(*points.T, np.array([[1.0], [1.0], [4.0], [4.0]]), "log")
     assert not rows.depends_on_amplitude
+    more = np.vstack([points, [0.6, 9.0, 50.0]])
+    assert Interpolator(*more.T, np.ones((5, 1)), "log").depends_on_amplitude
     (found,), (inside,) = ask(rows, (0.4, 1e3, 70.0))
     assert found == pytest.approx(2.0) and inside
 

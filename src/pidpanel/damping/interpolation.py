@@ -29,7 +29,7 @@ from pidpanel.arrays import Array, Flags, Index
 Interpolation = Literal["log", "linear"]
 
 TOLERANCE = 1e-9
-"""Of a coordinate, or of a step: what rounding may put beyond the last row, or beside one."""
+"""Of the step between two coordinates: what rounding may put beyond the last row or beside one."""
 
 
 class _Line:
@@ -112,12 +112,11 @@ class _Line:
 
 def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
     """Number (n,) of the coordinate below each x, weight of the next one, and whether inside."""
-    reach = TOLERANCE * np.maximum(1.0, np.abs(x))
-    inside = (x >= at[0] - reach) & (x <= at[-1] + reach)
     if len(at) == 1:
-        return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), inside
+        return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), np.abs(x - at) <= TOLERANCE
     low = np.clip(np.searchsorted(at, x, "right") - 1, 0, len(at) - 2)
-    weight = np.clip((x - at[low]) / (at[low + 1] - at[low]), 0.0, 1.0)
+    weight = (x - at[low]) / (at[low + 1] - at[low])
+    inside = (weight >= -TOLERANCE) & (weight <= 1 + TOLERANCE)
     weight[weight < TOLERANCE] = 0.0
     weight[weight > 1 - TOLERANCE] = 1.0
     return low, weight, inside

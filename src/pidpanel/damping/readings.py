@@ -116,7 +116,7 @@ def together(one: Array, other: Array) -> Array:
            [0.  , 6.  ]])
     """
     n = len(one) // 2
-    result = np.zeros((2 * n, 2 * n))
-    for half in (slice(0, n), slice(n, 2 * n)):
+    result = np.zeros((len(one), len(one)))
+    for half in (slice(None, n), slice(n, None)):
         result[half, half] = np.outer(one[half], other[half])
     return result
