@@ -4,6 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from pidpanel.study.dampers import ALLOWED, Damper
+from pidpanel.study.damping import Damping
 from pidpanel.study.explaining import mistakes_of
 
 SWEEP = {"frequency_hz": [100], "acceleration_g": [10]}
@@ -76,3 +77,10 @@ def test_zero_damping_and_zero_loss_are_allowed():
     # red: NotNegative → Positive
     assert Damper.model_validate({C: 0, M: 3}).kind == C
     assert Damper.model_validate({"loss_factor": 0, PATCH: 3}).kind == "loss_factor"
+
+
+def test_the_interpolation_of_the_table_needs_a_table():
+    # red: the mistake left out of Damping.mistakes
+    Damping.model_validate({"readings": ["table"], "table": "a.csv", "interpolation": "linear"})
+    with pytest.raises(ValidationError, match="interpolation: only allowed with table"):
+        Damping.model_validate({"interpolation": "linear"})
