@@ -177,6 +177,7 @@ def test_without_mass_the_damping_stays(interpolation):
     assert (one.apparent_mass > 0).all() and (other.apparent_mass == 0).all()
     covariance = bare.covariance(np.array([50.0, 500.0]), 0.5, 1.0)
     assert (covariance[2:] == 0).all() and (covariance[:2, :2] > 0).all()
+    assert bare.nodes is not None
     only_mass = reading(**{F: 100.0, C: 5.0, M: 1.0, M_ERROR: 0.1})
     assert only_mass.nodes is not None and only_mass.without_mass().nodes is None
 
