@@ -148,11 +148,12 @@ def test_logarithmic_and_linear_are_what_is_asked_for():
 
 
 def test_particles_weigh_what_the_table_says():
-    # linear in the fill, held beyond; red: np.interp → np.exp(np.interp of the logarithms)
+    # linear in the fill, held beyond; red: .mean() of 0.7 three times; np.interp → np.exp(np.interp of the logarithms)
     table = reading(**{"fill_fraction": [0.2, 0.2, 0.6], F: [100, 200, 100], C: 5.0,
                        PARTICLES: [2.0, 2.0, 6.0]})  # fmt: skip
     assert [table.mass_per_area(r) for r in (0.2, 0.4, 0.6, 0.9)] == pytest.approx([2, 4, 6, 6])
     assert table.without_mass().mass_per_area(0.4) == pytest.approx(4)
+    assert reading(**{F: [1, 2, 3], C: 5.0, PARTICLES: 0.7}).mass_per_area(0.5) == 0.7
     assert np.isnan(reading(**{F: 100.0, C: 5.0, M: 2.0}).mass_per_area(0.5))
     assert reading(**{F: 100.0, C: 5.0, PARTICLES: 2.0}).mass_per_area(np.nan) == 2
 

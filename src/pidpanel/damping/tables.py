@@ -83,7 +83,7 @@ class TableReading:
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
             mass = columns[PARTICLE_MASS]
-            self._masses = np.array([mass[fill == one].mean() for one in self._fills])
+            self._masses = np.array([mass[fill == one][0] for one in self._fills])
         else:
             self._masses = np.full(len(self._fills), np.nan)
 
