@@ -260,6 +260,12 @@ def respond(study):
     return lambda scale, **options: responses(study, scale, **options)
 
 
+@pytest.fixture
+def respond_to():
+    """Summary and PSDs of any study as `responses` makes them."""
+    return responses
+
+
 @pytest.fixture(autouse=True)
 def look():
     with style.context():
