@@ -6,7 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report import claims, layouts_section, summary_section, warnings
+from pidpanel.report import (
+    claims,
+    layouts_section,
+    response_figures,
+    summary_section,
+    warnings,
+)
 from pidpanel.report.outcome import outcome
 from pidpanel.report.rms import moving_points
 from pidpanel.study import load_study
@@ -83,16 +89,23 @@ def test_what_the_mean_of_a_patch_hides_is_shown_patch_by_patch(told):
     assert "damping.level.by: element" in table.caption
 
 
-def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
-    # red: `dotted` left out of the dead weight's Curve
-    psd = told.psd.copy()
+def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told, monkeypatch):
+    # red: `dotted` left out of the dead weight's Curve; `dotted` left out of _draw
+    psd, drawn = told.psd.copy(), []
+
+    def seen(*given):
+        drawn.append(psd_figure(*given))
+        return drawn[-1]
+
+    psd_figure = response_figures.psd_figure
+    monkeypatch.setattr(response_figures, "psd_figure", seen)
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
     pictures = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).blocks[1:3]
     assert [p.name for p in pictures] == [
         f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
     ]
-    without = layouts_section.layouts_section(told).blocks[1]
-    assert pictures[0].png != without.png
+    styles = {line.get_label(): line.get_linestyle() for line in drawn[0].axes[0].get_lines()}
+    assert styles["two: dead weight"] == ":" and styles["two"] == "-"
 
 
 def test_the_best_layout_is_told_with_the_same_mass_as_dead_weight(told):
