@@ -95,6 +95,8 @@ def _summary(study: CouponStudy) -> str:
     cases = _cases(study)
     summary = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):
+        if not study.scenarios:
+            return f"{summary}; the bare panel alone"
         readings = ", ".join(study.readings)
         summary += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
         unused = [name for name in study.dampers if name not in study.used_dampers]

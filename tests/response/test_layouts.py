@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from pidpanel.panel.basis_files import read_basis
 from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import ResponseFiles, write_response
+from pidpanel.response.results import ResponseFiles, modal_damping, read_psd, write_response
 from pidpanel.study import load_study
 
 OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
@@ -196,3 +197,18 @@ def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part
     np.testing.assert_allclose(
         rows.loc["labs"]["damping_read_at_g"], rows.loc["labs"]["patch_motion_g"], rtol=1e-4
     )
+
+
+def test_the_modal_damping_of_a_layout_is_the_sum_over_its_patches(files):
+    # red: the ratio of the bare panel for every patch in modal_damping
+    basis = read_basis(files.psd_nc.with_name("modes.nc"))
+    study = load_study(files.psd_nc.with_name("layouts.yaml"))
+    own, ratios = modal_damping(study, basis, read_psd(files.psd_nc))
+    modes = np.isin(basis.natural_frequency, own) & ~basis.is_residual
+    omega = 2 * np.pi * basis.natural_frequency[modes]
+    patch = basis.patch_names.index("PID-1")
+    D = np.diagonal(basis.patch_overlap[patch])[modes]
+    alone = 0.02 + 900 * D / (2 * basis.modal_mass[modes] * omega)
+    np.testing.assert_allclose(ratios["stated, alone"], alone, rtol=1e-9)
+    np.testing.assert_allclose(ratios["stated, beside"], alone, rtol=1e-9)
+    assert (ratios["stated, labs"] > 0.02).all() and (ratios["stated, heavy"] == 0.02).all()

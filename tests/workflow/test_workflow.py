@@ -49,7 +49,16 @@ def smoke(tmp_path_factory):
 
 @pytest.mark.parametrize(
     "name",
-    ["paper", "paper_target", "launch", "paper_full", "l_panel", "coupon_friction", "coupon_frame"],
+    [
+        "paper",
+        "paper_target",
+        "launch",
+        "layouts",
+        "paper_full",
+        "l_panel",
+        "coupon_friction",
+        "coupon_frame",
+    ],
 )
 def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
     result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")

@@ -28,7 +28,12 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             f"{study.response.modal_damping} modal damping matrix; apparent mass of the damper "
             + ("included" if study.response.damper_mass else "neglected"),
         ),
-        ("Damping", ", ".join(READINGS[reading] for reading in study.readings)),
+        (
+            "Damping",
+            ", ".join(READINGS[reading] for reading in study.readings)
+            if study.scenarios
+            else "none: the bare panel alone",
+        ),
         *([("C_e(r, f, Γ) read at", read_at_text(study))] if study.scenarios else []),
         (
             "Power balance",

@@ -36,8 +36,8 @@ SINGLE_TONES = (
     "frequencies at once, and a bed kept loose by low frequencies dissipates less at high ones. "
     "In one measurement with random drive (600 particles, 10 g rms, flat from 20 to 2000 Hz; not "
     "at the accelerations met here) C_e at 2 kHz was about 6 times lower than from single tones of "
-    "about the same acceleration. The reading DEM therefore overstates the damping, most of all at "
-    "high frequencies. C_e is read at the sine with the patch's rms acceleration over the whole "
+    "about the same acceleration. Coupons therefore overstate the damping, most of all at high "
+    "frequencies. C_e is read at the sine with the patch's rms acceleration over the whole "
     "spectrum, Γ = √2 a_rms/g, which is a further assumption."
 )
 
