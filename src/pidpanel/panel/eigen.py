@@ -17,7 +17,7 @@ from pidpanel.arrays import Array
 BLOCK = 8
 """Columns at once; no eigenvalue has so many shapes."""
 
-SLICE = 150
+SLICE = 100
 """Eigenvalues sought from one shift, at most about."""
 
 CONVERGED = 1e-9
@@ -95,7 +95,7 @@ def _near(
     count, next_check = 0, 4 * BLOCK
     while True:  # `_orthonormal` refuses more vectors than there are
         if count + BLOCK > basis.shape[1]:
-            room = min(size, count + 3 * SLICE)
+            room = min(size, count + 2 * SLICE)
             basis, of_mass = _wider(basis, room), _wider(of_mass, room)
             projected = np.pad(projected, (0, room - len(projected)))
         last = slice(count, count + BLOCK)

@@ -51,6 +51,9 @@ SPARE_MODES = 8
 # The shift of the eigenvalue problem lies below zero by the square of this share of the highest
 # frequency, so that a panel that can move as a rigid body has no singular matrix.
 SHIFT = 0.01
+# A force of a patch is dropped where it is smaller than this share of the largest: far below the
+# tolerances of residual vectors.
+FORCES = 1e-8
 # Modes of the loaded panel are kept up to this times the highest frequency asked for.
 LOADED_BEYOND = 1.5
 # A direction of these modes is dropped where the share of its elastic energy that the other
@@ -525,7 +528,7 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     n_free = plate.stiffness.shape[0]
     if not plate.patch_overlap:
         return np.zeros(0), np.zeros((n_free, 0))
-    forces = np.hstack([overlap @ modes for overlap in plate.patch_overlap.values()])
+    forces = np.hstack([_forces(overlap, modes) for overlap in plate.patch_overlap.values()])
     modal_mass = np.einsum("ki,ki->i", modes, plate.mass @ modes)
     invertible = plate.stiffness
     if (rigid := _is_rigid(plate, modes)).any():
@@ -548,6 +551,20 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
 
     eigenvalue, rotation = la.eigh(Q.T @ (plate.stiffness @ Q), Q.T @ (plate.mass @ Q))
     return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
+
+
+def _forces(overlap: sp.csr_array, modes: Array) -> Array:
+    """Return the forces D Φ of a patch on the modes, (n_free, n), as few as there are.
+
+    D Φ = U diag(s) Vᵀ; what follows does not ask for V. A patch is small beside most waves, so that
+    many forces are nearly sums of others.
+    """
+    on = np.unique(overlap.nonzero()[0])
+    U, s, _ = la.svd(overlap[on] @ modes, full_matrices=False)
+    kept = s > FORCES * s[:1]
+    forces = np.zeros((len(modes), int(kept.sum())))
+    forces[on] = U[:, kept] * s[kept]
+    return forces
 
 
 def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit: float) -> Array:
