@@ -52,7 +52,10 @@ def frames(damped_beside):
 
 def test_the_finding_says_what_the_air_takes_and_that_the_gain_is_overstated():
     # red: reduction(bare, beside) the other way round; `less > 0.5` → `less < 0.5`
+    alone = radiation_finding(compared(*frames(2.0)), "none", ["centre"], air_mass=False)
+    assert "(resistance without added mass)" in alone  # red: if air_mass → if not air_mass
     text = radiation_finding(compared(*frames(2.0)), "none", ["centre"])
+    assert "(added mass included)" in text
     assert "from 28.0 to 14.0 g rms (−6.0 dB)" in text
     assert "gives 2.0 dB instead of 4.0 dB" in text
     assert "overstated" in text

@@ -1,5 +1,7 @@
 """The air on a panel, held to the closed forms of a rigid rectangle in a baffle."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,6 +66,15 @@ def test_two_wetted_sides_are_twice_one():
     np.testing.assert_allclose(two.real, 2 * one.real, rtol=1e-14)
     np.testing.assert_allclose(two.imag, 2 * one.imag, rtol=1e-14)
     assert np.all(one.real < 0) and np.all(one.imag > 0)
+
+
+def test_air_without_mass_is_resistance_alone():
+    # red: stiffness -= omega**2 * mass outside of the condition (AttributeError of None)
+    frequency = np.array([5.0, 40.0, 100.0])
+    whole = air(2)
+    light = replace(whole, added_volume=None).stiffness(frequency)
+    np.testing.assert_array_equal(light.real, 0.0)
+    np.testing.assert_array_equal(light.imag, whole.stiffness(frequency).imag)
 
 
 @pytest.mark.parametrize("sides", [1, 2])

@@ -24,7 +24,7 @@ panel:
   patches: {{P: {{centre_m: [0.4, 0.3], size_m: [0.2, 0.2]}}}}
   points: {{A: [0.4, 0.3]}}
 sound: {{spectrum: bands.csv, {sound}}}
-response: {{frequency_hz: [30, 250]}}
+response: {{frequency_hz: [30, 250], air_mass: {air_mass}}}
 scenarios: {{one: {{title: "One", patch: [P], fill_fraction: 0.5}}}}
 """
 BANDS = "center_hz,spl_db\n31.5,110\n63,120\n125,130\n250,120\n"
@@ -36,7 +36,7 @@ def basis(tmp_path_factory):
     """The file of a panel's basis; the sound does not change it."""
     folder = tmp_path_factory.mktemp("basis")
     (folder / "bands.csv").write_text(BANDS)
-    (folder / "small.yaml").write_text(STUDY.format(sound="field: uniform"))
+    (folder / "small.yaml").write_text(STUDY.format(sound="field: uniform", air_mass="true"))
     names = (
         "small.yaml",
         "modes.nc",
@@ -54,9 +54,9 @@ def basis(tmp_path_factory):
 def run(tmp_path, basis):
     """Run the script on a study with these keys of ``sound``; the folder of what it wrote."""
 
-    def main(keys, air=False):
+    def main(keys, air=False, air_mass="true"):
         (tmp_path / "bands.csv").write_text(BANDS)
-        (tmp_path / "small.yaml").write_text(STUDY.format(sound=keys))
+        (tmp_path / "small.yaml").write_text(STUDY.format(sound=keys, air_mass=air_mass))
         names = ("spectrum.csv", "modal_force.nc", *["air.nc"] * air)
         study = tmp_path / "small.yaml"
         sound.main([str(study), str(basis), *(str(tmp_path / name) for name in names)])
@@ -148,3 +148,19 @@ def test_air_answers_as_to_a_diffuse_field_whatever_drives_the_panel(run, basis,
     np.testing.assert_allclose(diffuse, expected, atol=1e-9 * np.abs(expected).max())
     added = read_table(folder / "air.nc", ADDED_VOLUME)
     np.testing.assert_array_equal(added.at([k]), tabulate_added_mass(K_MAX, face).at([k]))
+
+
+def test_no_mass_of_the_air_is_tabulated_where_it_does_not_count(run):
+    # red: if air_mass → if True in `air_tables`
+    folder = run("field: uniform, speed_m_s: 340", air=True, air_mass="false")
+    read_table(folder / "air.nc", DIFFUSE)
+    with pytest.raises(KeyError):
+        read_table(folder / "air.nc", ADDED_VOLUME)
+
+
+def test_sound_beyond_the_waves_that_the_face_serves_is_refused(run):
+    # the panel was condensed for twice the waves of its modes, 18 rad/m of bending at 500 Hz and
+    # about one half more by Weyl's law with so few of them; 50 m/s ask for twice 31.4
+    # red: wavenumber_max > panel.wavenumber → False in `FoldedFace.of`
+    with pytest.raises(FieldError, match=r"shapes are known to .* rad/m, 62.8319 are needed"):
+        run("field: diffuse, speed_m_s: 50")

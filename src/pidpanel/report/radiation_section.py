@@ -33,7 +33,9 @@ def compared(summary: pd.DataFrame, radiation: pd.DataFrame) -> pd.DataFrame:
     return good.merge(radiation, on=["reading", "scenario", "point"], suffixes=("", "_beside"))
 
 
-def radiation_finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> str:
+def radiation_finding(
+    both: pd.DataFrame, own: str, points: Sequence[str], *, air_mass: bool = True
+) -> str:
     """Return how much the other radiation changes, beside the best damper, and what that means.
 
     Parameters
@@ -44,6 +46,8 @@ def radiation_finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> st
         ``response.radiation`` of the study.
     points
         Names of the response points in order.
+    air_mass
+        ``response.air_mass`` of the study.
     """
     beside = str(both["radiation"].iloc[0])
     said = []
@@ -62,8 +66,9 @@ def radiation_finding(both: pd.DataFrame, own: str, points: Sequence[str]) -> st
                 f", and the best damper ({best['scenario']}) gives "
                 f"{best['reduction_db_beside']:.1f} dB instead of {best['reduction_db']:.1f} dB"
             )
+    carried = "added mass included" if air_mass else "resistance without added mass"
     instead = (
-        f"With {SIDES[beside]} of a baffled panel (added mass included) instead of {SIDES[own]}: "
+        f"With {SIDES[beside]} of a baffled panel ({carried}) instead of {SIDES[own]}: "
         f"{'; '.join(said)}."
     )
     damped = both[both["patch"] != "none"]
@@ -80,6 +85,8 @@ def radiation_section(
     radiation: pd.DataFrame,
     own: str,
     points: Sequence[str],
+    *,
+    air_mass: bool = True,
 ) -> Section:
     """Return the finding, and every scenario under both radiations.
 
@@ -87,7 +94,7 @@ def radiation_section(
     ----------
     summary, radiation
         As of `compared`.
-    own, points
+    own, points, air_mass
         As of `radiation_finding`.
     """
     both = compared(summary, radiation)
@@ -116,5 +123,5 @@ def radiation_section(
     return Section(
         "radiation",
         "Radiation into the air",
-        [Paragraph(radiation_finding(both, own, points)), table],
+        [Paragraph(radiation_finding(both, own, points, air_mass=air_mass)), table],
     )

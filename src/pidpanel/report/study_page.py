@@ -75,7 +75,11 @@ def _sections(inputs: Inputs) -> list[Section]:
     sections += [response_section(inputs, name) for name in study.families]
     if inputs.radiation is not None:
         own = study.response.radiation
-        sections.append(radiation_section(inputs.summary, inputs.radiation, own, points))
+        sections.append(
+            radiation_section(
+                inputs.summary, inputs.radiation, own, points, air_mass=study.response.air_mass
+            )
+        )
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch))
     labels = [scenario.label for scenario in study.all_scenarios()]

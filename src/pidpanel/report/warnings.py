@@ -57,7 +57,8 @@ def study_warnings(inputs: Inputs) -> list[str]:
         said.append(SINGLE_TONES)
     if inputs.radiation is not None:
         both = compared(inputs.summary, inputs.radiation)
-        said.append(radiation_finding(both, study.response.radiation, list(study.panel.points)))
+        response, points = study.response, list(study.panel.points)
+        said.append(radiation_finding(both, response.radiation, points, air_mass=response.air_mass))
     for results in inputs.damping.values():
         said += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():

@@ -3,6 +3,7 @@
 The panel enters as arrays: `PanelShapes`.
 """
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
@@ -221,7 +222,19 @@ def write_sound(
     """
     band_table(study.sound).to_csv(spectrum_csv, index=False, float_format="%.7g")
     force = modal_force_tables(study.sound, study.response.frequency_hz[1], shapes)
+    _tell("modal force", force[MODAL_FORCE])
     write_tables(modal_force_nc, force, {**stamp(study), "field": study.sound.field})
     if air_nc is not None:
         air = air_tables(study.sound, shapes, force, air_mass=study.response.air_mass)
+        for name, table in air.items():
+            _tell(name.replace("_", " "), table)
         write_tables(air_nc, air, stamp(study))
+
+
+def _tell(what: str, table: WavenumberTable) -> None:
+    """Say in the log of the stage what stands."""
+    count, shapes = table.even.shape[:2]
+    print(
+        f"{what}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m",
+        file=sys.stderr,
+    )
