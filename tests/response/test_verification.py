@@ -10,9 +10,10 @@ from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.verification import CASES, nafems_rows
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if name != "nafems_13r"])
+# NAFEMS below; heavy dampers take 40 s, `make verification` has them
+@pytest.mark.parametrize("name", [name for name in CASES if name not in ("nafems_13r", "heavy")])
 def test_the_truths_of_the_page_are_met(tmp_path, name):
-    # red: damping * D → 0 * D in `full_displacement_psd`; 1e-4 → 1 as residual_tolerance there
+    # red: one.damping → 0 in `psd_of_elements`; 1e-4 → 1 as residual_tolerance of `panel_shapes`
     rows = [row for row in CASES[name](tmp_path) if row.held]
     assert rows
     for row in rows:

@@ -13,9 +13,19 @@ VERIFIED = {
         "free_square",
         "supported_disc",
         "clamped_disc",
+        "turned",
+        "mesh_file",
     ],
     "sound": ["field"],
-    "response": ["nafems_13r", "miles", "damper"],
+    "response": [
+        "nafems_13r",
+        "miles",
+        "damper",
+        "equal",
+        "heavy",
+        "together",
+        "everywhere",
+    ],
 }
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.panel import verification_equal
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
@@ -209,4 +210,7 @@ def frequency_rows(known: Known, folder: Path) -> list[Row]:
     return rows
 
 
-CASES = {key: partial(frequency_rows, known) for key, known in KNOWN.items()}
+CASES = {
+    **{key: partial(frequency_rows, known) for key, known in KNOWN.items()},
+    **verification_equal.CASES,
+}
