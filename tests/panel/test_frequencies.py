@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
@@ -390,3 +391,48 @@ def test_rigid_motions_have_the_mass_and_the_moments_of_inertia_of_a_slab():
     expected += SANDWICH.rotary_inertia * a * b * np.diag([0, 1, 1])
     # 1e-6 tells the rotary inertia, 3e-4 of the moments; Lanczos finds rigid modes to 1e-8
     np.testing.assert_allclose(motion.T @ (plate.mass @ motion), expected, rtol=1e-6)
+
+
+SKEW = Polygon(((0, 0), (1, 0), (1.5, 0.8), (0.5, 0.8)))
+
+
+@pytest.mark.parametrize("kind", ["clamped", "free"])
+def test_a_thin_solid_does_not_lock(tmp_path, kind):
+    # beside quintics of a thin plate; at 0.5 mm shear takes (k t)²/7 = 1e-5 of a frequency
+    # red: SOLID_DEGREE = 3: 3 % clamped, 0.2 % free
+    solid = SolidSection(70e9, 0.33, 2700.0, 0.5e-3)
+    thin = ThinSection(float(solid.bending[0, 0]), solid.mass_per_area, 0.33, 0.5e-3)
+    mesh = mesh_triangles(tmp_path / "s.msh", SKEW, 0.08, {}, {})
+    exact, found = (
+        normal_modes(assemble(mesh, section, Supports(kind)), 10.0, 15)[0][:15]
+        for assemble, section in ((assemble_thin_plate, thin), (assemble_shear_plate, solid))
+    )
+    elastic = exact > 0
+    assert elastic.sum() >= 12 and np.array_equal(found > 0, elastic)
+    # quartics at two elements to the shortest half wave
+    np.testing.assert_allclose(found[elastic], exact[elastic], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "supports",
+    [
+        Supports(),
+        Supports("simply_supported_soft"),
+        Supports("clamped"),
+        Supports("free", points={"H": PointSupport((0.5, 0.5), "hold_down", 0.3)}),
+        Supports("free", points={"H": PointSupport((0.5, 0.5), "hinge", 0.3)}),
+    ],
+)
+def test_quartics_hold_more_shapes_than_cubics_under_every_support(monkeypatch, supports):
+    # both conform, so that frequencies of the same mesh fall; at 25 cm they differ by 0.1 to 8 %
+    # red: reshape(-1, 2) → reshape(2, -1).T of the nodes of an edge; without interior_dofs in
+    # `along_x`
+    mesh = split_quads(6, 4)
+    cubic = normal_modes(assemble_shear_plate(mesh, SANDWICH, supports), 600.0)[0]
+    monkeypatch.setattr(mindlin, "SANDWICH_DEGREE", 4)
+    quartic = normal_modes(assemble_shear_plate(mesh, SANDWICH, supports), 600.0)[0]
+    count = np.sum(cubic == 0)
+    assert np.sum(quartic == 0) == count
+    fall = 1 - quartic[count : len(cubic)] / cubic[count:]
+    assert fall.min() > -1e-9
+    assert fall.max() < 0.08

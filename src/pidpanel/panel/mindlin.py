@@ -1,16 +1,35 @@
 """Plate with transverse shear (Reissner-Mindlin) on triangles (scikit-fem).
 
-The deflection w is cubic (P3), the rotation b of the normals quadratic (P2), everything is
-integrated exactly: grad w and b then match to quadratics, and the shear energy of a thin plate
-can vanish. Convergence is of order 4 in frequency for sandwiches; in the thin limit 0.2 to 0.4 %
-remain at 30 elements to the long side.
+The deflection w is a polynomial of one degree more than the rotation b of the normals, and
+everything is integrated exactly, so that frequencies come from above. Sandwiches have P3 and P2,
+with convergence of order 4 in frequency. In the thin limit b = grad w makes w one of the C1
+cubics, of which there are too few on most triangulations; of C1 quartics there are enough. Solid
+plates therefore have P4 and P3. Largest error of the first 14 frequencies of a clamped skew plate
+of 1 m × 0.94 m at equal numbers of coordinates (elements of 5 and 8 cm; of 10 and 16 cm):
+
+=========================  =======  =======  =======  =======
+section                    P3, P2   P4, P3   P3, P2   P4, P3
+=========================  =======  =======  =======  =======
+solid, 0.5 mm              0.82 %   0.026 %  6.3 %    0.63 %
+solid, 3 mm                0.16 %   0.012 %  3.1 %    0.53 %
+solid, 30 mm               0.038 %  0.006 %  0.55 %   0.15 %
+sandwich, 25 mm            0.014 %  0.001 %  0.20 %   0.044 %
+=========================  =======  =======  =======  =======
 """
 
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import BilinearForm, CellBasis, ElementTriP2, ElementTriP3, ElementVector, MeshTri
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementTriP2,
+    ElementTriP3,
+    ElementTriP4,
+    ElementVector,
+    MeshTri,
+)
 from skfem.helpers import dot, grad
 
 from pidpanel.arrays import Array, Index
@@ -23,7 +42,7 @@ from pidpanel.panel.plate import (
     corner_mean,
     overlap_form,
 )
-from pidpanel.panel.section import Section
+from pidpanel.panel.section import Section, SolidSection
 from pidpanel.panel.supports import (
     Block,
     Supports,
@@ -35,8 +54,9 @@ from pidpanel.panel.supports import (
     vertex_at,
 )
 
-# Exact for products of two cubics.
-EXACT_ORDER = 6
+LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}
+# Degree of the deflection.
+SANDWICH_DEGREE, SOLID_DEGREE = 3, 4
 SIMPLY_SUPPORTED = Supports()
 
 
@@ -112,8 +132,10 @@ def assemble_shear_plate(
     if mesh.cell_kind != "triangles":
         raise ValueError(f"a plate with shear on {mesh.cell_kind}; allowed are triangles")
     skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
-    deflection = CellBasis(skmesh, ElementTriP3(), intorder=EXACT_ORDER)
-    rotation = CellBasis(skmesh, ElementVector(ElementTriP2()), intorder=EXACT_ORDER)
+    degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE
+    of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
+    deflection = CellBasis(skmesh, of_deflection, intorder=2 * degree)
+    rotation = CellBasis(skmesh, of_rotation, intorder=2 * degree)
     free = free_coordinates(deflection.N + rotation.N, _held(mesh, deflection, rotation, supports))
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
@@ -137,7 +159,7 @@ def assemble_shear_plate(
         ],
         format="csr",
     )
-    curvature, shear = _recovery(skmesh, free_w, free_b)
+    curvature, shear = _recovery(deflection, rotation, free_w, free_b)
     return assembled_plate(
         mesh,
         deflection,
@@ -151,11 +173,12 @@ def assemble_shear_plate(
 
 
 def _recovery(
-    mesh: MeshTri, free_w: sp.csr_array, free_b: sp.csr_array
+    of_deflection: CellBasis, of_rotation: CellBasis, free_w: sp.csr_array, free_b: sp.csr_array
 ) -> tuple[tuple[sp.csr_array, ...], tuple[sp.csr_array, ...]]:
     """Return the matrices of curvature and shear angle at the vertices."""
-    deflection = corner_basis(mesh, ElementTriP3())
-    rotation = corner_basis(mesh, ElementVector(ElementTriP2()))
+    mesh = of_deflection.mesh
+    deflection = corner_basis(mesh, of_deflection.elem)
+    rotation = corner_basis(mesh, of_rotation.elem)
     mean = corner_mean(mesh)
 
     def matrix(basis: CellBasis, value, free: sp.csr_array) -> sp.csr_array:  # type: ignore[no-untyped-def]
@@ -191,9 +214,11 @@ def _held(
         number = facet[start, end]
         for dof in deflection.facet_dofs[:, number]:
             w_rows[int(dof)] = "a supported edge"
-        # places: vertices by their number, edges by theirs after the vertices
+        # places: vertices by their number, edges by theirs after the vertices, one for each node
         rows = _forbidden_rotation(kind, tangent)
-        hold("a supported edge", len(mesh.vertices) + number, rotation.facet_dofs[:, number], rows)
+        for node, dofs in enumerate(rotation.facet_dofs[:, number].reshape(-1, 2)):
+            place = len(mesh.vertices) + node * deflection.mesh.nfacets + number
+            hold("a supported edge", place, dofs, rows)
     for vertex in held:
         w_rows[int(deflection.nodal_dofs[0, vertex.vertex])] = "a supported edge"
         for kind, tangent, _ in vertex.edges:
@@ -216,7 +241,8 @@ def _held(
             w_dofs = np.unique(deflection.element_dofs[:, cells])
             b_dofs = np.unique(rotation.element_dofs[:, cells])
             x, y = deflection.doflocs[:, w_dofs]
-            along_x = np.isin(b_dofs, [*rotation.nodal_dofs[0], *rotation.facet_dofs[0]])
+            every = (rotation.nodal_dofs, rotation.facet_dofs, rotation.interior_dofs)
+            along_x = np.isin(b_dofs, np.concatenate([dofs[::2].ravel() for dofs in every]))
             rigid = np.vstack(
                 [
                     np.column_stack([np.ones_like(x), x, y]),

@@ -129,7 +129,7 @@ KNOWN = {
         "thick square, NAFEMS forced vibration test 21",
         "NAFEMS R0016, Selected Benchmarks for Forced Vibration (45.897 ... Hz)",
         _thick_nafems,
-        "Reissner-Mindlin P3/P2 triangles",
+        "Reissner-Mindlin P4/P3 triangles",
         (45.897, 109.44, 109.44, 167.89, 204.51, 204.51, 256.50, 256.50),
         5e-4,
     ),
