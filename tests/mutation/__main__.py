@@ -51,8 +51,8 @@ FORMULAS = {
     "supports "
     "thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
-    "response": "bands dampers elements lines linearisation maps modal model power radiation scenarios "
-    "stress tabdmp1 tables uncertainty",
+    "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
+    "model motions power radiation scenarios search solvers stress tabdmp1 tables uncertainty",
 }
 """Modules with formulas, by stage; first those of all stages."""
 

@@ -82,7 +82,7 @@ OTHERS = {
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",
-    "response": "export from_study map_files nastran results rounds verification "
+    "response": "export from_study map_files nastran refinement results rounds verification "
     "verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""

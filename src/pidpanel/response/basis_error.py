@@ -8,7 +8,7 @@ m_a of the scenario. Where the error is above what is allowed, what the basis le
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +19,8 @@ from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, values_of
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.elements import Elements, Motion, Pull
+from pidpanel.response.modal import Matrices
 from pidpanel.response.model import ModalBasis
-from pidpanel.sound.from_study import modal_force_at
-from pidpanel.study.sound import Sound
 
 ALLOWED = 5e-3
 """Largest error of a PSD that is left to the basis."""
@@ -35,6 +34,24 @@ LINES = (2, 12)
 WORK = 1.2e7
 """Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
 coordinates with three points and 22 scenarios the check has 3 lines each."""
+
+
+@dataclass(frozen=True)
+class MovedFace:
+    """Motions of the face as shapes; see `sound.from_study.PanelShapes`."""
+
+    quadrature_position: Array
+    quadrature_weight: Array
+    shape_at_quadrature: Array
+    quadrature_wavenumber: float
+    face_overlap: Array
+    vertex_position: Array
+    cells: Index
+    shape_at_vertices: Array
+
+
+ForceAt = Callable[[float, MovedFace], Matrices]
+"""(frequency [Hz], shapes) → G (n, n) [m⁴]."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +139,7 @@ def check_basis(
     plate: StoredPlate,
     shapes: Array,
     modal: ModalBasis,
-    sound: Sound,
+    force_at: ForceAt,
     damping_ratio: float,
     cutoff: float,
     frequency: Array,
@@ -140,8 +157,8 @@ def check_basis(
         (n_free, n) of the basis.
     modal
         Frequencies, masses and damping of the basis.
-    sound
-        Field and speed of sound.
+    force_at
+        G of the field of the study at a frequency [Hz] on given shapes [m⁴].
     damping_ratio, cutoff
         ζ of the bare panel and f_c [Hz].
     frequency
@@ -172,7 +189,7 @@ def check_basis(
             for one in scenarios
         ]
         motions = elements.motions(pulls)
-        error[:, line] = _errors(motions, basis, plate, sound, f)
+        error[:, line] = _errors(motions, basis, plate, force_at, f)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].left_out
             missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
@@ -188,14 +205,18 @@ def point_vertices(basis: PanelBasis) -> Index:
 
 
 def _errors(
-    motions: Sequence[Motion], basis: PanelBasis, plate: StoredPlate, sound: Sound, frequency: float
+    motions: Sequence[Motion],
+    basis: PanelBasis,
+    plate: StoredPlate,
+    force_at: ForceAt,
+    frequency: float,
 ) -> Array:
     """(n_scenarios,) largest relative error of the PSD of a point at a line."""
     count = motions[0].of_basis.shape[1]
     answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
     columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
     moved_face = plate.at_quadrature @ columns
-    face = _MovedFace(
+    face = MovedFace(
         plate.quadrature_position,
         plate.quadrature_weight,
         moved_face,
@@ -205,7 +226,7 @@ def _errors(
         basis.cells,
         plate.at_vertices @ columns,
     )
-    force = modal_force_at(sound, frequency, face)
+    force = force_at(frequency, face)
     # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
     blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, 2, count)
     real, imag = blocks[:, :, 0], blocks[:, :, 1]
@@ -216,20 +237,6 @@ def _errors(
     ratio = np.divide(psd[:, 0], psd[:, 1], out=np.ones_like(psd[:, 1]), where=moved)
     error: Array = np.abs(ratio - 1).max(axis=1, initial=0.0)
     return error
-
-
-@dataclass(frozen=True)
-class _MovedFace:
-    """Motions of the face as shapes; see `sound.from_study.PanelShapes`."""
-
-    quadrature_position: Array
-    quadrature_weight: Array
-    shape_at_quadrature: Array
-    quadrature_wavenumber: float
-    face_overlap: Array
-    vertex_position: Array
-    cells: Index
-    shape_at_vertices: Array
 
 
 def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Shapes:

@@ -28,6 +28,7 @@ from pidpanel.response.from_study import (
 )
 from pidpanel.response.model import UnstableDamping
 from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.sound.from_study import modal_force_at
 
 ATTEMPTS = 4
 """Bases that are tried: each further one holds what the one before left out."""
@@ -143,7 +144,7 @@ def _check(
         plate,
         joined_shapes(panel.basis, plate, left_out).vectors,
         wider.modal,
-        panel.study.sound,
+        lambda frequency, face: modal_force_at(panel.study.sound, frequency, face),
         panel.study.panel.damping_ratio,
         panel.cutoff,
         lines,

@@ -17,6 +17,7 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.polygon import Rectangle
 from pidpanel.response.basis_error import (
+    MovedFace,
     PatchDampers,
     check_basis,
     cutoff_frequency,
@@ -30,7 +31,6 @@ from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
-from pidpanel.study.sound import Sound
 
 SPEED = 343.0
 SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
@@ -175,7 +175,6 @@ def papers_panel(
         shapes=shapes.vectors,
     )
     left_out = np.zeros((len(shapes.vectors), 0))
-    sound = Sound(spectrum="smc_s_016_2014_min_third.csv")
     wider, ratio = basis, 0.01
     for attempt in range(ATTEMPTS if layouts else 0):
         cutoff = cutoff_frequency(HIGHEST)
@@ -184,7 +183,7 @@ def papers_panel(
         )
         lines = lines_to_try((28.0, HIGHEST), len(left_out), len(POINTS) * len(layouts), attempt)
         check = check_basis(
-            wider, stored, joined_shapes(basis, stored, left_out).vectors, modal, sound, ratio,
+            wider, stored, joined_shapes(basis, stored, left_out).vectors, modal, diffuse, ratio,
             cutoff, lines, [of_patches(list(patches), on, len(lines)) for on in layouts],
         )  # fmt: skip
         if not check.left_out.shape[1]:
@@ -192,6 +191,14 @@ def papers_panel(
         left_out = np.hstack([left_out, check.left_out])
         wider = basis_of(mesh, plate, joined_shapes(basis, stored, left_out))
     return Studied.rayleigh(plate, wider)
+
+
+def diffuse(frequency: float, face: MovedFace) -> Array:
+    """Return G [m⁴] of a diffuse field at a frequency [Hz]."""
+    panel = PanelQuadrature(
+        face.quadrature_position, face.quadrature_weight, face.shape_at_quadrature
+    )
+    return diffuse_modal_force(float(wavenumber(frequency, SPEED)), panel)
 
 
 STORED = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
