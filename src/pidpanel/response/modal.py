@@ -43,8 +43,9 @@ MatrixInput = Matrices | Callable[[Array], Matrices]
 OVERLAP_CUTOFF = 1e-8
 """Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
 
-LINES_AT_ONCE = 128
-"""Frequency lines solved together, so that memory does not grow with the number of lines."""
+LINES_AT_ONCE = 32
+"""Frequency lines solved together, so that memory does not grow with the number of lines; with more,
+the operating system has to clear the pages of larger arrays, which takes longer than the sums."""
 
 
 @dataclass(frozen=True)
