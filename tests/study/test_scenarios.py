@@ -174,6 +174,16 @@ REFUSED = [
 ]  # fmt: skip
 
 
+def test_a_target_is_for_patches_one_by_one(refusal):
+    # red: `_mistakes_of_target` that yields nothing: the errors of two patches are not of one point
+    values = changed(("coupon", COUPON), ("damping.readings", ["dem"]), ("scenarios.place", None))
+    values["damping"]["target"] = {"relative_error": 0.1}
+    values["scenarios"]["both"]["layout"]["PID-2"] = {"damper": "coupon", "fill_fraction": 0.5}
+    lines, _ = refusal(values)
+    assert len(lines) == 1
+    assert lines[0].endswith("several patches together are not allowed with damping.target")
+
+
 @pytest.mark.parametrize(("key", "value", "message"), REFUSED)
 def test_a_mistake_in_dampers_and_layouts_is_told_in_one_line(refusal, key, value, message):
     # red: any of the yields of Study._mistakes_of_filling, _mistakes_of_dampers taken out

@@ -159,7 +159,7 @@ class Study(CouponStudy):
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts whose errors are not those of one point of the sweep."""
         for name, layout in self.layouts.items():
-            if self.damping.target is not None and len(layout.layout) > 1:
+            if self.damping.target and "dem" in self.readings and len(layout.layout) > 1:
                 says = "several patches together are not allowed with damping.target"
                 yield Mistake(("scenarios", name, "layout"), says)
 
