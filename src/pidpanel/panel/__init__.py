@@ -18,6 +18,10 @@ Shapes are functions of position only; nothing here depends on sound or on dampe
     The assembled plate, by Kirchhoff's theory or with transverse shear.
 `modes`
     Modes and residual vectors: the basis of the response.
+`eigen`
+    Many eigenpairs of large sparse matrices.
+`face`
+    The face as its sound needs it, condensed for plane waves.
 `navier`, `resolution`
     Closed forms for rectangles; how fine a mesh must be.
 `basis_files`, `tables`

@@ -1,5 +1,6 @@
 """Modal force and added mass of sine shapes compared with independent integrals."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -79,7 +80,33 @@ def field_rows(folder: Path) -> list[Row]:
         )
         for i, mode in enumerate(modes)
     ]  # fmt: skip
+    panel = sine_panel([(1, 1)])
+    piston = replace(panel, shape=np.ones_like(panel.shape))
+    rows.append(
+        Row(
+            "Rigid piston with free edges, 1.5 m × 1 m", "added mass over density, k = 0",
+            float(tabulate_added_mass(36.6, piston).at([0.0])[0, 0, 0].real), piston_volume(*SIDES),
+            "m3", 1e-3, "integral over wavenumber", "closed form of ∬∬ dA dA′/R over a rectangle",
+        )
+    )  # fmt: skip
     return rows
+
+
+def piston_volume(a: float, b: float) -> float:
+    """Return V = (1/2π) ∬∬ dA dA′/R [m³] over a rectangle of the sides a, b [m].
+
+    By four integrations of 1/R, the energy of a plate of even charge.
+
+    Examples
+    --------
+    Of a square of 1 m, (4/3)(1 − √2 + 3 ln(1 + √2))/2π:
+
+    >>> round(piston_volume(1.0, 1.0), 5)
+    0.4732
+    """
+    d = np.hypot(a, b)
+    double = 2 * a**2 * b * np.log((b + d) / a) + 2 * a * b**2 * np.log((a + d) / b)
+    return float((double + 2 / 3 * (a**3 + b**3 - d**3)) / (2 * np.pi))
 
 
 CASES = {"field": field_rows}
