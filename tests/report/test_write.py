@@ -58,14 +58,15 @@ def table(tmp_path_factory, write_study, table_values):
         return [str(folder / name) for name in names]
 
     modes, force, air = at("panel/modes.nc", "sound/modal_force.nc", "sound/air.nc")
-    panel = at("panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv")
-    script("panel")([str(study), modes, *panel])
+    section, plate = at("panel/section.csv", "panel/plate.nc")
+    panel = at("panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh")
+    script("panel")([str(study), modes, *panel, section, plate])
     script("sound")([str(study), modes, *at("sound/spectrum.csv"), force, air])
-    names = ("psd.nc", "summary.csv", "stress.nc", "stress.csv", "radiation.csv")
-    response = at(*(f"response/{name}" for name in names))
-    script("response")([str(study), modes, force, "none", air, *response])
-    maps = at("response/psd.nc", "response/maps.nc", "response/maps")
-    script("maps")([str(study), modes, force, "none", *maps])
+    names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
+    response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
+    script("response")([str(study), modes, force, plate, section, "none", air, *response])
+    maps = at("response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps")
+    script("maps")([str(study), modes, force, "none", plate, *maps])
     script("report")([str(study), str(folder), str(folder.parent / "coupon")])
     return study, folder
 
