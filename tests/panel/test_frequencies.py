@@ -399,7 +399,7 @@ SKEW = Polygon(((0, 0), (1, 0), (1.5, 0.8), (0.5, 0.8)))
 @pytest.mark.parametrize("kind", ["clamped", "free"])
 def test_a_thin_solid_does_not_lock(tmp_path, kind):
     # beside quintics of a thin plate; at 0.5 mm shear takes (k t)²/7 = 1e-5 of a frequency
-    # red: SOLID_DEGREE = 3: 3 % clamped, 0.2 % free
+    # red: SOLID_DEGREE = 3: 4 % clamped, 0.3 % free
     solid = SolidSection(70e9, 0.33, 2700.0, 0.5e-3)
     thin = ThinSection(float(solid.bending[0, 0]), solid.mass_per_area, 0.33, 0.5e-3)
     mesh = mesh_triangles(tmp_path / "s.msh", SKEW, 0.08, {}, {})

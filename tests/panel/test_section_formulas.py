@@ -72,7 +72,8 @@ def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_
     for element, share in (
         ("thin quadrilaterals", 0.65),
         ("thin triangles", 1.2),
-        ("triangles", 0.9),
+        ("sandwich triangles", 0.8),
+        ("solid triangles", 0.9),
     ):
         resolution.check_resolution(element, 0.999 * share * half, section, 500.0)
         with pytest.raises(ValueError, match="too coarse"):

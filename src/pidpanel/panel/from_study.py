@@ -203,7 +203,7 @@ class StudiedPanel:
             check_feet(area, self.supports)
             edge = self._element_size
         shape = "quadrilaterals" if spec.kind == "quadrilaterals" else "triangles"
-        element = f"thin {shape}" if isinstance(self.section, ThinSection) else shape
+        element = f"{self.panel.section.kind} {shape}"
         check_resolution(element, edge, self.section, frequency)
 
     def mesh(self, path: Path) -> PanelMesh:
