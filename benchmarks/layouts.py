@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import panel_basis, patch_areas
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.polygon import Rectangle

@@ -18,8 +18,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import panel_basis, patch_areas
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.polygon import Rectangle

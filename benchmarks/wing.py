@@ -20,11 +20,12 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse.linalg as spla
 
+from pidpanel.panel.basis import basis_of
 from pidpanel.panel.basis_files import write_basis
 from pidpanel.panel.eigen import eigenpairs, factors
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.modes import Shapes, _normalise, basis_of, count_modes_below, residual_vectors
+from pidpanel.panel.modes import Shapes, _normalise, count_modes_below, residual_vectors
 from pidpanel.paths import PROJECT
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature

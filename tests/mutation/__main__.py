@@ -47,9 +47,8 @@ FORMULAS = {
     "coupon": "balance contact cycles drive geometry inelastic rows",
     "damping": "constants design fit forms gaussian_process interpolation laws readings surface "
     "tables",
-    "panel": "attachments eigen face grid layup mindlin modes navier plate resolution section "
-    "supports "
-    "thin triangles",
+    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
+    "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
     "model motions power radiation scenarios search solvers stress tabdmp1 tables uncertainty",

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from pidpanel.panel.basis import PanelBasis, panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.modes import PanelBasis, panel_basis
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.basis_files import PACKED, SINGLE, read_basis, write_basis, write_shapes
-from pidpanel.panel.modes import panel_basis
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles

@@ -6,11 +6,12 @@ from scipy.optimize import brentq
 
 from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import count_modes_below, normal_modes, panel_basis, residual_vectors
+from pidpanel.panel.modes import count_modes_below, normal_modes, residual_vectors
 from pidpanel.panel.navier import shear_plate_frequency, thin_plate_frequency
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports

@@ -8,14 +8,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.panel import modes as modes_module
+from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import (
-    LEAST_MODES,
-    count_modes_below,
-    normal_modes,
-    panel_basis,
-    residual_vectors,
-)
+from pidpanel.panel.modes import LEAST_MODES, count_modes_below, normal_modes, residual_vectors
 from pidpanel.panel.navier import mode_orders, thin_plate_frequency
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import (
     mode_orders,
     sandwich_frequency,

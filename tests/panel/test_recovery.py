@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
+from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import panel_basis
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.report import style
 from pidpanel.report.inputs import Inputs

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
+from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import basis_of, panel_shapes
+from pidpanel.panel.modes import panel_shapes
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate

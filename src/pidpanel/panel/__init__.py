@@ -1,6 +1,7 @@
 """The panel: its mesh, its plate theory, its modes.
 
-Shapes are functions of position only; nothing here depends on sound or on dampers.
+Shapes are functions of position only; of sound and dampers no more is known here than how short
+the waves and how heavy the patches can be.
 
 `from_study`
     The panel of a study; the one module here that knows what a study is.
@@ -16,16 +17,16 @@ Shapes are functions of position only; nothing here depends on sound or on dampe
     Edges, hinges and hold-downs; springs and masses.
 `plate`, `thin`, `mindlin`
     The assembled plate, by Kirchhoff's theory or with transverse shear.
-`modes`
-    Modes and residual vectors: the basis of the response.
+`modes`, `basis`
+    Modes and the shapes that dampers need beside them; their values where they are needed.
 `eigen`
     Many eigenpairs of large sparse matrices.
 `face`
     The face as its sound needs it, condensed for plane waves.
 `navier`, `resolution`
     Closed forms for rectangles; how fine a mesh must be.
-`basis_files`, `tables`
-    Files of the basis; tables of modes and section.
+`basis_files`, `plate_files`, `tables`
+    Files of the basis and of the plate's matrices; tables of modes and section.
 `verification`
     Natural frequencies compared with published values.
 """

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import xarray as xr
 
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 
 # variable: dimensions, unit, long name
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {

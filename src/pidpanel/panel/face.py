@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.plane_waves import condensed
 
 REACH = 2.0

@@ -10,6 +10,7 @@ import pandas as pd
 
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.basis import PanelBasis, basis_of
 from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.fit import (
@@ -26,7 +27,7 @@ from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
-from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, basis_of, panel_shapes
+from pidpanel.panel.modes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import write_plate

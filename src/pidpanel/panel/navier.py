@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from pidpanel.arrays import Array, Index
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.mindlin import ShearSection
-from pidpanel.panel.modes import PanelBasis
 
 
 def thin_plate_frequency(

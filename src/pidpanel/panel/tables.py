@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.layup import SandwichSection
 from pidpanel.panel.mindlin import ShearSection
-from pidpanel.panel.modes import PanelBasis
 from pidpanel.panel.navier import (
     is_aligned,
     mode_orders,

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.panel.basis import PanelBasis, panel_basis, patch_areas
 from pidpanel.panel.flat_mesh import read_gmsh
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh, write_triangles
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import PanelBasis, panel_basis, patch_areas
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.supports import EdgeSupport, Supports
 from pidpanel.panel.triangles import mesh_triangles

@@ -16,7 +16,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.plane_mesh import cell_areas
 from pidpanel.report.html import Table
 from pidpanel.report.rms import band_rms_of, moving_points, rms_by

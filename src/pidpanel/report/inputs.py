@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.evidence import Record, Spheres
 from pidpanel.round import Round
 from pidpanel.study import Study

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pidpanel.panel.modes import PanelBasis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.html import Block, Picture, Section, Table

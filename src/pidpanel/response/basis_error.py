@@ -15,8 +15,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
+from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
-from pidpanel.panel.modes import MODES_BEYOND, PanelBasis, Shapes, values_of
+from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.elements import Elements, Motion, Pull
 from pidpanel.response.modal import Matrices

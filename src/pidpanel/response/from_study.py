@@ -17,8 +17,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.readings import DampingReading
+from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.panel.modes import PanelBasis, patch_areas
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined

@@ -44,8 +44,10 @@ OVERLAP_CUTOFF = 1e-8
 """Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
 
 LINES_AT_ONCE = 32
-"""Frequency lines solved together, so that memory does not grow with the number of lines; with more,
-the operating system has to clear the pages of larger arrays, which takes longer than the sums."""
+"""Frequency lines solved together, so that memory does not grow with the number of lines.
+
+With more the system has to clear the pages of larger arrays, which takes longer than the sums.
+"""
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.panel.modes import PanelBasis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.response import stress, uncertainty
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.panel.modes import panel_basis
+from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles

@@ -9,8 +9,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array
+from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import PanelBasis, basis_of, panel_shapes, patch_areas
+from pidpanel.panel.modes import panel_shapes
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection

@@ -1,0 +1,184 @@
+"""The basis of a panel: its shapes with their values wherever the stages downstream need them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.modes import Plate, Shapes, panel_shapes
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.plane_mesh import cell_areas
+
+
+@dataclass(frozen=True)
+class PanelBasis:
+    """Real shapes that diagonalise M and K, with their values wherever they are needed.
+
+    The modes come first, by frequency, then the residual vectors, by frequency. Every shape φ
+    has max |w| = 1 over the vertices and is positive there.
+
+    Attributes
+    ----------
+    natural_frequency
+        (n,) f_i [Hz], 0 for rigid-body modes; (2πf_i)² m_i = φ_iᵀ K φ_i.
+    modal_mass
+        (n,) m_i = φ_iᵀ M φ_i [kg].
+    is_residual
+        (n,) false for modes. The frequency of a residual vector is no resonance that converges.
+    shape_at_points
+        (n_points, n) w of each shape at the response points [1].
+    patch_overlap
+        (n_patches, n, n) ∫_patch φ_i φ_j dA [m²].
+    quadrature_position
+        (n_quadrature, 2) points [m] for integrals of a pressure on the shapes.
+    quadrature_weight
+        (n_quadrature,) weights [m²].
+    shape_at_quadrature
+        (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
+        give its integrals, see `pidpanel.panel.face`.
+    quadrature_wavenumber
+        κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for
+        the points of the mesh.
+    face_overlap
+        (n, n) ∫ φ_i φ_j dA over the face [m²].
+    vertex_position
+        (n_vertices, 2) vertices of the mesh [m].
+    cells
+        (n_cells, 4) or (n_cells, 3) vertex numbers of the cells.
+    shape_at_vertices
+        (n_vertices, n) w of each shape at the vertices [1].
+    curvature_at_vertices
+        (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`.
+    shear_at_vertices
+        (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m.
+    curvature_at_points
+        (n_points, 3, n) κ at the response points.
+    shear_at_points
+        (n_points, 2, n) γ at the response points.
+    layer_names
+        Layers of the section, see `pidpanel.panel.section.Layer`.
+    layer_strain, layer_stress
+        (n_layers, 3, 3) strain [m] and stress [Pa m] of the layers per curvature.
+    core_stress
+        (2, 2) shear stress of the core per shear angle [Pa].
+    point_position
+        (n_points, 2) positions of the response points [m].
+    cell_in_patch
+        (n_patches, n_cells) the cells of each patch.
+    point_names
+        Names of the response points, in the order of `shape_at_points`.
+    patch_names
+        Names of the patches, in the order of `patch_overlap`.
+    """
+
+    natural_frequency: Array
+    modal_mass: Array
+    is_residual: Flags
+    shape_at_points: Array
+    patch_overlap: Array
+    quadrature_position: Array
+    quadrature_weight: Array
+    shape_at_quadrature: Array
+    quadrature_wavenumber: float
+    face_overlap: Array
+    vertex_position: Array
+    cells: Index
+    shape_at_vertices: Array
+    curvature_at_vertices: Array
+    shear_at_vertices: Array
+    curvature_at_points: Array
+    shear_at_points: Array
+    layer_names: tuple[str, ...]
+    layer_strain: Array
+    layer_stress: Array
+    core_stress: Array
+    point_position: Array
+    cell_in_patch: Flags
+    point_names: tuple[str, ...]
+    patch_names: tuple[str, ...]
+
+
+def panel_basis(
+    mesh: PanelMesh,
+    plate: AssembledPlate,
+    frequency_limit: float,
+    residual_tolerance: float = 1e-4,
+    damper_mass: Mapping[str, float] | None = None,
+) -> PanelBasis:
+    """Compute the modes below a frequency and the shapes that the patches of the mesh need.
+
+    Parameters and errors are those of `panel_shapes`.
+    """
+    shapes = panel_shapes(plate, frequency_limit, residual_tolerance, damper_mass)
+    return basis_of(mesh, plate, shapes)
+
+
+def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBasis:
+    """Return the values of shapes wherever they are needed."""
+    layers = plate.section.layers
+    cells = np.arange(len(mesh.cells))
+    points = np.array(list(mesh.point_vertices.values()), dtype=np.int64)
+    return PanelBasis(
+        **values_of(plate, shapes, points),
+        vertex_position=mesh.vertices,
+        cells=mesh.cells,
+        layer_names=tuple(layer.name for layer in layers),
+        layer_strain=np.array([layer.strain for layer in layers]),
+        layer_stress=np.array([layer.stress for layer in layers]),
+        core_stress=plate.section.core_stress,
+        point_position=mesh.vertices[points],
+        cell_in_patch=np.array(
+            [np.isin(cells, mesh.patch_cells[name]) for name in plate.patch_overlap]
+        ).reshape(-1, len(cells)),
+        point_names=tuple(mesh.point_vertices),
+        patch_names=tuple(plate.patch_overlap),
+    )
+
+
+def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
+    """Return the attributes of a `PanelBasis` that follow from its shapes.
+
+    Parameters
+    ----------
+    plate
+        The supported plate.
+    shapes
+        Of it.
+    points
+        (n_points,) vertices that are response points.
+    """
+    vectors = shapes.vectors
+    at_vertices = plate.at_vertices @ vectors
+    curvature, shear = (
+        np.stack([component @ vectors for component in components], axis=1)
+        for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
+    )
+    at_quadrature = plate.at_quadrature @ vectors
+    root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
+    return {
+        "natural_frequency": np.concatenate([shapes.frequency, shapes.residual_frequency]),
+        "modal_mass": np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
+        "is_residual": np.arange(vectors.shape[1]) >= len(shapes.frequency),
+        "shape_at_points": at_vertices[points],
+        "patch_overlap": np.array(
+            [vectors.T @ (overlap @ vectors) for overlap in plate.patch_overlap.values()]
+        ).reshape(-1, vectors.shape[1], vectors.shape[1]),
+        "quadrature_position": plate.quadrature_position,
+        "quadrature_weight": plate.quadrature_weight,
+        "shape_at_quadrature": at_quadrature,
+        "quadrature_wavenumber": np.inf,
+        "face_overlap": root.T @ root,
+        "shape_at_vertices": at_vertices,
+        "curvature_at_vertices": curvature,
+        "shear_at_vertices": shear,
+        "curvature_at_points": curvature[points],
+        "shear_at_points": shear[points],
+    }
+
+
+def patch_areas(basis: PanelBasis) -> Array:
+    """Return the area of each patch [m²], (n_patches,)."""
+    return basis.cell_in_patch @ cell_areas(basis.vertex_position, basis.cells)
