@@ -1,13 +1,17 @@
-"""The response of a panel with damper patches to a sound field.
+"""The response of a panel with layouts of dampers to a sound field.
 
 `from_study`
     The panel of a study in its sound: the one door for the study.
 `modal`, `model`
     The bare panel in modal coordinates, line by line; arrays with their checks.
-`dampers`
-    Dampers attached to the bare panel by low-rank updates.
-`scenarios`, `linearisation`
-    One scenario; the Γ at which the motion of a patch and its damping agree.
+`dampers`, `direct`, `diagonal`
+    Dampers attached to the bare panel by low-rank updates, in all its shapes, in the paper's form.
+`solvers`
+    A panel with patches, solved for any number of layouts.
+`scenarios`, `linearisation`, `search`, `motions`
+    Layouts at their own motion: the Γ at which the motions of all patches and their damping agree.
+`elements`, `basis_error`, `refinement`
+    All elements beside the basis: what it leaves out of every scenario, and a wider one.
 `uncertainty`
     Standard errors of C_e and m_a carried through to PSDs and rms values.
 `radiation`, `power`, `stress`, `maps`, `bands`, `lines`
