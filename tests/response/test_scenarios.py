@@ -8,7 +8,7 @@ from pidpanel.response import scenarios
 from pidpanel.response.lines import frequency_grid
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
-from pidpanel.response.tables import psd_dataset, summary_rows
+from pidpanel.response.tables import OnPatches, psd_dataset, summary_rows
 
 MASS, FREQUENCY, RATIO, AREA = 1.5, 65.0, 0.02, 0.04
 
@@ -102,16 +102,18 @@ def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     bare = scenarios.solve_bare(one_mode(), 1.0)
     damped = solve(one_mode(), dashpot(300.0), 1.0, depends=False)
     (row,) = summary_rows(
-        damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response
-    )
+        damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response,
+        read_at_g=np.nan, patch_motion_g=1.0,
+    )  # fmt: skip
     ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
     assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
     assert row["reduction_db"] > 0
     assert not row["beyond_linear_plate"]
     displacement = damped.response.displacement_rms[0]
     (thin,) = summary_rows(
-        damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0, full=bare.response
-    )
+        damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0,
+        full=bare.response, read_at_g=np.nan, patch_motion_g=1.0,
+    )  # fmt: skip
     assert thin["beyond_linear_plate"]
     # the last asked beside the bare panel in place of the full form: minus the reduction
     assert (row["diagonal_form_error_db"], thin["diagonal_form_error_db"]) == pytest.approx(
@@ -121,9 +123,12 @@ def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
 
 def test_a_scenario_without_response_is_nan_in_the_file():
     one = scenarios.solve_bare(one_mode(), 1.0)
+    none = np.zeros((1, one.response.frequency.size))
+    on_patches = OnPatches(one.response, none, none, none == 0)
     data = psd_dataset(
-        {("dem", "bare"): one}, one.response.frequency, ["dem"], ["bare", "x"], ["p"]
-    )
+        {("dem", "bare"): on_patches}, {}, one.response.frequency, ["dem"], ["bare", "x"], ["p"],
+        ["PID-1"],
+    )  # fmt: skip
     assert np.isfinite(data["acceleration_psd"].sel(scenario="bare")).all()
     assert np.isnan(data["acceleration_psd"].sel(scenario="x")).all()
     assert all("units" in data[name].attrs for name in data.data_vars)

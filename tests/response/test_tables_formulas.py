@@ -41,9 +41,10 @@ def test_a_row_holds_the_response_in_the_units_of_its_columns():
         "patch_motion_g": 4.0,
     }
     rows = tables.summary_rows(
-        FOUND, BARE, ["a", "b"], thickness=0.02, power_balance_error=0.0, full=BARE.response
-    )
-    beside = tables.beside_rows(FOUND, BARE, ["a", "b"])
+        FOUND, BARE, ["a", "b"], thickness=0.02, power_balance_error=0.0, full=BARE.response,
+        read_at_g=3.0, patch_motion_g=4.0,
+    )  # fmt: skip
+    beside = tables.beside_rows(FOUND, BARE, ["a", "b"], read_at_g=3.0)
     for row, short in zip(rows, beside, strict=True):
         for name, value in expected.items():
             assert row[name] == pytest.approx(value, rel=1e-12), name
@@ -55,8 +56,9 @@ def test_a_row_holds_the_response_in_the_units_of_its_columns():
 def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(thickness, beyond):
     # w_rms = 2 µm; red: thickness / 10 → thickness / 11
     row, _ = tables.summary_rows(
-        FOUND, BARE, ["a", "b"], thickness=thickness, power_balance_error=0.0, full=BARE.response
-    )
+        FOUND, BARE, ["a", "b"], thickness=thickness, power_balance_error=0.0, full=BARE.response,
+        read_at_g=3.0, patch_motion_g=4.0,
+    )  # fmt: skip
     assert row["beyond_linear_plate"] is beyond
 
 
