@@ -19,6 +19,7 @@ from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.plane_waves import condensed
 from pidpanel.response.elements import Elements, Motion, Pull
 from pidpanel.response.modal import Matrices
 from pidpanel.response.model import ModalBasis
@@ -26,7 +27,7 @@ from pidpanel.response.model import ModalBasis
 ALLOWED = 5e-3
 """Largest error of a PSD that is left to the basis."""
 
-REFINED_ABOVE = 3e-3
+REFINED_ABOVE = 4e-3
 """Error at the lines tried above which the basis is refined: between them it may be larger."""
 
 LINES = (2, 12)
@@ -216,12 +217,14 @@ def _errors(
     count = motions[0].of_basis.shape[1]
     answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
     columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
+    reach = basis.quadrature_wavenumber
     moved_face = plate.at_quadrature @ columns
+    few = condensed(plate.quadrature_position, plate.quadrature_weight, moved_face, reach)
     face = MovedFace(
-        plate.quadrature_position,
-        plate.quadrature_weight,
-        moved_face,
-        np.inf,
+        few.position,
+        few.weight,
+        few.values,
+        reach,
         moved_face.T @ (plate.quadrature_weight[:, None] * moved_face),
         basis.vertex_position,
         basis.cells,

@@ -94,7 +94,8 @@ class Elements:
     overlap
         D of each patch, (n_free, n_free).
     shapes
-        (n_free, n) of the basis, the modes first.
+        (n_free, n) of the basis, the modes first; single precision will do, since they make the
+        start and the preconditioner, and of the matrices the damping of the modes alone.
     basis
         Frequencies, masses and damping of these shapes.
     is_residual
@@ -145,7 +146,8 @@ class Elements:
     def _pushed(self) -> Array:
         """(n_free, n_modes) M φ/m."""
         modes = ~self.is_residual
-        return np.asarray(self.plate.mass @ self.shapes[:, modes]) / self.basis.modal_mass[modes]
+        pushed = self.plate.mass @ self.shapes[:, modes] / self.basis.modal_mass[modes]
+        return np.asarray(pushed, dtype=self.shapes.dtype)
 
     @cached_property
     def _overlap_of_basis(self) -> Array:
@@ -195,9 +197,9 @@ class Elements:
             return _times(self.shapes, answer)
 
         def preconditioned(right: Complexes) -> Complexes:
-            first = by_basis(right)
-            rest = self._static(right - self._applied(pulls, which, first))
-            return first + rest - by_basis(self._applied(pulls, which, rest))
+            # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
+            rest = self._static(right)
+            return rest - by_basis(self._applied(pulls, which, rest))
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
         start = by_basis(pull)
@@ -264,5 +266,9 @@ def _as_real(x: Complexes) -> Array:
 
 
 def _times(matrix: Array | sp.csr_array, x: Complexes) -> Complexes:
-    """Return a real matrix times complex columns, without a complex copy of the matrix."""
-    return np.ascontiguousarray(matrix @ _as_real(x)).view(np.complex128)
+    """Return a real matrix times complex columns, without a complex copy of the matrix.
+
+    A matrix of single precision is not copied to double: x is rounded in its place.
+    """
+    product = matrix @ _as_real(x).astype(matrix.dtype, copy=False)
+    return np.ascontiguousarray(product, dtype=np.float64).view(np.complex128)

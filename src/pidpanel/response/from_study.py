@@ -163,6 +163,25 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     )
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What is to be solved.
+
+    Attributes
+    ----------
+    rows
+        Of every answer its scenario, reading, S_p over that of the study, and the fillings.
+    keys
+        Of every answer the keys of its own layout, of the bare panel and of the dead weight.
+    layouts
+        By key; equal ones are there once.
+    """
+
+    rows: Sequence[tuple[Scenario, str, float, tuple[Filled, ...]]]
+    keys: Sequence[tuple[Hashable, Hashable, Hashable]]
+    layouts: Mapping[Hashable, Layout]
+
+
 class Readings:
     """The readings of a study: how every patch of a scenario is read in each.
 
@@ -417,13 +436,23 @@ class PanelInSound:
         ----------
         solver
             From `solver`.
+        readings, dead_weight
+            As of `asked`.
+        """
+        return self.solved(solver, self.asked(readings, dead_weight=dead_weight))
+
+    def asked(self, readings: Readings, *, dead_weight: bool = True) -> Asked:
+        """Return what is to be solved for every scenario in every reading.
+
+        Parameters
+        ----------
         readings
             Of the study.
         dead_weight
             Whether the same masses without damping are wanted too, once for each distinct set of
             patches, masses and level.
         """
-        asked = [
+        rows = [
             (scenario, name, self.pressure_factor(scenario), self._filled(scenario, readings, name))
             for scenario in self.study.all_scenarios()
             for name in readings.names
@@ -431,7 +460,7 @@ class PanelInSound:
         # the bare panel once a level, dead weight once for each set of masses and level
         keys: list[tuple[Hashable, Hashable, Hashable]] = []
         layouts: dict[Hashable, Layout] = {}
-        for scenario, name, factor, filled in asked:
+        for scenario, name, factor, filled in rows:
             bare: Hashable = factor
             own, dead = bare, None
             layouts.setdefault(bare, Layout((), factor))
@@ -443,8 +472,13 @@ class PanelInSound:
                     dead = (masses, factor)
                     layouts.setdefault(dead, _of_mass(masses, factor))
             keys.append((own, bare, dead))
-        solved = solve_layouts(solver, list(layouts.values()))
-        found = dict(zip(layouts, solved, strict=True))
+        return Asked(rows, keys, layouts)
+
+    def solved(self, solver: Solver, asked: Asked) -> list[SolvedScenario]:
+        """Return the responses that are asked for."""
+        layouts = asked.layouts
+        answers = solve_layouts(solver, list(layouts.values()))
+        found = dict(zip(layouts, answers, strict=True))
         return [
             SolvedScenario(
                 scenario=scenario,
@@ -457,7 +491,9 @@ class PanelInSound:
                 filled=filled,
                 dead_weight=None if dead is None else _steady(found[dead]),
             )
-            for (scenario, name, factor, filled), (own, bare, dead) in zip(asked, keys, strict=True)
+            for (scenario, name, factor, filled), (own, bare, dead) in zip(
+                asked.rows, asked.keys, strict=True
+            )
         ]
 
     def _filled(self, scenario: Scenario, readings: Readings, name: str) -> tuple[Filled, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.response.dampers import attach_dampers
-from pidpanel.response.modal import LINES_AT_ONCE, MatrixInput, bare_panels
+from pidpanel.response.modal import MatrixInput, bare_panels, chunks_of_lines
 from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.stress import VON_MISES, Layers
 
@@ -61,8 +61,7 @@ def modal_covariances(
     weight[:-1] += np.diff(frequency) / 2
     omega4 = (2 * np.pi * frequency) ** 4
     total = np.zeros((len(dampers), 2, n, n))
-    for start in range(0, frequency.size, LINES_AT_ONCE):
-        lines = slice(start, min(start + LINES_AT_ONCE, frequency.size))
+    for lines in chunks_of_lines(frequency.size, n):
         (bare,) = bare_panels(
             frequency[lines],
             basis,

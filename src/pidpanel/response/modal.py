@@ -44,9 +44,12 @@ OVERLAP_CUTOFF = 1e-8
 """Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
 
 LINES_AT_ONCE = 32
-"""Frequency lines solved together, so that memory does not grow with the number of lines.
+"""Frequency lines solved together, so that memory does not grow with the number of lines."""
 
-With more the system has to clear the pages of larger arrays, which takes longer than the sums.
+CHUNK_BYTES = 12e6
+"""Most of one real matrix of all shapes on the lines solved together.
+
+Beyond 32 MB the system clears the pages of every new array, which takes longer than the sums.
 """
 
 
@@ -146,7 +149,7 @@ def bare_panels(
         for _ in range(2)
     )
     point_psd = np.empty((count, n_points, m, m), complex)
-    for lines in chunks_of_lines(count):
+    for lines in chunks_of_lines(count, n):
         air = None
         if air_stiffness is not None:
             air = matrices_at(air_stiffness, frequency, lines, n)
@@ -232,11 +235,19 @@ def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> 
     return values
 
 
-def chunks_of_lines(count: int) -> list[slice]:
-    """Return slices of `LINES_AT_ONCE` lines that cover so many."""
-    return [
-        slice(start, min(start + LINES_AT_ONCE, count)) for start in range(0, count, LINES_AT_ONCE)
-    ]
+def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
+    """Return slices that cover so many lines, each of lines to be solved together.
+
+    Parameters
+    ----------
+    count
+        Of lines.
+    shapes
+        Rows of the square matrices that are made for each line.
+    """
+    most = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
+    size = max(2, min(LINES_AT_ONCE, most))
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 
 def checked_frequency(frequency: ArrayLike) -> Array:

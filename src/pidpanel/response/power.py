@@ -86,7 +86,7 @@ def power_balance(
 
     field, structure, radiated = np.zeros((3, frequency.size))
     lost_in_patches = np.empty(shape[::-1])
-    for lines in chunks_of_lines(frequency.size):
+    for lines in chunks_of_lines(frequency.size, n):
         omega = 2 * np.pi * frequency[lines]
         force = matrices_at(modal_force, frequency, lines, n)
         air = None

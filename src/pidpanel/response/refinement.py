@@ -78,9 +78,15 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
     left_out = np.zeros((stored.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widened(panel, stored, left_out)
-        solver = wider.solver()
-        cases = wider.responses(solver, readings)
-        check, of_case = _check(panel, wider, stored, left_out, cases, attempt)
+        asked = wider.asked(readings)
+        columns = len(asked.layouts) * len(panel.basis.point_names)
+        lines = lines_to_try(
+            panel.study.response.frequency_hz, stored.stiffness.shape[0], columns, attempt
+        )
+        # the search for the motions is done here, once for all lines
+        few = wider.solver().on(lines, wider.deflection_at_points)
+        tried = wider.solved(few, asked)
+        check, of_case = _check(panel, wider, stored, left_out, tried, lines)
         if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
             break
         print(
@@ -94,7 +100,8 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
             f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
             file=sys.stderr,
         )
-    return CheckedResponses(wider, solver, cases, worst, left_out)
+    solver = few.on(wider.frequency, wider.motion_at_points)
+    return CheckedResponses(wider, solver, wider.solved(solver, asked), worst, left_out)
 
 
 def write_left_out(path: Path, left_out: Array, attributes: dict[str, str]) -> None:
@@ -117,7 +124,7 @@ def _check(
     plate: StoredPlate,
     left_out: Array,
     cases: Sequence[SolvedScenario],
-    attempt: int,
+    lines: Array,
 ) -> tuple[BasisCheck, list[list[int]]]:
     """Return the check of all that was solved, and of each case the rows that count for it."""
     found: dict[int, int] = {}
@@ -135,31 +142,28 @@ def _check(
         row(case.found) + row(case.bare) + row(case.dead_weight) if row(case.found) else []
         for case in cases
     ]
-    columns = len(answers) * len(panel.basis.point_names)
-    lines = lines_to_try(
-        panel.study.response.frequency_hz, plate.stiffness.shape[0], columns, attempt
-    )
     check = check_basis(
         wider.basis,
         plate,
-        joined_shapes(panel.basis, plate, left_out).vectors,
+        joined_shapes(panel.basis, plate, left_out).vectors.astype(np.float32),
         wider.modal,
         lambda frequency, face: modal_force_at(panel.study.sound, frequency, face),
         panel.study.panel.damping_ratio,
         panel.cutoff,
         lines,
-        [_on_patches(wider, one, lines) for one in answers],
+        [_on_patches(wider, one) for one in answers],
     )
     return check, of_case
 
 
-def _on_patches(panel: PanelInSound, one: ScenarioResponse, lines: Array) -> PatchDampers:
-    """C_e and m_a of every patch at some lines: of its loads the mean over their areas."""
+def _on_patches(panel: PanelInSound, one: ScenarioResponse) -> PatchDampers:
+    """C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
     area = panel.load_area(one)
-    values = np.zeros((2, len(panel.basis.patch_names), len(lines)))
+    count = one.response.frequency.size
+    values = np.zeros((2, len(panel.basis.patch_names), count))
     patch = panel.carriers[one.loads]
     for load, own in enumerate(patch.tolist()):
         share = area[load] / area[patch == own].sum()
         for index, of in enumerate((one.equivalent_damping, one.apparent_mass)):
-            values[index, own] += share * np.interp(lines, panel.frequency, of[load])
+            values[index, own] += share * of[load]
     return PatchDampers(*values)

@@ -7,7 +7,7 @@ the simulated range is carried along.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +69,11 @@ class Layout:
     def patches(self) -> tuple[int, ...]:
         """Indices of the loaded patches."""
         return tuple(load.patch for load in self.loads)
+
+    @property
+    def own(self) -> Hashable:
+        """What the search for Γ depends on."""
+        return tuple(self.loads), self.pressure_factor, self.stated_acceleration_g
 
     @property
     def own_acceleration(self) -> Flags:
@@ -225,7 +230,9 @@ def read_dampers(
 
 def _dampers(solver: Solver, layout: Layout) -> tuple[_Found, Request, Flags]:
     """Return Γ and the dampers at it."""
-    found = _motion(solver, layout)
+    if layout.own not in solver.searched:
+        solver.searched[layout.own] = _motion(solver, layout)
+    found: _Found = solver.searched[layout.own]
     value, mass, inside = read_dampers(layout.loads, solver.frequency, found.gamma)
     if layout.loads:
         check_stable(value, solver.motions(layout.patches).damping_norm, False)
@@ -238,7 +245,10 @@ def _scenario(
     factor = layout.pressure_factor
     own, cells = np.zeros(0), np.zeros((0, 2))
     if layout.loads:
-        own, cells = _final_motion(solver, layout, found)
+        key = ("moved", layout.own)
+        if key not in solver.searched:
+            solver.searched[key] = _final_motion(solver, layout, found)
+        own, cells = solver.searched[key]
     root = np.sqrt(factor)
     return ScenarioResponse(
         response=answer.response.under(factor),

@@ -7,9 +7,10 @@ grow with their number; what fits into `HELD_BYTES` is kept between calls.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -116,6 +117,11 @@ class PanelWithLayouts(ABC):
         (n_points, m, n) as of `modal.bare_panels`.
     search_frequency
         Fewer lines, for the search of Γ [Hz].
+
+    Attributes
+    ----------
+    searched
+        What the search found, by layout: it does not depend on the lines of the result.
     """
 
     def __init__(
@@ -131,6 +137,20 @@ class PanelWithLayouts(ABC):
         self._points = checked_motions(motion_at_points, panel.patches.shapes)
         self._carriers: dict[Loaded, Patches] = {}
         self._motions: dict[Loaded, Motions] = {}
+        self.searched: dict[Hashable, Any] = {}
+
+    def on(self, frequency: Array, motion_at_points: ArrayLike) -> Self:
+        """Return a solver of the same panel on other lines, for which the search is done.
+
+        Parameters are those of the class.
+        """
+        other = type(self)(self.panel, frequency, motion_at_points, self.search_frequency)
+        other._carriers, other._motions, other.searched = (
+            self._carriers, self._motions, self.searched,
+        )  # fmt: skip
+        if "bare_acceleration_rms" in self.__dict__:
+            other.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
+        return other
 
     @abstractmethod
     def prepare(self, layouts: Sequence[Loaded]) -> None:
@@ -256,7 +276,7 @@ class PanelSolver(PanelWithLayouts):
             np.empty((len(one.patches), count, n_points), complex) if one.with_slope else None
             for one in requests
         ]
-        for number, lines in enumerate(chunks_of_lines(count)):
+        for number, lines in enumerate(chunks_of_lines(count, self.panel.patches.shapes)):
             reduced, direct = self._on_lines(number, lines, [one.patches for one in requests])
             for one, psd, slope in zip(requests, psds, slopes, strict=True):
                 dampers = one.equivalent_damping[:, lines], one.apparent_mass[:, lines]
