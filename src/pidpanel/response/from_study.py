@@ -41,8 +41,11 @@ from pidpanel.study.response import Radiation
 COARSE_LINES_PER_BANDWIDTH = 3.0
 """Of the search for Γ: rms of the patch within 1e-3."""
 
-BALANCE_LINES = 12
-"""Lines on which the power balance of each scenario is checked."""
+BALANCE_LINES = (3, 12)
+"""Fewest and most lines on which the power balance of each scenario is checked."""
+
+BALANCE_WORK = 1e8
+"""Shapes cubed times lines of a power balance, a dense solve each."""
 
 HELD = 1e-6
 """Motion of a point over the largest of its shape below which it does not move [1]: rounding is
@@ -522,7 +525,9 @@ class PanelInSound:
         factor
             S_p over that of the study.
         """
-        step = max(1, len(self.frequency) // BALANCE_LINES)
+        shapes = self.modal.natural_frequency.size
+        count = int(np.clip(BALANCE_WORK / shapes**3, *BALANCE_LINES))
+        step = max(1, len(self.frequency) // count)
         lines = slice(step // 2, None, step)
         balance = power_balance(
             self.frequency[lines],
