@@ -86,7 +86,7 @@ def attach_dampers(
     n_points, m = bare.point_psd.shape[1:3]
     width = bare.receptance.shape[2]
     cross_psd = np.empty_like(bare.point_psd)
-    for lines in chunks_of_lines(bare.frequency.size):
+    for lines in chunks_of_lines(bare.frequency.size, 2 * width):
         s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
         loop = _pulled(bare, s, bare.receptance[lines, :width])  # Z₀, and so R_uu, is symmetric
         loop[:, range(width), range(width)] += 1
@@ -132,7 +132,7 @@ def acceleration_slope(
     )
     m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
     slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex)
-    for lines in chunks_of_lines(bare.frequency.size):
+    for lines in chunks_of_lines(bare.frequency.size, 2 * width):
         s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
         loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)  # R_uu S
         loop[:, range(width), range(width)] += 1

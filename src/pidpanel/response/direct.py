@@ -97,7 +97,7 @@ class DirectPanel:
         n_points, m, n = motion_at_points.shape
         cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
         columns = motion_at_points.reshape(-1, n).T.astype(complex)
-        for lines in chunks_of_lines(self.frequency.size):
+        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
             whole, force = self._dynamic(lines, stiffness[:, lines])
             moved = np.linalg.solve(whole, columns[None]).reshape(len(whole), n, n_points, m)
             sound = self.pressure_psd[lines, None, None]
@@ -116,7 +116,7 @@ class DirectPanel:
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
         deflection = motion_at_points[:, 0].T.astype(complex)
         slope = np.empty((*stiffness.shape, deflection.shape[1]), complex)
-        for lines in chunks_of_lines(self.frequency.size):
+        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
             whole, force = self._dynamic(lines, stiffness[:, lines])
             receptance = np.linalg.solve(whole, deflection[None])
             psd = np.linalg.solve(whole, force @ receptance.conj())

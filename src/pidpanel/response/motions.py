@@ -51,7 +51,7 @@ class Motions(ABC):
 
     def _lines(self) -> Sequence[slice]:
         """Return lines to be taken together."""
-        return chunks_of_lines(self.frequency.size)
+        return chunks_of_lines(self.frequency.size, 2 * self.weight.shape[1])
 
     def _weight(self, lines: slice) -> Array:
         """Return Δ (n_patches, r, r) of the motions u that count on some lines."""
