@@ -178,5 +178,6 @@ def test_a_case_is_computed_shown_and_confirmed(tmp_path):
     text = page.read_text(encoding="utf-8")
     assert f"{count} of {count} numbers agree with their reference" in text
     assert "NOT MET" not in text
-    assert len(re.findall(r'<h2 id="case-', text)) == 2
+    # the plate, the field, and the piston with free edges that the field brings along
+    assert len(re.findall(r'<h2 id="case-', text)) == 3
     assert list(figures.iterdir()) == []  # neither has a curve to show

@@ -337,8 +337,8 @@ class StudiedPanel:
 def damper_masses(study: Study) -> dict[str, float]:
     """Return about the heaviest damper of each patch that a scenario fills [kg/m²].
 
-    The basis follows the panel with these masses. 0 where the mass is not known before the run, as
-    of a table.
+    The basis follows the panel with these masses, whatever the fills of its scenarios. 0 where the
+    mass is not known before the run, as of a table.
     """
     highest = study.response.frequency_hz[1]
     found: dict[str, float] = {}
@@ -347,7 +347,7 @@ def damper_masses(study: Study) -> dict[str, float]:
             damper = study.all_dampers.get(filling.damper or "")
             mass = 0.0
             if damper is not None and study.response.damper_mass:
-                mass = damper.largest_mass_per_area(filling.fill_fraction, highest)
+                mass = damper.largest_mass_per_area(highest)
             found[filling.patch] = max(found.get(filling.patch, 0.0), mass)
     return found
 

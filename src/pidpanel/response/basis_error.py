@@ -19,7 +19,7 @@ from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
-from pidpanel.plane_waves import condensed
+from pidpanel.plane_waves import CondensedFace, condensed
 from pidpanel.response.elements import Elements, Motion, Pull
 from pidpanel.response.modal import Matrices
 from pidpanel.response.model import ModalBasis
@@ -217,9 +217,11 @@ def _errors(
     count = motions[0].of_basis.shape[1]
     answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
     columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
-    reach = basis.quadrature_wavenumber
     moved_face = plate.at_quadrature @ columns
-    few = condensed(plate.quadrature_position, plate.quadrature_weight, moved_face, reach)
+    reach = basis.quadrature_wavenumber
+    few = CondensedFace(plate.quadrature_position, plate.quadrature_weight, moved_face)
+    if np.isfinite(reach):
+        few = condensed(few.position, few.weight, few.values, reach)
     face = MovedFace(
         few.position,
         few.weight,

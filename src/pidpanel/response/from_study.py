@@ -184,6 +184,11 @@ class Asked:
     keys: Sequence[tuple[Hashable, Hashable, Hashable]]
     layouts: Mapping[Hashable, Layout]
 
+    def without_motion(self) -> Asked:
+        """Return the same for those who do not ask how the patches move."""
+        still = {key: replace(one, with_motion=False) for key, one in self.layouts.items()}
+        return replace(self, layouts=still)
+
 
 class Readings:
     """The readings of a study: how every patch of a scenario is read in each.
@@ -565,7 +570,7 @@ def _of_mass(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
 
         return Load(patch, damping, depends_on_acceleration=False)
 
-    return Layout(tuple(load(*one) for one in masses), factor)
+    return Layout(tuple(load(*one) for one in masses), factor, with_motion=False)
 
 
 def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelInSound:

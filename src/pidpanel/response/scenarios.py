@@ -58,12 +58,15 @@ class Layout:
         Γ at which the damping of every load is read; left out, that of its patch's own motion.
     with_slope
         Whether `ScenarioResponse.slope` is wanted, for `uncertainty`.
+    with_motion
+        Whether the motions of the patches that come out are wanted; they are NaN otherwise.
     """
 
     loads: Sequence[Load]
     pressure_factor: float = 1.0
     stated_acceleration_g: float | None = None
     with_slope: bool = False
+    with_motion: bool = True
 
     @property
     def patches(self) -> tuple[int, ...]:
@@ -243,8 +246,9 @@ def _scenario(
     solver: Solver, layout: Layout, found: _Found, request: Request, inside: Flags, answer: Answer
 ) -> ScenarioResponse:
     factor = layout.pressure_factor
-    own, cells = np.zeros(0), np.zeros((0, 2))
-    if layout.loads:
+    count = len(layout.loads)
+    own, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
+    if layout.loads and layout.with_motion:
         key = ("moved", layout.own)
         if key not in solver.searched:
             solver.searched[key] = _final_motion(solver, layout, found)

@@ -359,7 +359,7 @@ class PanelSolver(PanelWithLayouts):
         return self._matrices
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
-        if len(patches) < 2:
+        if not patches:
             return False
         width = self.carrier(patches).coordinates(cutoff).columns.shape[1]
         return width > DIRECT_SHARE * self.panel.patches.shapes

@@ -336,11 +336,13 @@ class Coupon(Model):
         """Acceleration of gravity [m/s²]."""
         return self.gravity_g * STANDARD_GRAVITY
 
-    def largest_mass_per_area(self, fill_fraction: float) -> float:
-        """Return about the mass of the particles over the area of the patch [kg/m²].
+    @property
+    def largest_mass_per_area(self) -> float:
+        """About the mass of the particles over the area of the patch at the highest fill [kg/m²].
 
         Of spheres in random close packing, 0.64, to the height r times the depth.
         """
+        fill_fraction = max(self.sweep.fill_fraction)
         density = max(self.particles.effective_density(d) for d in self.diameters)
         return 0.64 * density * self.cell.depth * fill_fraction
 

@@ -103,20 +103,18 @@ class Damper(Model):
         if self.coupon is not None and self.coupon.vary:
             yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
 
-    def largest_mass_per_area(self, fill_fraction: float | None, frequency: float) -> float:
+    def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
 
         A dashpot counts with the mass whose inertia is as large, C_e/ω.
 
         Parameters
         ----------
-        fill_fraction
-            Of the patch; None for a damper without one.
         frequency
             The highest of the response [Hz].
         """
         if self.coupon is not None:
-            return self.coupon.largest_mass_per_area(fill_fraction or 0.0)
+            return self.coupon.largest_mass_per_area
         mass = max(self.apparent_mass_kg_m2 or 0.0, self.particle_mass_per_area_kg_m2 or 0.0)
         dashpot = (self.equivalent_damping_n_s_m3 or 0.0) / (2 * math.pi * frequency)
         return max(mass, dashpot)
