@@ -48,3 +48,11 @@ def test_only_files_that_a_study_leaves_are_named(study):
     # red: damping/surface.nc named for a study of a law
     text, _ = facts.files_step(study)
     assert "damping/" not in text and "coupon/" not in text and "radiation" not in text
+
+
+def test_the_largest_error_of_the_basis_is_named(inputs):
+    # red: good['basis_error'].min()
+    summary = inputs.summary.copy()
+    summary.loc[0, "basis_error"] = 0.0042
+    rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
+    assert rows["Basis"].startswith("at most 0.42 % of a PSD is missed")
