@@ -34,7 +34,7 @@ rule response:
     log:
         results("response/response.log"),
     params:
-        damping=results("damping") if SURFACES else "none",
+        damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
         air=AIR or "none",
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
         dampers=DAMPERS,
