@@ -84,3 +84,15 @@ def test_the_interpolation_of_the_table_needs_a_table():
     Damping.model_validate({"readings": ["table"], "table": "a.csv", "interpolation": "linear"})
     with pytest.raises(ValidationError, match="interpolation: only allowed with table"):
         Damping.model_validate({"interpolation": "linear"})
+
+
+@pytest.mark.parametrize(
+    ("header", "asked"),
+    [("frequency_hz,equivalent_damping_n_s_m3", False),
+     ("# measured\nfill_fraction , frequency_hz,equivalent_damping_n_s_m3", True)],
+)  # fmt: skip
+def test_a_table_asks_for_a_fill_only_where_it_has_fills(tmp_path, header, asked):
+    # red: return True; header taken from the first line, comment or not
+    file = tmp_path / "lab.csv"
+    file.write_text(f"{header}\n")
+    assert Damper.model_construct(table=file).is_of_a_fill == asked

@@ -103,6 +103,15 @@ class Damper(Model):
         if self.coupon is not None and self.coupon.vary:
             yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
 
+    @property
+    def is_of_a_fill(self) -> bool:
+        """Whether its damping depends on the fill of the patch."""
+        if self.table is None:
+            return self.kind in ("coupon", "law")
+        lines = self.table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
+        header = next((line for line in lines if line.partition("#")[0].strip()), "")
+        return "fill_fraction" in [name.strip() for name in header.partition("#")[0].split(",")]
+
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
 

@@ -32,9 +32,6 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
 """Of what names folders: studies and dampers."""
 
-OF_A_FILL = ("coupon", "law", "table")
-"""Kinds of damper whose C_e and m_a are those of a fill."""
-
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
 
@@ -233,7 +230,7 @@ class Study(CouponStudy):
         for reading in self.readings:
             if reading != "stated":
                 yield f"the reading '{reading}' of damping"
-            elif damper is not None and self.all_dampers[damper].kind in OF_A_FILL:
+            elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"
 
     def _coupons_read(self, damper: str | None) -> Iterator[tuple[str, Coupon]]:
