@@ -123,7 +123,7 @@ class PaperLaw:
         return self.covariance(frequency, *one)
 
     def mass_per_area(self, fill_fraction: float) -> float:
-        """Return NaN: the law knows no mass."""
+        """Return NaN: the paper states no mass."""
         return np.nan
 
     def without_mass(self) -> PaperLaw:

@@ -8,18 +8,19 @@ frequency:
 - with a mass on a patch waves are shorter there: m″ + m_a in place of m″. These shapes are the
   modes of the loaded panel, with the heaviest damper of each patch attached, all at once.
 
-Measured on the paper's panel, C_e = 2000 N s/m³, 28 to 1000 Hz, largest error of the PSD of three
-points against all elements; patches of 0.2 m × 0.2 m to the whole panel, 0 to 150 kg/m²:
+Measured on the paper's panel, C_e = 2000 N s/m³, up to 1000 Hz, largest error of the PSD of three
+points against all elements, at seven lines (this module: at twelve):
 
-=============================================  ==========  ============
-shapes beside the modes below 2 kHz            0.2 × 0.2   1.4 × 0.9, 30 kg/m²
-=============================================  ==========  ============
-residual vectors                               1.2 %       270 %
-modes of the loaded panel below 1.5 kHz        0.25 %      0.8 %
-both (this module)                             0.3 %       0.3 %
-=============================================  ==========  ============
+=============================================  ======================  ===================
+shapes beside the modes below 2 kHz            0.2 × 0.2, 150 kg/m²    1.4 × 0.9, 30 kg/m²
+=============================================  ======================  ===================
+residual vectors                               1.2 %                   270 %
+modes of the loaded panel below 1.5 kHz        0.25 %                  0.8 %
+both (this module)                             0.3 %                   0.6 %
+=============================================  ======================  ===================
 
-Masses between none and the heaviest, and single patches of several, stay within that as well.
+Masses between none and the heaviest, and single patches of several, are no worse; 150 kg/m² on
+the whole panel leaves 2.4 %. What is left is found and mended in the response (`basis_error`).
 Cleared of the modes and diagonalised among themselves, these shapes join the modes in one basis
 in which M and K are diagonal.
 """

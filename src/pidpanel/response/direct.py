@@ -201,16 +201,15 @@ class DirectMotions(Motions):
         """Return the same on every so many lines."""
         panel, some = self._panel, slice(None, None, step)
         n = panel.patches.shapes
-        force, air = (
-            matrix
-            if matrix is None or callable(matrix)
-            else matrices_at(matrix, panel.frequency, some, n)
-            for matrix in (panel.modal_force, panel.air_stiffness)
-        )
-        assert force is not None  # only the air may be
+
+        def on_some(matrix: MatrixInput) -> MatrixInput:
+            return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
+
         few = DirectPanel(
-            panel.frequency[some], panel.basis, panel.patches, panel.pressure_psd[some], force, air
-        )
+            panel.frequency[some], panel.basis, panel.patches, panel.pressure_psd[some],
+            on_some(panel.modal_force),
+            None if panel.air_stiffness is None else on_some(panel.air_stiffness),
+        )  # fmt: skip
         return DirectMotions(few, self._held_bytes, FEW_SHAPES_TO)
 
     def _lines(self) -> Sequence[slice]:

@@ -29,8 +29,10 @@ from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.response.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-3
-"""Residual over that of the basis, in the norm of K⁻¹: then what the basis leaves out is known to
-about as much of itself."""
+"""Residual over that of the basis, each coordinate weighted by its own stiffness.
+
+What the basis leaves out is then known to a percent of itself.
+"""
 
 MOST_STEPS = 40
 """Steps after which Z itself is factorised, line by line."""

@@ -227,8 +227,7 @@ class Patches:
         are dropped.
         """
         if self._factor is None:
-            assert self._overlap is not None  # of the two one is always there
-            self._factor = [_factor(index, matrix) for index, matrix in enumerate(self._overlap)]
+            self._factor = [_factor(index, matrix) for index, matrix in enumerate(self.overlap)]
         factors = []
         for factor in self._factor:
             value = np.sum(factor**2, axis=0)

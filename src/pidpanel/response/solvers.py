@@ -221,17 +221,15 @@ class PanelWithLayouts(ABC):
 class PanelSolver(PanelWithLayouts):
     """Panel with its full modal damping matrix; parameters are those of `PanelWithLayouts`."""
 
-    def __init__(
-        self,
-        panel: PanelInField,
-        frequency: Array,
-        motion_at_points: ArrayLike,
-        search_frequency: Array,
-    ) -> None:
-        super().__init__(panel, frequency, motion_at_points, search_frequency)
-        self._held: dict[tuple[Loaded, int], BarePanel] = {}
-        self._held_bytes: dict[Loaded, float] = {}
-        self._matrices: tuple[MatrixInput, MatrixInput | None] | None = None
+    @cached_property
+    def _held(self) -> dict[tuple[Loaded, int], BarePanel]:
+        """What is kept between calls, by the patches and the chunk of lines."""
+        return {}
+
+    @cached_property
+    def _held_bytes(self) -> dict[Loaded, float]:
+        """Size of it by the patches; 0 where there is no room."""
+        return {}
 
     def prepare(self, layouts: Sequence[Loaded]) -> None:
         """Solve the bare panel on the lines of the search, once for several sets of patches."""
@@ -308,7 +306,7 @@ class PanelSolver(PanelWithLayouts):
             n, frequency = panel.patches.shapes, self.frequency
             force, air = panel.modal_force, panel.air_stiffness
             if direct:
-                force, air = self._held_matrices()
+                force, air = self._held_matrices
             force = matrices_at(force, frequency, lines, n)
             air = None if air is None else matrices_at(air, frequency, lines, n)
         if missing:
@@ -345,18 +343,17 @@ class PanelSolver(PanelWithLayouts):
             self._held_bytes[key] = size if fits else 0.0
         return self._held_bytes[key] > 0
 
+    @cached_property
     def _held_matrices(self) -> tuple[MatrixInput, MatrixInput | None]:
         """Return G and the air as arrays where there is room, else as they are given."""
         panel, n, lines = self.panel, self.panel.patches.shapes, self.frequency
         if lines.size * n * n * (8 if panel.air_stiffness is None else 24) > HELD_BYTES:
             return panel.modal_force, panel.air_stiffness
-        if self._matrices is None:
-            every, air = slice(None), panel.air_stiffness
-            self._matrices = (
-                matrices_at(panel.modal_force, lines, every, n),
-                None if air is None else matrices_at(air, lines, every, n),
-            )
-        return self._matrices
+        every, air = slice(None), panel.air_stiffness
+        return (
+            matrices_at(panel.modal_force, lines, every, n),
+            None if air is None else matrices_at(air, lines, every, n),
+        )
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if not patches:

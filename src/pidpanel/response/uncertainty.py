@@ -30,6 +30,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.response.model import ResponseError
 from pidpanel.response.scenarios import Load, ScenarioResponse, Solver, read_dampers
 from pidpanel.response.solvers import Request
 
@@ -149,7 +150,8 @@ def sensitivity(
     slope = found.slope
     if slope is None:
         (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
-        assert answer.slope is not None  # as asked for
+        if answer.slope is None:
+            raise ResponseError("the solver gave no slope, though one was asked for")
         slope = pressure_factor * answer.slope
     psd = found.response.acceleration_psd
     by_node = _hats(solver.frequency, nodes)

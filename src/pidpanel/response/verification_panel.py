@@ -115,7 +115,8 @@ class Studied:
         and even steps in azimuth.
         """
         plate, omega = self.plate, 2 * np.pi * frequency
-        assert plate is not None
+        if plate is None:
+            raise ValueError("of this panel the shapes alone are known")
         K, M = plate.stiffness, plate.mass
         Z = K - omega**2 * M + 1j * omega * (RAYLEIGH[0] * M + RAYLEIGH[1] * K)
         for name, one in dampers.items():
