@@ -28,10 +28,11 @@ import scipy.sparse.linalg as spla
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.response.model import ModalBasis, ResponseError
 
-ENOUGH = 1e-3
+ENOUGH = 1e-2
 """Residual over that of the basis, each coordinate weighted by its own stiffness.
 
-What the basis leaves out is then known to a percent of itself.
+The error of a PSD is then known to a tenth of itself: on a wing of 72 510 coordinates, 30 layouts
+and 240 columns, to 0.2 % where it is 0.3 %, the largest, and to 5 % at the worst.
 """
 
 MOST_STEPS = 40
@@ -131,12 +132,16 @@ class Elements:
     # -------------------------------------------------------------------- matrices
 
     @cached_property
-    def _factors(self) -> spla.SuperLU:
-        """K, where the panel can move as a rigid body with a mass that holds it."""
+    def _shift(self) -> float:
+        """Of that mass over M [rad²/s²]."""
         lowest = self.basis.angular_frequency[~self.is_residual].min(initial=np.inf)
         elastic = self.basis.angular_frequency.max()
-        shift = 0.0 if lowest > 1e-6 * elastic else (1e-3 * elastic) ** 2
-        matrix = sp.csc_matrix(self.plate.stiffness + shift * self.plate.mass)
+        return 0.0 if lowest > 1e-6 * elastic else float(1e-3 * elastic) ** 2
+
+    @cached_property
+    def _factors(self) -> spla.SuperLU:
+        """K, where the panel can move as a rigid body with a mass that holds it."""
+        matrix = sp.csc_matrix(self.plate.stiffness + self._shift * self.plate.mass)
         return spla.splu(
             matrix,
             permc_spec="MMD_AT_PLUS_A",
@@ -158,14 +163,19 @@ class Elements:
             -1, *(self.shapes.shape[1],) * 2
         )
 
-    def _applied(self, pulls: Sequence[Pull], which: Index, x: Complexes) -> Complexes:
-        """Z x, column by column of its own pull."""
+    def _applied(
+        self, pulls: Sequence[Pull], which: Index, x: Complexes, pushed: Complexes | None = None
+    ) -> Complexes:
+        """Z x, column by column of its own pull; with K x where it is known."""
         omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])[which]
         s = np.array([pull.stiffness for pull in pulls])[which]  # (columns, n_patches)
         cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
-        result = _times(K, x) * (1 + 2j * self.damping_ratio * omega / cutoff)
-        result -= _times(M, x) * omega**2
+        moved = _times(M, x)
+        if pushed is None:
+            pushed = _times(K, x)
+        result = pushed * (1 + 2j * self.damping_ratio * omega / cutoff)
+        result -= moved * omega**2
         for index, D in enumerate(self.overlap):
             if np.any(s[:, index]):
                 result += _times(D, x) * s[:, index]
@@ -201,7 +211,8 @@ class Elements:
         def preconditioned(right: Complexes) -> Complexes:
             # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
             rest = self._static(right)
-            return rest - by_basis(self._applied(pulls, which, rest))
+            known = right if self._shift == 0.0 else None
+            return rest - by_basis(self._applied(pulls, which, rest, known))
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
         start = by_basis(pull)

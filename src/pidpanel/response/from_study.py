@@ -184,10 +184,13 @@ class Asked:
     keys: Sequence[tuple[Hashable, Hashable, Hashable]]
     layouts: Mapping[Hashable, Layout]
 
-    def without_motion(self) -> Asked:
-        """Return the same for those who do not ask how the patches move."""
-        still = {key: replace(one, with_motion=False) for key, one in self.layouts.items()}
-        return replace(self, layouts=still)
+    def response_alone(self) -> Asked:
+        """Return the same for those who ask neither how the patches move nor for errors."""
+        bare = {
+            key: replace(one, with_motion=False, with_slope=False)
+            for key, one in self.layouts.items()
+        }
+        return replace(self, layouts=bare)
 
 
 class Readings:
@@ -270,6 +273,30 @@ def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingO
 
 
 @dataclass(frozen=True)
+class ForceOfTable:
+    """G of the sound over frequency; see `modal.FactoredForce`.
+
+    Attributes
+    ----------
+    table
+        Over wavenumber.
+    speed
+        Of sound [m/s].
+    """
+
+    table: WavenumberTable
+    speed: float
+
+    def __call__(self, frequency: Array) -> Array | Complexes:
+        """Return G (nf, n, n) [m⁴] at the frequencies (nf,) [Hz]."""
+        return self.table.at(wavenumber(frequency, self.speed))
+
+    def factors(self, frequency: Array) -> Array | Complexes | None:
+        """Return L (nf, n, r) [m²] with G = L Lᴴ; None where r is not small."""
+        return self.table.factors_at(wavenumber(frequency, self.speed))
+
+
+@dataclass(frozen=True)
 class PanelInSound:
     """What the responses of a study are computed from.
 
@@ -346,9 +373,10 @@ class PanelInSound:
             [self.deflection_at_points, basis.curvature_at_points, basis.shear_at_points], axis=1
         )
 
-    def force(self, frequency: Array) -> Array | Complexes:
-        """Return G (nf, n, n) [m⁴] at the frequencies (nf,) [Hz]."""
-        return self.force_table.at(wavenumber(frequency, self.study.sound.speed_m_s))
+    @cached_property
+    def force(self) -> ForceOfTable:
+        """G over frequency."""
+        return ForceOfTable(self.force_table, self.study.sound.speed_m_s)
 
     def psd(self, frequency: Array) -> Array:
         """Return S_p (nf,) [Pa²/Hz] on the panel at the frequencies (nf,) [Hz]."""

@@ -19,10 +19,11 @@ and any dampers are then attached exactly (`dampers`). Patches whose columns are
 the shapes are better solved directly (`direct`).
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,20 @@ from pidpanel.response.model import (
 Matrices = Array | Complexes
 MatrixInput = Matrices | Callable[[Array], Matrices]
 """(n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n)."""
+
+
+@runtime_checkable
+class FactoredForce(Protocol):
+    """G over frequency that may also be had as L Lᴴ with few columns."""
+
+    def __call__(self, frequency: Array) -> Matrices:
+        """Return G (nf, n, n) [m⁴]."""
+        ...
+
+    def factors(self, frequency: Array) -> Matrices | None:
+        """Return L (nf, n, r) [m²]; None where there are not few."""
+        ...
+
 
 OVERLAP_CUTOFF = 1e-8
 """Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
@@ -86,6 +101,34 @@ class BarePanel:
     patch_psd: Complexes
     point_psd: Complexes
     damping_norm: Array
+
+    def with_fewer(self, overlap_cutoff: float) -> "BarePanel":
+        """Return the same without the columns of E below a share of the largest eigenvalue of D."""
+        columns = self.coordinates.columns
+        value = np.sum(columns**2, axis=0)
+        kept = np.flatnonzero(value > overlap_cutoff * value.max(initial=0.0))
+        rows = np.concatenate([kept, np.arange(columns.shape[1], self.receptance.shape[1])])
+        return replace(
+            self,
+            coordinates=PatchCoordinates(
+                columns[:, kept],
+                self.coordinates.weight[:, kept[:, None], kept],
+                self.coordinates.inverse[kept],
+            ),
+            receptance=self.receptance[:, rows[:, None], kept],
+            patch_psd=self.patch_psd[:, rows[:, None], kept],
+        )
+
+
+def joined(parts: Sequence[BarePanel]) -> BarePanel:
+    """Return one panel of parts on lines that follow one another."""
+    return replace(
+        parts[0],
+        frequency=np.concatenate([one.frequency for one in parts]),
+        receptance=np.concatenate([one.receptance for one in parts]),
+        patch_psd=np.concatenate([one.patch_psd for one in parts]),
+        point_psd=np.concatenate([one.point_psd for one in parts]),
+    )
 
 
 def bare_panels(
@@ -149,23 +192,27 @@ def bare_panels(
         for _ in range(2)
     )
     point_psd = np.empty((count, n_points, m, m), complex)
+    at_points = slice(0, n_points * m)
     for lines in chunks_of_lines(count, n):
         air = None
         if air_stiffness is not None:
             air = matrices_at(air_stiffness, frequency, lines, n)
-        force = matrices_at(modal_force, frequency, lines, n)
+        moved: _Moved
+        if air is None:
+            moved = _InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
+        else:
+            moved = _InAir(dense_stiffness(frequency[lines], basis, air), observed)
+        psd = moved.psd(modal_force, frequency, lines)
         sound = pressure_psd[lines, None, None]
-        motion = _solve_bare(frequency[lines], basis, observed, air)  # Z₀⁻¹ W
-        at_points = motion[:, :, : n_points * m]
-        by_point = at_points.reshape(len(motion), n, n_points, m).transpose(2, 0, 1, 3)
-        for point, one in enumerate(by_point):
-            point_psd[lines, point] = sound * product(one, force, one)
+        for point in range(n_points):
+            own = slice(point * m, (point + 1) * m)
+            point_psd[lines, point] = sound * psd(own, own)
         for index, (start, stop) in enumerate(pairwise(ends)):
-            patch = motion[:, :, start:stop]
-            both = np.concatenate([patch, at_points], axis=2)
-            patch_psd[index][lines] = sound * product(both, force, patch)
-            own = np.concatenate([columns[index], observed[:, : n_points * m]], axis=1)
-            receptance[index][lines] = own.T @ patch
+            patch, width = slice(start, stop), stop - start
+            patch_psd[index][lines, :width] = sound * psd(patch, patch)
+            patch_psd[index][lines, width:] = sound * psd(at_points, patch)
+            receptance[index][lines, :width] = moved.receptance(patch, patch)
+            receptance[index][lines, width:] = moved.receptance(at_points, patch)
     return [
         BarePanel(
             frequency=frequency,
@@ -180,6 +227,35 @@ def bare_panels(
     ]
 
 
+def patch_motions_in_vacuum(
+    frequency: Array,
+    basis: ModalBasis,
+    patches: Patches,
+    pressure_psd: Array,
+    modal_force: MatrixInput,
+) -> Array:
+    """Return the mean PSD of the deflection over each patch of the bare panel.
+
+    Parameters are those of `bare_panels`.
+
+    Returns
+    -------
+    (nf, n_patches) [m²/Hz].
+    """
+    columns = patches.factors(OVERLAP_CUTOFF)
+    ends = np.cumsum([0] + [part.shape[1] for part in columns]).tolist()
+    observed = np.concatenate([np.zeros((patches.shapes, 0)), *columns], axis=1)
+    mean = np.empty((frequency.size, patches.count))
+    for lines in chunks_of_lines(frequency.size, patches.shapes):
+        psd = _InVacuum(basis.dynamic_stiffness(frequency[lines]), observed).psd(
+            modal_force, frequency, lines
+        )
+        for patch, own in enumerate(slice(*pair) for pair in pairwise(ends)):
+            square = np.trace(psd(own, own), axis1=1, axis2=2).real
+            mean[lines, patch] = pressure_psd[lines] * square / patches.area[patch]
+    return mean
+
+
 def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -> Complexes:
     """Return Z₀ (nf, n, n) of the bare panel."""
     diagonal = basis.dynamic_stiffness(frequency)
@@ -191,28 +267,98 @@ def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -
     return stiffness
 
 
-def _solve_bare(
-    frequency: Array, basis: ModalBasis, observed: Array, air: Matrices | None
-) -> Complexes:
-    """Return Z₀⁻¹ W, (nf, n, nw); Z₀ is diagonal in vacuum."""
-    if air is None:
-        in_vacuum: Complexes = observed / basis.dynamic_stiffness(frequency)[:, :, None]
-        return in_vacuum
-    stiffness = dense_stiffness(frequency, basis, air)
-    right = np.broadcast_to(observed, (frequency.size, *observed.shape))
-    in_air: Complexes = np.linalg.solve(stiffness, right)
-    return in_air
+Psd = Callable[[slice, slice], Complexes]
+"""Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right)."""
+
+
+class _Moved(ABC):
+    """The bare panel on some lines, seen in the motions W (n, nw)."""
+
+    def __init__(self, observed: Array) -> None:
+        self.observed = observed
+
+    @abstractmethod
+    def motion(self) -> Complexes:
+        """Return Z₀⁻¹ W, (nf, n, nw)."""
+
+    @abstractmethod
+    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+        """Return Wᵀ Z₀⁻¹ W of some columns, (nf, n_seen, n_pulled)."""
+
+    @abstractmethod
+    def in_parts(self, factors: Matrices) -> Complexes:
+        """Return Wᵀ Z₀⁻¹ L, (nf, nw, r)."""
+
+    def psd(self, force: MatrixInput, frequency: Array, lines: slice) -> Psd:
+        """Return the PSDs of the motions under G."""
+        factors = force.factors(frequency[lines]) if isinstance(force, FactoredForce) else None
+        if factors is not None:
+            parts = self.in_parts(factors)
+            return lambda left, right: parts[:, left] @ parts[:, right].conj().swapaxes(1, 2)
+        motion = self.motion()
+        pushed = _pushed(matrices_at(force, frequency, lines, len(self.observed)), motion)
+        return lambda left, right: motion[:, :, left].swapaxes(1, 2) @ pushed[:, :, right]
+
+
+class _InVacuum(_Moved):
+    """Z₀ is diagonal."""
+
+    def __init__(self, stiffness: Complexes, observed: Array) -> None:
+        super().__init__(observed)
+        self._transfer = (1 / stiffness)[:, :, None]
+
+    def motion(self) -> Complexes:
+        moved: Complexes = self._transfer * self.observed
+        return moved
+
+    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+        return _seen_by(self.observed[:, seen], self._transfer * self.observed[:, pulled])
+
+    def in_parts(self, factors: Matrices) -> Complexes:
+        return _seen_by(self.observed, self._transfer * factors)
+
+
+class _InAir(_Moved):
+    """Z₀ is full, and symmetric."""
+
+    def __init__(self, stiffness: Complexes, observed: Array) -> None:
+        super().__init__(observed)
+        self._motion: Complexes = np.linalg.solve(stiffness, observed[None])
+
+    def motion(self) -> Complexes:
+        return self._motion
+
+    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+        return _seen_by(self.observed[:, seen], self._motion[:, :, pulled])
+
+    def in_parts(self, factors: Matrices) -> Complexes:
+        turned = self._motion.swapaxes(1, 2)
+        if np.iscomplexobj(factors):
+            return turned @ factors
+        parts = np.empty((*turned.shape[:2], factors.shape[2]), dtype=np.complex128)
+        parts.real, parts.imag = turned.real @ factors, turned.imag @ factors
+        return parts
+
+
+def _seen_by(observed: Array, motion: Complexes) -> Complexes:
+    """Return observedᵀ motion (nf, nw, k): a real product of twice the columns."""
+    columns = np.ascontiguousarray(motion).view(np.float64)
+    return (np.ascontiguousarray(observed.T) @ columns).view(np.complex128)
+
+
+def _pushed(force: Matrices, motion: Complexes) -> Complexes:
+    """Return G motion*, (nf, n, k)."""
+    if np.iscomplexobj(force):
+        whole: Complexes = force @ motion.conj()
+        return whole
+    # two real products cost half of one complex product
+    columns = np.ascontiguousarray(motion.conj()).view(np.float64)
+    return (force @ columns).view(np.complex128)
 
 
 def product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
     """Return leftᵀ G right*, (nf, n_left, n_right)."""
-    if np.iscomplexobj(force):
-        pushed = force @ right.conj()
-    else:  # two real products cost half of one complex product
-        width = right.shape[2]
-        parts = force @ np.concatenate([right.real, right.imag], axis=2)
-        pushed = parts[:, :, :width] - 1j * parts[:, :, width:]
-    product: Complexes = left.swapaxes(1, 2) @ pushed
+    product: Complexes = left.swapaxes(1, 2) @ _pushed(force, right)
     return product
 
 

@@ -85,7 +85,7 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
         )
         # the search for the motions is done here, once for all lines
         few = wider.solver().on(lines, wider.deflection_at_points)
-        tried = wider.solved(few, asked.without_motion())
+        tried = wider.solved(few, asked.response_alone())
         check, of_case = _check(panel, wider, stored, left_out, tried, lines)
         if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
             break

@@ -198,7 +198,8 @@ def with_other_radiation(panel: PanelInSound, readings: Readings) -> pd.DataFram
     radiation = panel.study.response.radiation_beside
     rows = []
     # only rms values are asked for: few lines give them within 1e-3
-    for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
+    asked = panel.asked(readings, dead_weight=False).response_alone()
+    for case in panel.solved(panel.solver(rms_only=True), asked):
         if not isinstance(case.found, UnstableDamping):
             read_at, _ = _motion_of_one(panel, case, case.found)
             values = beside_rows(case.found, case.bare, panel.basis.point_names, read_at)

@@ -26,8 +26,11 @@ from pidpanel.response.modal import (
     bare_panels,
     checked_motions,
     chunks_of_lines,
+    joined,
     matrices_at,
+    patch_motions_in_vacuum,
 )
+from pidpanel.response.lines import root_mean_square
 from pidpanel.response.model import ModalBasis, Patches, Response
 from pidpanel.response.motions import Motions, ReducedMotions
 
@@ -236,6 +239,9 @@ class PanelSolver(PanelWithLayouts):
         lines, panel = self.search_frequency, self.panel
         wanted = [key for key in dict.fromkeys(layouts) if key and key not in self._motions]
         reduced = [key for key in wanted if not self._is_direct(key, SEARCH_CUTOFF)]
+        for key, one in self._of_the_result(reduced).items():
+            self._motions[key] = ReducedMotions(one)
+        reduced = [key for key in reduced if key not in self._motions]
         if reduced:
             nothing = np.zeros((0, 1, panel.patches.shapes))
             made = bare_panels(
@@ -246,12 +252,28 @@ class PanelSolver(PanelWithLayouts):
             for key, one in zip(reduced, made, strict=True):
                 self._motions[key] = ReducedMotions(one)
         for key in wanted:
-            if key not in reduced:
+            if key not in self._motions:
                 sound, carrier = panel.pressure_psd(lines), self.carrier(key)
                 direct = DirectPanel(
                     lines, panel.basis, carrier, sound, panel.modal_force, panel.air_stiffness
                 )
                 self._motions[key] = DirectMotions(direct, HELD_BYTES)
+
+    def _of_the_result(self, wanted: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
+        """Return the bare panels of a search on the lines of the result, which then keeps them."""
+        wanted = [key for key in wanted if not self._is_direct(key, OVERLAP_CUTOFF)]
+        if not wanted or not np.array_equal(self.frequency, self.search_frequency):
+            return {}
+        chunks = chunks_of_lines(self.frequency.size, self.panel.patches.shapes)
+        for number, lines in enumerate(chunks):
+            self._on_lines(number, lines, wanted)
+        return {
+            key: joined([self._held[key, number] for number in range(len(chunks))]).with_fewer(
+                SEARCH_CUTOFF
+            )
+            for key in wanted
+            if (key, 0) in self._held
+        }
 
     @cached_property
     def bare_acceleration_rms(self) -> Array:
@@ -259,12 +281,10 @@ class PanelSolver(PanelWithLayouts):
         panel, lines = self.panel, self.search_frequency
         if panel.air_stiffness is not None:
             return super().bare_acceleration_rms
-        # Z₀ is diagonal in vacuum, and so is H in the paper's form without dampers
-        alone = DiagonalMotions(
+        motion = patch_motions_in_vacuum(
             lines, panel.basis, panel.patches, panel.pressure_psd(lines), panel.modal_force
         )
-        none = np.zeros((panel.patches.count, lines.size))
-        return alone.acceleration_rms(none, none)
+        return root_mean_square(lines, (2 * np.pi * lines[:, None]) ** 4 * motion)
 
     def responses(self, requests: Sequence[Request]) -> list[Answer]:
         """Return the response with each of several sets of dampers, see `PanelWithLayouts`."""
@@ -307,8 +327,10 @@ class PanelSolver(PanelWithLayouts):
             force, air = panel.modal_force, panel.air_stiffness
             if direct:
                 force, air = self._held_matrices
-            force = matrices_at(force, frequency, lines, n)
-            air = None if air is None else matrices_at(air, frequency, lines, n)
+            if direct or not callable(force):  # a function may know a shorter form of G
+                force = matrices_at(force, frequency, lines, n)
+            if air is not None and (direct or not callable(air)):
+                air = matrices_at(air, frequency, lines, n)
         if missing:
             carriers = [self.carrier(key) for key in missing]
             bare = bare_panels(
