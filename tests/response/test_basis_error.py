@@ -57,8 +57,11 @@ def heavy(lines, damping=2000.0, mass=30.0):
 def checked(panel, basis, shapes, lines, scenarios):
     ratio = damping_ratios(basis, ZETA, CUTOFF)
     modal = ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+    def of_basis(frequency):
+        return uniform(frequency, basis)[None]
+
     return check_basis(
-        basis, panel[2], shapes, modal, uniform, ZETA, CUTOFF, lines, scenarios
+        basis, panel[2], shapes, modal, of_basis, uniform, ZETA, CUTOFF, lines, scenarios
     )  # fmt: skip
 
 
@@ -96,7 +99,7 @@ def test_the_error_is_that_against_dense_matrices(panel):
         for column, frequency in enumerate(lines):
             truth = dense_psd(plate, frequency, damping, mass)
             missed = reduced_psd(basis, frequency, damping, mass) / truth - 1
-            # the rest of the residual, 1e-3, may leave some percent of what is missed
+            # the rest of the residual, 1e-2, may leave some percent of what is missed
             expected = np.abs(missed).max()
             np.testing.assert_allclose(found.error[row, column], expected, rtol=0.05, atol=1e-6)
     assert found.largest[0] > 0.1  # a basis that knows nothing of the mass
@@ -107,7 +110,7 @@ def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
     plate, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     first = checked(panel, basis, stored.shapes, lines, [heavy(lines)])
-    wider = refined(basis, stored, first.left_out)
+    wider = refined(basis, stored, joined_shapes(basis, stored, first.left_out))
     assert wider.natural_frequency.size > basis.natural_frequency.size
     for frequency in lines_to_try((30.0, HIGHEST), 1, 1, attempt=1):
         truth = dense_psd(plate, frequency, 2000.0, 30.0)
@@ -120,7 +123,7 @@ def test_the_wider_basis_is_checked_as_right(panel):
     _, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     left_out = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).left_out
-    wider = refined(basis, stored, left_out)
+    wider = refined(basis, stored, joined_shapes(basis, stored, left_out))
     shapes = joined_shapes(basis, stored, left_out).vectors
     other = lines_to_try((30.0, HIGHEST), 1, 1, attempt=1)
     assert checked(panel, wider, shapes, other, [heavy(other)]).largest[0] < 5e-3

@@ -40,13 +40,12 @@ coordinates with three points and 22 scenarios the check has 3 lines each."""
 
 @dataclass(frozen=True)
 class MovedFace:
-    """Motions of the face as shapes; see `sound.from_study.PanelShapes`."""
+    """Motions of the face as shapes; see `sound.from_study.FaceShapes`."""
 
     quadrature_position: Array
     quadrature_weight: Array
     shape_at_quadrature: Array
     quadrature_wavenumber: float
-    face_overlap: Array
     vertex_position: Array
     cells: Index
     shape_at_vertices: Array
@@ -141,6 +140,7 @@ def check_basis(
     plate: StoredPlate,
     shapes: Array,
     modal: ModalBasis,
+    force_of_basis: Callable[[Array], Matrices],
     force_at: ForceAt,
     damping_ratio: float,
     cutoff: float,
@@ -159,8 +159,10 @@ def check_basis(
         (n_free, n) of the basis.
     modal
         Frequencies, masses and damping of the basis.
+    force_of_basis
+        G of the field of the study on the shapes of the basis over frequency [m⁴].
     force_at
-        G of the field of the study at a frequency [Hz] on given shapes [m⁴].
+        The same at a frequency [Hz] on given shapes.
     damping_ratio, cutoff
         ζ of the bare panel and f_c [Hz].
     frequency
@@ -191,7 +193,8 @@ def check_basis(
             for one in scenarios
         ]
         motions = elements.motions(pulls)
-        error[:, line] = _errors(motions, basis, plate, force_at, f)
+        (force,) = force_of_basis(frequency[line : line + 1])
+        error[:, line] = _errors(motions, force, basis, plate, force_at, f)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].left_out
             missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
@@ -208,39 +211,37 @@ def point_vertices(basis: PanelBasis) -> Index:
 
 def _errors(
     motions: Sequence[Motion],
+    force_of_basis: Matrices,
     basis: PanelBasis,
     plate: StoredPlate,
     force_at: ForceAt,
     frequency: float,
 ) -> Array:
     """(n_scenarios,) largest relative error of the PSD of a point at a line."""
-    count = motions[0].of_basis.shape[1]
-    answers = [part for m in motions for part in (m.of_basis, m.of_basis + m.left_out)]
-    columns = np.hstack([part for one in answers for part in (one.real, one.imag)])
-    moved_face = plate.at_quadrature @ columns
-    reach = basis.quadrature_wavenumber
-    few = CondensedFace(plate.quadrature_position, plate.quadrature_weight, moved_face)
-    if np.isfinite(reach):
-        few = condensed(few.position, few.weight, few.values, reach)
-    face = MovedFace(
-        few.position,
-        few.weight,
-        few.values,
-        reach,
-        moved_face.T @ (plate.quadrature_weight[:, None] * moved_face),
-        basis.vertex_position,
-        basis.cells,
-        plate.at_vertices @ columns,
-    )
-    force = force_at(frequency, face)
     # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
-    blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, 2, count)
-    real, imag = blocks[:, :, 0], blocks[:, :, 1]
+    of_basis = np.stack([one.of_basis for one in motions])  # (n_scenarios, n, n_points)
+    in_basis = np.sum(of_basis * (force_of_basis @ of_basis.conj()), axis=1).real
+    columns = np.hstack([part for one in motions for part in (one.whole.real, one.whole.imag)])
+    reach = basis.quadrature_wavenumber
+    face = CondensedFace(
+        plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns
+    )
+    if np.isfinite(reach):
+        face = condensed(face.position, face.weight, face.values, reach)
+    force = force_at(
+        frequency,
+        MovedFace(
+            face.position, face.weight, face.values, reach,
+            basis.vertex_position, basis.cells, plate.at_vertices @ columns,
+        ),
+    )  # fmt: skip
+    blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
+    real, imag = blocks[:, 0], blocks[:, 1]
     psd = (
         force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
-    ).real  # (n_scenarios, basis or all elements, n_points)
-    moved = psd[:, 1] > 0  # a point on a support does not
-    ratio = np.divide(psd[:, 0], psd[:, 1], out=np.ones_like(psd[:, 1]), where=moved)
+    ).real  # (n_scenarios, n_points)
+    moved = psd > 0  # a point on a support does not
+    ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moved)
     error: Array = np.abs(ratio - 1).max(axis=1, initial=0.0)
     return error
 
@@ -253,8 +254,7 @@ def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Sha
     return shapes.joined_by(plate, left_out) if left_out.shape[1] else shapes
 
 
-def refined(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> PanelBasis:
-    """Return the basis of the panel stage with what it left out (n_free, k)."""
-    shapes = joined_shapes(basis, plate, left_out)
+def refined(basis: PanelBasis, plate: StoredPlate, shapes: Shapes) -> PanelBasis:
+    """Return the basis of the panel stage with what it left out, see `joined_shapes`."""
     wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
     return with_condensed_face(wider, basis.quadrature_wavenumber)

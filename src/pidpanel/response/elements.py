@@ -38,7 +38,7 @@ and 240 columns, to 0.2 % where it is 0.3 %, the largest, and to 5 % at the wors
 MOST_STEPS = 40
 """Steps after which Z itself is factorised, line by line."""
 
-COLUMNS_AT_ONCE = 48
+COLUMNS_AT_ONCE = 24
 """Columns solved together, so that memory stays at some dozens of columns."""
 
 
@@ -77,12 +77,15 @@ class Motion:
     Attributes
     ----------
     of_basis
-        (n_free, n_points) x₀, the answer of the basis for each point [m/N].
+        (n, n_points) the answer of the basis for each point, in its shapes [m/N].
+    whole
+        (n_free, n_points) x of all elements.
     left_out
-        (n_free, n_points) x − x₀.
+        (n_free, n_points) x − x₀, with x₀ that of the basis.
     """
 
     of_basis: Complexes
+    whole: Complexes
     left_out: Complexes
 
 
@@ -159,9 +162,12 @@ class Elements:
     @cached_property
     def _overlap_of_basis(self) -> Array:
         """(n_patches, n, n) VᵀD V."""
-        return np.array([self.shapes.T @ (D @ self.shapes) for D in self.overlap]).reshape(
-            -1, *(self.shapes.shape[1],) * 2
-        )
+        found = np.empty((len(self.overlap), *(self.shapes.shape[1],) * 2))
+        for patch, D in enumerate(self.overlap):
+            rows = np.unique(D.nonzero()[0])  # a patch is a small part of the panel
+            few = self.shapes[rows].astype(np.float64)
+            found[patch] = few.T @ (D[rows][:, rows] @ few)
+        return found
 
     def _applied(
         self, pulls: Sequence[Pull], which: Index, x: Complexes, pushed: Complexes | None = None
@@ -203,19 +209,21 @@ class Elements:
         which = np.repeat(np.arange(len(pulls)), count)
         inverse = self._of_basis(pulls)
 
-        def by_basis(right: Complexes) -> Complexes:
+        def in_shapes(right: Complexes) -> Complexes:
             small = _times(self.shapes.T, right).reshape(-1, len(pulls), count).transpose(1, 0, 2)
-            answer = (inverse @ small).transpose(1, 0, 2).reshape(-1, len(which))
-            return _times(self.shapes, answer)
+            answer: Complexes = (inverse @ small).transpose(1, 0, 2).reshape(-1, len(which))
+            return answer
 
         def preconditioned(right: Complexes) -> Complexes:
             # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
             rest = self._static(right)
             known = right if self._shift == 0.0 else None
-            return rest - by_basis(self._applied(pulls, which, rest, known))
+            in_basis = in_shapes(self._applied(pulls, which, rest, known))
+            return rest - _times(self.shapes, in_basis)
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
-        start = by_basis(pull)
+        of_basis = in_shapes(pull)
+        start = _times(self.shapes, of_basis)
         found = np.zeros_like(start)
         steps: list[tuple[Complexes, Complexes]] = []
         residual = pull - self._applied(pulls, which, start)
@@ -241,8 +249,8 @@ class Elements:
         if not np.all(np.isfinite(found)):
             raise ResponseError("the response of all elements is not finite")
         return [
-            Motion(start[:, which == index], found[:, which == index])
-            for index in range(len(pulls))
+            Motion(of_basis[:, own], start[:, own] + found[:, own], found[:, own])
+            for own in (which == index for index in range(len(pulls)))
         ]
 
     def _static(self, right: Complexes) -> Complexes:

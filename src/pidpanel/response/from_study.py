@@ -159,7 +159,10 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     patch, cell = np.nonzero(basis.cell_in_patch)
     index = (cell[:, None] * points + np.arange(points)).ravel()
     weight = plate.quadrature_weight[index]
-    rows = np.sqrt(weight)[:, None] * np.asarray(plate.at_quadrature[index] @ vectors)
+    at_points = plate.at_quadrature[index]
+    used = np.unique(at_points.indices)  # a patch is a small part of the panel
+    seen = at_points[:, used] @ vectors[used].astype(np.float64)
+    rows = np.sqrt(weight)[:, None] * np.asarray(seen)
     area = weight.reshape(-1, points).sum(axis=1)
     return PatchElements(
         Patches.of_rows(rows, np.repeat(np.arange(len(cell)), points), area), patch
@@ -615,11 +618,11 @@ def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelIn
     left_out
         (n_free, k) further shapes.
     """
-    vectors = joined_shapes(panel.basis, plate, left_out).vectors
     if not left_out.shape[1]:
-        return replace(panel, elements=patch_elements(panel.basis, plate, vectors))
-    study, basis = panel.study, refined(panel.basis, plate, left_out)
-    elements = patch_elements(basis, plate, vectors)
+        return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))
+    shapes = joined_shapes(panel.basis, plate, left_out)
+    study, basis = panel.study, refined(panel.basis, plate, shapes)
+    elements = patch_elements(basis, plate, shapes.vectors)
     force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
     air = panel.air
     if air is not None:

@@ -142,11 +142,15 @@ def _check(
         row(case.found) + row(case.bare) + row(case.dead_weight) if row(case.found) else []
         for case in cases
     ]
+    shapes = plate.shapes
+    if left_out.shape[1]:
+        shapes = joined_shapes(panel.basis, plate, left_out).vectors.astype(np.float32)
     check = check_basis(
         wider.basis,
         plate,
-        joined_shapes(panel.basis, plate, left_out).vectors.astype(np.float32),
+        shapes,
         wider.modal,
+        wider.force,
         lambda frequency, face: modal_force_at(panel.study.sound, frequency, face),
         panel.study.panel.damping_ratio,
         panel.cutoff,

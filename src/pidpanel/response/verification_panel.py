@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -185,8 +186,8 @@ def papers_panel(
         )
         lines = lines_to_try((28.0, HIGHEST), len(left_out), len(POINTS) * len(layouts), attempt)
         check = check_basis(
-            wider, stored, joined_shapes(basis, stored, left_out).vectors, modal, diffuse, ratio,
-            cutoff, lines, [of_patches(list(patches), on, len(lines)) for on in layouts],
+            wider, stored, joined_shapes(basis, stored, left_out).vectors, modal,
+            partial(of_shapes, wider), diffuse, ratio, cutoff, lines, [of_patches(list(patches), on, len(lines)) for on in layouts],
         )  # fmt: skip
         if not check.left_out.shape[1]:
             break
@@ -201,6 +202,14 @@ def diffuse(frequency: float, face: MovedFace) -> Array:
         face.quadrature_position, face.quadrature_weight, face.shape_at_quadrature
     )
     return diffuse_modal_force(float(wavenumber(frequency, SPEED)), panel)
+
+
+def of_shapes(basis: PanelBasis, frequency: Array) -> Array:
+    """Return that of the shapes of a basis at frequencies (nf,) [Hz], (nf, n, n)."""
+    panel = PanelQuadrature(
+        basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
+    )
+    return np.array([diffuse_modal_force(float(k), panel) for k in wavenumber(frequency, SPEED)])
 
 
 STORED = [field.name for field in fields(StoredPlate) if field.name != "shapes"]

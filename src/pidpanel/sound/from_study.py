@@ -67,8 +67,8 @@ def band_table(sound: Sound) -> pd.DataFrame:
     )
 
 
-class PanelShapes(Protocol):
-    """The arrays of the panel's basis that its sound needs; n shapes."""
+class FaceShapes(Protocol):
+    """The arrays of a face that moves in n shapes, as the force of a field on them needs them."""
 
     @property
     def quadrature_position(self) -> Array:
@@ -87,10 +87,6 @@ class PanelShapes(Protocol):
         """Of the shortest waves whose integrals with the shapes these points give [rad/m]."""
 
     @property
-    def face_overlap(self) -> Array:
-        """(n, n) ∫ φ_i φ_j dA [m²]."""
-
-    @property
     def vertex_position(self) -> Array:
         """(n_vertices, 2) vertices of the mesh [m]."""
 
@@ -103,8 +99,16 @@ class PanelShapes(Protocol):
         """(n_vertices, n) shapes at the vertices [1]."""
 
 
+class PanelShapes(FaceShapes, Protocol):
+    """The same as the air that they move needs them."""
+
+    @property
+    def face_overlap(self) -> Array:
+        """(n, n) ∫ φ_i φ_j dA [m²]."""
+
+
 def modal_force_tables(
-    sound: Sound, frequency_max: float, shapes: PanelShapes
+    sound: Sound, frequency_max: float, shapes: FaceShapes
 ) -> dict[str, WavenumberTable]:
     """Tabulate G of the field of a study up to the highest frequency of the response.
 
@@ -136,7 +140,7 @@ def modal_force_tables(
     return {MODAL_FORCE: table}
 
 
-def modal_force_at(sound: Sound, frequency: float, shapes: PanelShapes) -> Array | Complexes:
+def modal_force_at(sound: Sound, frequency: float, shapes: FaceShapes) -> Array | Complexes:
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table.
 
     Parameters are those of `modal_force_tables`.
@@ -181,7 +185,8 @@ def air_tables(
     drives the panel; left out where that is the field of the study. `ADDED_VOLUME`: V of the added
     mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
-    k_max, face = modal_force[MODAL_FORCE].wavenumber_max, _face(shapes)
+    k_max = modal_force[MODAL_FORCE].wavenumber_max
+    face = _face(shapes, shapes.face_overlap)
     tables = {}
     if sound.field != "diffuse":
         tables[DIFFUSE] = field.tabulate_diffuse(k_max, face)
@@ -190,10 +195,10 @@ def air_tables(
     return tables
 
 
-def _face(shapes: PanelShapes) -> PanelQuadrature:
+def _face(shapes: FaceShapes, overlap: Array | None = None) -> PanelQuadrature:
     return PanelQuadrature(
         shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature,
-        shapes.quadrature_wavenumber, shapes.face_overlap,
+        shapes.quadrature_wavenumber, overlap,
     )  # fmt: skip
 
 
