@@ -145,3 +145,46 @@ def test_a_log_that_ends_elsewhere_than_it_should_is_refused(begun):
         solver.run(20)
         with pytest.raises(failures.RunStopped, match="last mark at step 20, not 30"):
             solver.finish(30, 3)
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """Half a second of silence is enough: each tick is one of those the time limit counts."""
+    monkeypatch.setattr(process, "QUIET", 0.5)
+    monkeypatch.setattr(process, "TICK", 0.1)
+
+
+def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient):
+    # red: `self._said.get()` without a timeout (hangs for ever); the process not killed
+    folder, _ = begun
+    with Liggghts(folder, "shake") as solver:
+        solver.read_deck((folder / "deck").read_text())
+        os.kill(solver._process.pid, signal.SIGSTOP)
+        with pytest.raises(
+            failures.RunHung, match=r"shake\.log: silent for .* s in 'run 20'; ended"
+        ):
+            solver.run(20)
+        assert solver._process.wait() == -signal.SIGKILL
+
+
+def test_a_solver_that_hangs_at_its_end_is_ended_and_named(begun, impatient):
+    # red: `self._process.wait()` before the lines are read to their end
+    folder, _ = begun
+    with Liggghts(folder, "shake") as solver:
+        solver.read_deck((folder / "deck").read_text())
+        os.kill(solver._process.pid, signal.SIGSTOP)
+        with pytest.raises(failures.RunHung, match="in its end"):
+            solver.finish(0, 3)
+
+
+def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
+    # a run of many cycles may take hours, but reports every cycle
+    # red: `steps` in place of the smaller of the two; `self._spheres` left at 0
+    folder, steps = begun
+    with Liggghts(folder, "shake") as solver:
+        solver.read_deck((folder / "deck").read_text())
+        fixed, per_sphere = process.SLOWEST_STEP
+        of_a_cycle = (fixed + 3 * per_sphere) * steps / CYCLES
+        assert solver._patience(steps) == pytest.approx(process.QUIET + of_a_cycle)
+        assert solver._patience(1) == pytest.approx(process.QUIET + fixed + 3 * per_sphere)
+        solver.finish(0, 3)

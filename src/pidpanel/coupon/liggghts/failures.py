@@ -15,6 +15,10 @@ class RunStopped(SolverFailure):
     """The process ended, or was ended, before its last step."""
 
 
+class RunHung(SolverFailure):
+    """The process went on without saying anything, far longer than its steps take."""
+
+
 class LogTruncated(SolverFailure):
     """Rows, columns or marks are missing, doubled or cut."""
 

@@ -3,29 +3,51 @@
 What it can be told are the methods of `Liggghts`, in the words of the coupon; its own commands are
 nowhere else but here and in the templates. They go through the standard input, so a run can be
 prolonged without a restart until it is long enough, and are kept in a file that ``liggghts -in``
-runs again to the same bits. If the caller dies, LIGGGHTS is killed with it.
+runs again to the same bits. If the caller dies, LIGGGHTS is killed with it; if LIGGGHTS is silent
+for far longer than what it was told takes, it is killed by the caller: it can hang for ever, in a
+damaged restart for one.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
+import queue
+import re
 import shutil
 import subprocess
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, NamedTuple
+from typing import IO, Literal, NamedTuple
 
 from pidpanel.constants import LIGGGHTS_VERSION as VERSION
 from pidpanel.coupon.liggghts import output, sphere_dump
 from pidpanel.coupon.liggghts.failures import (
     ParticlesLost,
+    RunHung,
     RunStopped,
     SolverFailure,
     SolverMissing,
 )
 
 COMMAND = "liggghts"
+
+QUIET = 60.0
+"""Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
+deck takes a second."""
+
+SLOWEST_STEP = 1.5e-3, 3.5e-5
+"""Longest time of a step, and of it for each sphere [s]: a hundred times what they take on an
+ordinary core (15 µs and 0.35 µs), since a machine may be shared."""
+
+TICK = 1.0
+"""Silence is counted in ticks of this length [s], so that none is counted while the caller itself
+is suspended."""
+
+_THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
 Reading = Literal["kinetic_energy", "mean_speed"]
 _READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"}
@@ -113,6 +135,13 @@ class Liggghts:
         if self._process.stdin is None or self._process.stdout is None:
             raise RunStopped(f"{self.log}: no pipe to {path}")
         self._input, self._output = self._process.stdin, self._process.stdout
+        self._spheres = 0
+        self._report_steps = math.inf
+        self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._listener = threading.Thread(
+            target=_listen, args=(self._output, self._said), daemon=True
+        )
+        self._listener.start()
         self._check_version()
 
     def __enter__(self) -> Liggghts:
@@ -127,12 +156,13 @@ class Liggghts:
         if self._process.poll() is None:
             self._process.kill()
         self._process.wait()
+        self._listener.join()
         for stream in (self._input, self._output, self._errors, self._deck):
             with contextlib.suppress(BrokenPipeError):
                 stream.close()
 
     def _check_version(self) -> None:
-        first = self._output.readline()
+        first = next(self._lines("its first line"), "")
         if VERSION not in first:
             raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is required")
 
@@ -146,6 +176,8 @@ class Liggghts:
         text
             Of a deck; see `deck`.
         """
+        reports = _THERMO.findall(text)
+        self._report_steps = int(reports[-1]) if reports and int(reports[-1]) else math.inf
         self._execute(text)
 
     def run(self, steps: int, read: Reading | None = None) -> Instant:
@@ -159,11 +191,12 @@ class Liggghts:
             What to read at the end: the kinetic energy of all spheres without their spin [J], or
             their mean speed along x [m/s].
         """
-        return self._execute(f"run {steps}", "0" if read is None else _READINGS[read])
+        value = "0" if read is None else _READINGS[read]
+        return self._execute(f"run {steps}", value, steps=steps)
 
     def run_and_save(self, steps: int, restart: str) -> Instant:
         """Run so many steps and write a restart there, from which a deck can continue."""
-        return self._execute(f"run {steps}\nwrite_restart {restart}")
+        return self._execute(f"run {steps}\nwrite_restart {restart}", steps=steps)
 
     def run_and_dump(
         self, steps: int, every: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
@@ -173,7 +206,8 @@ class Liggghts:
         The spheres at the start are the first frame.
         """
         return self._execute(
-            f"dump frames all custom {every} {file} id {' '.join(columns)}\nrun {steps}"
+            f"dump frames all custom {every} {file} id {' '.join(columns)}\nrun {steps}",
+            steps=steps,
         )
 
     def dump(self, file: str, columns: tuple[str, ...] = sphere_dump.POSITION) -> Instant:
@@ -214,7 +248,7 @@ class Liggghts:
             f"dump spheres all custom {stride} {files.motion.name} id {' '.join(output.MOTION)}\n"
             "dump_modify spheres sort id"
         )
-        self._execute(f"run {steps}\nundump pairs\nundump touches\nundump spheres")
+        self._execute(f"run {steps}\nundump pairs\nundump touches\nundump spheres", steps=steps)
         return first.step, files
 
     def set_velocity(self, x: float, y: float, z: float) -> None:
@@ -235,10 +269,10 @@ class Liggghts:
 
         Raises
         ------
-        RunStopped, ParticlesLost, LogTruncated
+        RunStopped, RunHung, ParticlesLost, LogTruncated
         """
         self._input.close()
-        said = self._output.readlines()
+        said = list(self._lines("its end"))
         if self._process.wait() != 0:
             raise self._failure(said)
         if last_step is not None and spheres is not None:
@@ -247,7 +281,40 @@ class Liggghts:
 
     # -------------------------------------------------------------- how it is told
 
-    def _execute(self, commands: str, value: str = "0") -> Instant:
+    def _lines(self, what: str, steps: int = 0) -> Iterator[str]:
+        """Lines that the process prints, to their end.
+
+        Parameters
+        ----------
+        what
+            What it is doing, for the message.
+        steps
+            That it was told to run.
+
+        Raises
+        ------
+        RunHung
+            If the next line does not come within `_patience`; the process is killed.
+        """
+        limit = self._patience(steps)
+        while True:
+            for _ in range(math.ceil(limit / TICK)):
+                with contextlib.suppress(queue.Empty):
+                    line = self._said.get(timeout=TICK)
+                    break
+            else:
+                self._process.kill()
+                raise RunHung(f"{self.log}: silent for {limit:.3g} s in {what}; ended")
+            if line is None:
+                return
+            yield line
+
+    def _patience(self, steps: int) -> float:
+        """Longest silence in so many steps [s]: from one report of the deck to the next."""
+        step = SLOWEST_STEP[0] + SLOWEST_STEP[1] * self._spheres
+        return QUIET + step * min(steps, self._report_steps)
+
+    def _execute(self, commands: str, value: str = "0", steps: int = 0) -> Instant:
         """Send commands, wait until they are done, and read the step that is reached.
 
         Parameters
@@ -256,11 +323,15 @@ class Liggghts:
             Lines of LIGGGHTS' language.
         value
             An expression of LIGGGHTS evaluated afterwards.
+        steps
+            That the commands run.
 
         Raises
         ------
         RunStopped, ParticlesLost
             If the process ended instead, with its exit status and its last words.
+        RunHung
+            If it neither ended nor went on.
         """
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
@@ -269,10 +340,11 @@ class Liggghts:
         try:
             self._input.write(text)
             self._input.flush()
-            for line in self._output:
+            for line in self._lines(repr(commands.strip().rpartition("\n")[2]), steps):
                 mark = output.MARK.match(line.rstrip("\n"))
                 if mark:
-                    return Instant(int(mark[1]), int(mark[2]), float(mark[3]))
+                    self._spheres = int(mark[2])
+                    return Instant(int(mark[1]), self._spheres, float(mark[3]))
                 said.append(line)
         except BrokenPipeError:
             pass
@@ -287,3 +359,10 @@ class Liggghts:
         last = (errors or [w for w in reversed(words) if w] or ["no message"])[0]
         kind = ParticlesLost if "ost atoms" in last else RunStopped
         return kind(f"{self.log}: exit status {status}: {last}")
+
+
+def _listen(output: IO[str], said: queue.SimpleQueue[str | None]) -> None:
+    """Hand on every line of a pipe, and None at its end."""
+    for line in output:
+        said.put(line)
+    said.put(None)
