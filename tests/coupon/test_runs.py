@@ -219,7 +219,7 @@ def test_seeds_are_apart_beyond_a_quarter_of_their_mean_and_four_errors():
 def test_a_failed_packing_is_handed_on_by_name(tmp_path):
     (case,) = cases_of(coupon())
     run = case.runs[0]
-    failed = records.PourOutcome("UnderFilled", "m", 2, "3.8.0", 1.5, run.packing, None)
+    failed = records.PourOutcome("UnderFilled", "m", 2, "3.8.0", 1.5, run.packing, None, {})
     coding.write(tmp_path / "packing.json", failed)
     attempts.loosen_bed(run.bed, tmp_path / "packing.json", tmp_path / "bed.json")
     outcome = attempts.shake_run(run, case.target, tmp_path / "bed.json", tmp_path / "s1")
@@ -367,9 +367,10 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
     shaken(tmp_path, bed_file)
     (case,) = cases_of(coupon())
     (file,) = case.outcomes(tmp_path)
-    outcome = json.loads(file.read_text())
-    outcome["found"]["balance"]["closure"] = -0.021
-    file.write_text(json.dumps(outcome))
+    outcome = coding.read(records.ShakeOutcome, file)
+    balance = dataclasses.replace(outcome.shaken.balance, closure=-0.021)
+    found = dataclasses.replace(outcome.shaken, balance=balance)
+    coding.write(file, dataclasses.replace(outcome, found=found))
     row = summary.summarise(case, [file])
     assert row["status"] == "EnergyNotClosed"
     assert "-2.10% of the work" in row["message"]

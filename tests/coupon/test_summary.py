@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pidpanel.coupon import coding, cycles, summary
+from pidpanel.coupon import coding, cycles, rows, summary
 from pidpanel.coupon.balance import Balance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
@@ -16,7 +16,7 @@ from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
 MASS = 8 * 1190 * math.pi / 6 * 2.5e-3**3
-ENERGIES = Balance(10e-6, 0.0, 0.0, 0.0, 1e-6, 2e-6, 3e-6, 4e-6, 0.0)
+LOSSES = Balance(10e-6, 0.0, 0.0, 0.0, 1e-6, 2e-6, 3e-6, 4e-6, 0.0)
 
 
 def recorded_case(**sweep):
@@ -32,12 +32,14 @@ def recorded_case(**sweep):
     return cases_of(coupon)
 
 
-def record(case, folder, *, status="ok", closure=0.001):
+def record(case, folder, *, status="ok", closure=0.001, energies=None):
     """Leave the golden rows as the run of a case."""
     (file,) = case.outcomes(folder)
     file.parent.mkdir(parents=True)
     shutil.copy(GOLDEN / "cycles_1.txt", file.parent)
-    found = Shaken(12, (12,), 8, MASS, "accuracy", MeasuredBalance(ENERGIES, closure, 1, 100))
+    balance = MeasuredBalance(energies or LOSSES, closure, 1, 100)
+    digest = rows.digest(file.parent, (12,), 12)
+    found = Shaken(12, (12,), 8, MASS, "accuracy", balance, digest)
     if status != "ok":
         found = None
     coding.write(
@@ -112,7 +114,7 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
-    problems = summary.problems_of(summary.read_run(case.point, file), file.parent)
+    problems = summary.problems_of(case.point, summary.read_run(case.point, file), file.parent)
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work" in str(problem) for problem in problems)
     assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0

@@ -29,7 +29,7 @@ def write_run(case, folder):
     own = file.parent
     own.mkdir(parents=True)
     mass = 2 * 1190 * np.pi / 6 * 2.5e-3**3
-    found = Shaken(12, (12,), 2, mass, "accuracy", None)
+    found = Shaken(12, (12,), 2, mass, "accuracy", None, "")
     coding.write(file, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, case.runs[0], case.target, found))
     (own / "start.data").write_text(
         "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.002 1190 0 0 0.006\n"
@@ -100,7 +100,7 @@ def test_the_energy_of_a_cycle_follows_from_its_momentum(case, tmp_path, monkeyp
     p_sin = 1e-6 * (1 + 0.1 * np.sin(np.arange(12)))
     rows = np.zeros((12, 7))
     rows[:, 1] = p_sin
-    monkeypatch.setattr(evidence.rows, "read_rows", lambda *_: rows)
+    monkeypatch.setattr(evidence.rows, "read_shaken", lambda *_: rows)
     (record,) = evidence.read_records(single, tmp_path)
     area = np.sqrt(3) / 2 * 6.35e-3**2
     # work of the shaker per cycle and area, π ω W p_s / A with p_s = 2⟨p sin ωt⟩
@@ -115,6 +115,6 @@ def test_a_figure_of_a_varied_case_says_what_was_varied(case, tmp_path, monkeypa
         case, runs=case.runs[:1], varied={"particles.friction": 0.1, "deck": "mine.in.j2"}
     )
     write_run(varied, tmp_path)
-    monkeypatch.setattr(evidence.rows, "read_rows", lambda *_: np.ones((12, 7)))
+    monkeypatch.setattr(evidence.rows, "read_shaken", lambda *_: np.ones((12, 7)))
     (record,) = evidence.read_records(varied, tmp_path, with_size=True)
     assert record.title == ("r = 0.5, 100 Hz, Γ = 10\nd = 2.5 mm, friction 0.1, deck mine.in.j2")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import coding
+from pidpanel.coupon import rows as coupon_rows
 from pidpanel.coupon.from_study import cases_of, write_table
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.report import read
@@ -134,7 +135,8 @@ def coupon(tmp_path_factory):
             for number, row in enumerate(rows, 1)]  # fmt: skip
     (outcome.parent / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
-    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None)
+    digest = coupon_rows.digest(outcome.parent, (len(rows),), len(rows))
+    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest)
     coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")
     paths = ("cases.csv", "runs", "report.html", "report")

@@ -1,25 +1,38 @@
 """Pour, loosen and shake as jobs: each is tried twice, and what became of it is written down.
 
-A failure is an outcome with a name, so that a sweep continues and its coverage decides.
+A failure is an outcome with a name, so that a sweep continues and its coverage decides. A packing
+or a bed that is missing or is not as it was left is made again where it is needed.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import os
 import resource
 import shutil
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 from pidpanel.coupon import coding, cycles, rows
 from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
+from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import RunStopped, SolverFailure, SolverMissing
 from pidpanel.coupon.liggghts.process import VERSION
-from pidpanel.coupon.preparation import loosen, pour
-from pidpanel.coupon.records import OK, Attempt, LoosenOutcome, PourOutcome, ShakeOutcome
+from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
+from pidpanel.coupon.records import (
+    OK,
+    Attempt,
+    LoosenOutcome,
+    PourOutcome,
+    ShakeOutcome,
+    check_files,
+    files_of,
+)
 from pidpanel.coupon.runs import shake
 
 APART = 0.25
@@ -33,7 +46,8 @@ Found = TypeVar("Found")
 def pour_packing(packing: Packing, file: Path) -> PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
     attempt, found = _attempted(lambda: pour(packing, file.parent), file.parent)
-    outcome = PourOutcome(**vars(attempt), packing=packing, found=found)
+    files = files_of(file.parent, (PACKING_FILE,) if found else ())
+    outcome = PourOutcome(**vars(attempt), packing=packing, found=found, files=files)
     _write(file, outcome)
     return outcome
 
@@ -50,7 +64,7 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     file
         ``bed.json``.
     """
-    before = coding.read(PourOutcome, packing_file)
+    before = sound_packing(bed.packing, packing_file)
     poured = before.found
     if poured is None:
         attempt, found = _handed_on(before), None
@@ -59,9 +73,55 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
         attempt, found = _attempted(
             lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
         )
-    outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found)
+    files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if found else ())
+    outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found, files=files)
     _write(file, outcome)
     return outcome
+
+
+def sound_packing(packing: Packing, file: Path) -> PourOutcome:
+    """What ``packing.json`` says; a packing that is not as it was left is poured again."""
+    try:
+        outcome = coding.read(PourOutcome, file)
+        check_files(file.parent, outcome.files)
+    except SolverFailure:
+        with _beside(file) as scratch:
+            outcome = pour_packing(packing, scratch / file.name)
+            _take(scratch, file.parent, (*outcome.files, file.name))
+    return outcome
+
+
+def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
+    """What ``bed.json`` says; a bed that is not as it was left is made again.
+
+    The same spheres to the last bit, so that jobs that do so at the same time do no harm.
+    """
+    try:
+        outcome = coding.read(LoosenOutcome, file)
+        check_files(file.parent, outcome.files)
+    except SolverFailure:
+        with _beside(file) as scratch:
+            outcome = loosen_bed(bed, packing_file, scratch / file.name)
+            _take(scratch, file.parent, (*outcome.files, file.name))
+    return outcome
+
+
+@contextlib.contextmanager
+def _beside(file: Path) -> Iterator[Path]:
+    """A folder beside that of a file, for what takes its place."""
+    file.parent.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".again_", dir=file.parent.parent) as name:
+        yield Path(name) / "made"
+
+
+def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
+    """Move files into a folder, each at one stroke, as old as what they take the place of."""
+    folder.mkdir(exist_ok=True)
+    for name in names:
+        with contextlib.suppress(FileNotFoundError):  # else Snakemake would make all that follows
+            age = (folder / name).stat()
+            os.utime(source / name, ns=(age.st_atime_ns, age.st_mtime_ns))
+        (source / name).replace(folder / name)
 
 
 def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOutcome:
@@ -72,11 +132,13 @@ def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOu
     run, target
         The run and how long it lasts.
     bed_file
-        The ``bed.json`` of its bed, whose failure is handed on.
+        The ``bed.json`` of its bed, whose failure is handed on. The packing of the bed is looked
+        for in ``../../packing`` of its folder, should the bed have to be made again.
     folder
         Of the run.
     """
-    before = coding.read(LoosenOutcome, bed_file)
+    packings = bed_file.parent.parent.parent / "packing"
+    before = sound_bed(run.bed, packings / run.packing.label / "packing.json", bed_file)
     if before.found is None:
         attempt, found = _handed_on(before), None
     else:
@@ -104,7 +166,7 @@ def shake_seeds(
             break
         damping = []
         for run, folder, one in zip(seeds, folders, found, strict=True):
-            read = rows.read_rows(run, folder, one.legs, one.cycles)
+            read = rows.read_shaken(run, folder, one)
             damping.append(rows.estimates(run, read, one.mass_kg)[0])
         k = min(range(len(found)), key=lambda i: found[i].cycles)
         done = found[k].cycles

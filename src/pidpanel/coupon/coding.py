@@ -1,11 +1,13 @@
 """Records to JSON and back: the one place where a frozen dataclass becomes text.
 
 A record holds numbers, text, truth values, None, other records and tuples of these. What comes
-back is checked key by key: nothing is left out, nothing is added, nothing is of another kind.
+back is checked key by key: nothing is left out, nothing is added, nothing is of another kind. A
+file holds the hash of its values beside them, so that a changed digit shows too.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
@@ -53,9 +55,19 @@ def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
     )
 
 
+DIGEST = "digest"
+"""Key of a file with the hash of all its other values."""
+
+
 def write(path: Path, record: Any) -> None:
     """Write a record as a JSON file."""
-    path.write_text(json.dumps(encode(record), indent=1) + "\n", encoding="utf-8")
+    values = encode(record)
+    text = json.dumps({**values, DIGEST: _digest(values)}, indent=1)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _digest(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
 def read(kind: type[Record], path: Path) -> Record:
@@ -64,13 +76,18 @@ def read(kind: type[Record], path: Path) -> Record:
     Raises
     ------
     RecordUnreadable
-        With the file and what is wrong in it, or that it is not there.
+        With the file and what is wrong in it, that it is not there, or that it is not as it was
+        written.
     """
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise RecordUnreadable(f"{path}: {error}") from None
-    return decode(kind, values, str(path))
+    written = values.pop(DIGEST, None) if isinstance(values, dict) else None
+    record = decode(kind, values, str(path))
+    if written != _digest(values):
+        raise RecordUnreadable(f"{path}: not as it was written: its values do not give its digest")
+    return record
 
 
 @lru_cache

@@ -6,17 +6,47 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pidpanel.coupon import coding
 from pidpanel.coupon.balance import Balance
 from pidpanel.coupon.cases import Bed, Packing, Run, Target
-from pidpanel.coupon.liggghts.failures import RunFailed
+from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
 
 OK = "ok"
 """Status of a step that did what it should; any other is the name of a failure."""
+
+Files = Mapping[str, str]
+"""Names of files of a folder, and the hash of the content of each."""
+
+
+def files_of(folder: Path, names: Iterable[str]) -> Files:
+    """Hashes of files of a folder; an empty one for a file that is not there."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+        except OSError:
+            found[name] = ""
+    return found
+
+
+def check_files(folder: Path, files: Files) -> None:
+    """Refuse a folder whose files are not those that were left in it.
+
+    Raises
+    ------
+    FileDamaged
+        With the file.
+    """
+    for name, digest in files_of(folder, files).items():
+        if digest != files[name]:
+            what = "damaged or changed" if digest else "not there"
+            raise FileDamaged(f"{folder / name}: {what} since it was written")
 
 
 @dataclass(frozen=True)
@@ -68,6 +98,8 @@ class Shaken:
     """``accuracy`` or ``max_cycles``."""
     balance: MeasuredBalance | None
     """None where the deck cannot list its contacts."""
+    rows_digest: str
+    """Hash of the rows of these cycles; see `rows.digest`."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +122,7 @@ class PourOutcome(Attempt):
 
     packing: Packing
     found: Poured | None
+    files: Files
 
 
 @dataclass(frozen=True)
@@ -98,6 +131,7 @@ class LoosenOutcome(Attempt):
 
     bed: Bed
     found: Loosened | None
+    files: Files
 
 
 @dataclass(frozen=True)
@@ -139,6 +173,10 @@ class State:
     balance: MeasuredBalance | None = None
     balance_code: str = ""
     """`window.code` when the balance was measured; of other code it is measured anew."""
+    rows_digest: str = ""
+    """Hash of all rows; see `rows.digest`."""
+    files: Files = field(default_factory=dict)
+    """What a leg starts from: spheres, walls, restart."""
 
     @property
     def cycles(self) -> int:
@@ -146,7 +184,7 @@ class State:
         return sum(self.legs)
 
     def after(self, cycles: int, restart: str) -> State:
-        """The state after so many more cycles of the last leg."""
+        """The state after so many more cycles of the last leg; its hashes are those of before."""
         legs = (*self.legs[:-1], self.legs[-1] + cycles)
         return replace(self, legs=legs, restart=restart)
 

@@ -6,6 +6,7 @@ the rows that are there anew.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from pidpanel.arrays import Array
 from pidpanel.coupon import cycles
 from pidpanel.coupon.cases import Run
 from pidpanel.coupon.liggghts import deck, output
-from pidpanel.coupon.liggghts.failures import LogTruncated
+from pidpanel.coupon.liggghts.failures import FileDamaged, LogTruncated, Unphysical
+from pidpanel.coupon.records import Shaken
 
 FLOOR = 2e-4
 """An error below this share of the inelastic bound ends a run too [1]: a bed that dissipates next
@@ -60,6 +62,34 @@ def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -
     return np.concatenate(rows)[:cycles_wanted]
 
 
+def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
+    """Rows of a run that went to its target, as they were when it did, (found.cycles, 7).
+
+    Raises
+    ------
+    LogTruncated, NotFinite, Unphysical
+        With the file, the line and the offending text.
+    FileDamaged
+        If the rows are others than those that the outcome was made of.
+    """
+    rows = read_rows(run, folder, found.legs, found.cycles)
+    check_physics(run, rows, found.mass_kg, folder)
+    if digest(folder, found.legs, found.cycles) != found.rows_digest:
+        raise FileDamaged(
+            f"{folder}: the rows of its cycles are not those that were written; delete the folder "
+            "to run it again"
+        )
+    return rows
+
+
+def digest(folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
+    """Hash of the first rows of a run as they stand in its files, read before by `read_rows`."""
+    lines: list[str] = []
+    for number, leg in enumerate(legs, 1):
+        lines += rows_text(folder / deck.cycles_file(number)).splitlines()[2 : 2 + leg]
+    return hashlib.sha256("\n".join(lines[:cycles_wanted]).encode()).hexdigest()
+
+
 def rows_text(path: Path) -> str:
     """Text of a file of cycle rows.
 
@@ -69,13 +99,77 @@ def rows_text(path: Path) -> str:
         If it is not there.
     """
     try:
-        return path.read_text()
-    except FileNotFoundError:
-        raise LogTruncated(f"{path}: no such file") from None
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        raise LogTruncated(f"{path}: {reason}") from None
 
 
 def _column(rows: Array, name: str) -> Array:
     return rows[:, output.CYCLE_COLUMNS.index(name)]
+
+
+ROUNDING = 1e-5
+"""Relative tolerance of a comparison of two columns: rows are written with six digits [1]."""
+
+OVERLAP = 0.1
+"""Share of its height by which overlaps may shorten a bed [1]: half of it is the deepest overlap
+that softened contacts have at the speed of the drive, over the radius."""
+
+
+def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
+    """Refuse rows that no motion of the spheres in their cells can have.
+
+    The samples of a cycle have ⟨p²⟩ ≤ 2 M ⟨E_kin⟩ (Cauchy and Schwarz), and the parts of p along
+    sin ωt, cos ωt and 1 are at most all of it (Bessel):
+
+        2⟨p sin⟩² + 2⟨p cos⟩² + ⟨p⟩² ≤ 2 M ⟨E_kin⟩,  0 < ⟨E_kin⟩,  0 ≤ ⟨E_rot⟩
+
+    The centre of mass is as far from floor and lid as half the height of the same mass without
+    gaps. And a bed cannot give the shaker more than it had when the run began, at the speed ωW
+    of the cells: the work up to any cycle is at least −(½ M (ωW)² + M g L), L the depth. A deck of
+    the user's own may see the spheres from elsewhere and is held to the last and to the signs.
+
+    Parameters
+    ----------
+    run, rows
+        The run and its rows from the first, (n, 7).
+    mass
+        Of all spheres [kg].
+    folder
+        For the message.
+
+    Raises
+    ------
+    Unphysical
+        With the cycle and what is wrong with it.
+
+    Notes
+    -----
+    The largest ratio of the two sides was 0.9998 in 180 runs of the paper's study.
+    """
+    p_sin, p_cos, p_mean, kinetic, rotational, height = rows[:, 1:].T
+    packing, drive = run.packing, run.drive
+    of_harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
+    lowest = (1 - OVERLAP) * mass / packing.density / packing.area / 2
+    work = np.cumsum(drive.acceleration * p_sin / drive.frequency)
+    stored = mass * (drive.speed**2 / 2 + run.bed.gravity * packing.depth)
+    ours = run.deck is None
+    for wrong, what in (
+        (kinetic <= 0, "a kinetic energy that is not positive"),
+        (rotational < 0, "a negative energy of rotation"),
+        (
+            ours & (of_harmonics > 2 * mass * kinetic * (1 + ROUNDING)),
+            "more momentum than its kinetic energy allows",
+        ),
+        (
+            ours & ((height < lowest) | (height > packing.depth - lowest)),
+            "a centre of mass where the cells have no room for it",
+        ),
+        (work < -stored, "more work returned up to it than the bed had to give"),
+    ):
+        if wrong.any():
+            raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {what}")
 
 
 def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:

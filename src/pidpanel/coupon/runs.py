@@ -16,10 +16,10 @@ from pathlib import Path
 from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.cases import Run, Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
-from pidpanel.coupon.liggghts.failures import ParticlesLost, RunStopped
+from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
-from pidpanel.coupon.records import Shaken, State
+from pidpanel.coupon.records import Shaken, State, check_files, files_of
 
 LAST_FILE = "last.dump"
 """Spheres at the end of a run, with the columns `sphere_dump.POSITION_AND_VELOCITY`."""
@@ -36,7 +36,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
     SolverFailure
         Named after what went wrong.
     """
-    state = _resumed(run, target, folder) or _begun(run, bed_folder, folder)
+    state = _resumed(run, target, bed_folder, folder) or _begun(run, bed_folder, folder)
     solver: Liggghts | None = None
     with contextlib.ExitStack() as stack:
         while True:
@@ -64,6 +64,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
         mass_kg=state.mass,
         ended_by="accuracy" if good else "max_cycles",
         balance=state.balance,
+        rows_digest=rows.digest(folder, state.legs, done),
     )
 
 
@@ -76,6 +77,7 @@ def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, 
     wanted = target.min_cycles
     while wanted <= state.cycles:
         read = rows.read_rows(run, folder, state.legs, wanted)
+        rows.check_physics(run, read, state.mass, folder)
         found, _ = rows.estimates(run, read, state.mass)
         allowed = max(target.relative_error * abs(found.mean), least)
         good = found.error <= allowed and rows.is_steady(found, wanted)
@@ -90,8 +92,14 @@ def _is_balanced(run: Run, state: State) -> bool:
     return state.balance_code == window.code() or not run.lists_contacts
 
 
-def _resumed(run: Run, target: Target, folder: Path) -> State | None:
-    """The state of a folder from which the run can continue."""
+def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State | None:
+    """The state of a folder from which the run can continue.
+
+    Raises
+    ------
+    FileDamaged, RecordUnreadable, LogTruncated
+        If its rows or its state are not those that were written; the run is begun anew then.
+    """
     state = State.read(folder)
     if state is None or state.run != run.identity:
         return None
@@ -100,6 +108,9 @@ def _resumed(run: Run, target: Target, folder: Path) -> State | None:
     lines = rows.rows_text(path).splitlines(keepends=True)
     if len(lines) > 2 + state.legs[-1]:
         path.write_text("".join(lines[: 2 + state.legs[-1]]))
+    if rows.digest(folder, state.legs, state.cycles) != state.rows_digest:
+        raise FileDamaged(f"{folder}: the rows of its cycles are not those that were written")
+    _restore_start(run, state, bed_folder, folder)
     # a deck of the user's own may hold what no restart keeps: all of it is there, or none
     if run.deck is not None:
         complete = _judged(run, target, state, folder)[0] <= state.cycles
@@ -107,16 +118,30 @@ def _resumed(run: Run, target: Target, folder: Path) -> State | None:
     return state
 
 
+def _restore_start(run: Run, state: State, bed_folder: Path, folder: Path) -> None:
+    """Write the spheres and the walls of the start again where they are not what they were."""
+    start = {name: state.files[name] for name in (deck.START_FILE, deck.WALLS_FILE)}
+    if files_of(folder, start) != start:
+        again = folder / "again"
+        write_start(again, run.packing, read_bed(bed_folder), bed_folder)
+        for name in start:
+            (again / name).replace(folder / name)
+        again.rmdir()
+        check_files(folder, start)
+
+
 def _begun(run: Run, bed_folder: Path, folder: Path) -> State:
     """The state of a folder with what a run starts from."""
     spheres = read_bed(bed_folder)
     write_start(folder, run.packing, spheres, bed_folder)
     mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
-    return State(run.identity, len(spheres), mass)
+    files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE))
+    return State(run.identity, len(spheres), mass, files=files)
 
 
 def _started(run: Run, state: State, folder: Path) -> Liggghts:
     """LIGGGHTS at the last cycle of a state, about to begin a new leg."""
+    check_files(folder, state.files)
     leg = len(state.legs) + 1
     text = run.deck_text(leg, state.restart or None)
     solver = Liggghts(folder, f"shake_{leg}")
@@ -136,6 +161,11 @@ def _continued(solver: Liggghts, run: Run, state: State, folder: Path, wanted: i
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
     after = state.after(more, restart)
+    after = replace(
+        after,
+        rows_digest=rows.digest(folder, after.legs, after.cycles),
+        files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
+    )
     after.write(folder)
     if state.restart:
         (folder / state.restart).unlink()

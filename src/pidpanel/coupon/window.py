@@ -81,11 +81,20 @@ def _window(
     first, files = solver.list_contacts(window * steps, stride, rolling=rolling)
     motion = output.read_motion(files.motion.read_bytes(), str(files.motion), spheres=spheres)
     frames = len(motion.position)
+    planes = wall_planes(run.packing)
     pairs, touches = (
         output.read_contacts(
-            path.read_text(), str(path), frames=frames, with_wall=with_wall, rolling=rolling
+            path.read_text(errors="replace"),
+            str(path),
+            frames=frames,
+            ids=(spheres, partners),
+            with_wall=with_wall,
+            rolling=rolling,
         )
-        for path, with_wall in ((files.pairs, False), (files.touches, True))
+        for path, with_wall, partners in (
+            (files.pairs, False, spheres),
+            (files.touches, True, len(planes)),
+        )
     )
     for path in files:
         path.unlink()
@@ -104,7 +113,7 @@ def _window(
         ),
         balance.Contacts(*pairs),
         balance.Contacts(*touches),
-        wall_planes(run.packing),
+        planes,
         _materials(run),
         drive.acceleration_at(phase),
         run.bed.gravity * np.array(run.bed.gravity_direction),

@@ -127,7 +127,7 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
         outcome = coding.read(ShakeOutcome, path).found
         if outcome is None:
             continue
-        read = rows.read_rows(run, path.parent, outcome.legs, outcome.cycles)
+        read = rows.read_shaken(run, path.parent, outcome)
         damping, _ = rows.harmonic(run, read, outcome.mass_kg)
         found, _ = rows.estimates(run, read, outcome.mass_kg)
         mean, error, energy = (

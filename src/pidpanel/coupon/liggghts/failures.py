@@ -23,6 +23,14 @@ class LogTruncated(SolverFailure):
     """Rows, columns or marks are missing, doubled or cut."""
 
 
+class FileDamaged(SolverFailure):
+    """A file is missing, or is not the one that was left here."""
+
+
+class Unphysical(SolverFailure):
+    """A row that no motion of the particles can have."""
+
+
 class NotFinite(SolverFailure):
     """A number in the output is NaN, infinite or unreadable."""
 
@@ -41,6 +49,10 @@ class NotSteady(SolverFailure):
 
 class EnergyNotClosed(SolverFailure):
     """What the contacts dissipate is not what the shaker put in."""
+
+
+class LossesApart(SolverFailure):
+    """What the contacts dissipate in the window is of another size than what the rows say."""
 
 
 class RunFailed(SolverFailure):

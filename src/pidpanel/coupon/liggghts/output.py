@@ -34,6 +34,10 @@ MOTION = (*sphere_dump.POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx"
 """Columns of a frame of the energy balance, SI."""
 
 
+_NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
+"""As LIGGGHTS writes numbers; Python takes more for one, such as 1_000."""
+
+
 def read_cycles(
     text: str, source: str, *, steps_per_cycle: int, cycles: int, before: int = 0
 ) -> Array:
@@ -75,10 +79,9 @@ def read_cycles(
             fields.pop()
         if len(fields) != len(CYCLE_COLUMNS):
             raise LogTruncated(f"{where}: {len(fields)} of {len(CYCLE_COLUMNS)} columns, {line!r}")
-        try:
-            row = [float(field) for field in fields]
-        except ValueError:
-            raise NotFinite(f"{where}: not a number, {line!r}") from None
+        if not all(map(_NUMBER.fullmatch, fields)):
+            raise NotFinite(f"{where}: not a number, {line!r}")
+        row = [float(field) for field in fields]
         if not all(math.isfinite(value) for value in row):
             raise NotFinite(f"{where}: not finite, {line!r}")
         step = steps_per_cycle * (before + len(rows) + 1)
@@ -202,18 +205,43 @@ def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
 
 
 def read_contacts(
-    text: str, source: str, *, frames: int, with_wall: bool, rolling: bool
+    text: str,
+    source: str,
+    *,
+    frames: int,
+    ids: tuple[int, int],
+    with_wall: bool,
+    rolling: bool,
 ) -> ContactList:
     """Read the local dump of contacts between spheres or with walls.
 
+    Parameters
+    ----------
+    text, source
+        Content of the dump, and its name for messages.
+    frames
+        That there must be.
+    ids
+        Spheres, and what they can touch: spheres or triangles.
+    with_wall, rolling
+        Whether the others are triangles; whether torques are listed.
+
     Raises
     ------
-    LogTruncated, NotFinite
+    LogTruncated, NotFinite, ParticlesLost
     """
     frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)
     left, right = table[:, 0].astype(int), table[:, 1].astype(int)
     # the wall's triangle comes first and counts from 0, ids of spheres from 1
     first, second = (right - 1, left) if with_wall else (left - 1, right - 1)
+    whole = (table[:, 0] == left) & (table[:, 1] == right)
+    known = (first >= 0) & (first < ids[0]) & (second >= 0) & (second < ids[1])
+    if not (whole & known).all():
+        worst = int(np.argmin(whole & known))
+        raise ParticlesLost(
+            f"{source}: contact {worst + 1} of {table[worst, 0]:g} with {table[worst, 1]:g}; there "
+            f"are {ids[0]} spheres and {ids[1]} partners"
+        )
     return ContactList(frame, first, second, table[:, 2:5], table[:, 5:8] if rolling else None)
 
 
@@ -258,7 +286,7 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
     """
     if not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line")
-    counts, bodies = [], []
+    counts, bodies, steps = [], [], []
     parts = text.split("ITEM: TIMESTEP\n")[1:]
     if len(parts) != frames:
         raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
@@ -268,6 +296,10 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
         body = rest.partition("\n")[2]
         if not found or not count:
             raise LogTruncated(f"{source}, frame {number}: no head")
+        step = head.partition("\n")[0]
+        if not step.isdecimal() or (steps and int(step) <= steps[-1]):
+            raise LogTruncated(f"{source}, frame {number}: step {step!r} out of order")
+        steps.append(int(step))
         listed = body.count("\n")
         if listed != int(count[1]):
             raise LogTruncated(f"{source}, frame {number}: {listed} of {count[1]} contacts")
