@@ -286,7 +286,9 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
     """
     if not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line")
-    counts, bodies, steps = [], [], []
+    counts: list[int] = []
+    bodies: list[str] = []
+    steps: list[int] = []
     parts = text.split("ITEM: TIMESTEP\n")[1:]
     if len(parts) != frames:
         raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
