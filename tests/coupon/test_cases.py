@@ -125,6 +125,63 @@ def test_a_bed_that_bounces_as_one_body_is_as_stiff_as_its_material():
     assert soft[0].point.constants.youngs_modulus < 3200e6
 
 
+STEEL = {
+    "density_kg_m3": 7850, "youngs_modulus_mpa": 200000, "poissons_ratio": 0.3, "friction": 0.2,
+}  # fmt: skip
+
+
+def steel_at(gamma, **changes):
+    sweep = {"fill_fraction": [0.7], "frequency_hz": [80], "acceleration_g": [gamma]}
+    (case,) = cases_of(coupon(particles=STEEL, sweep=sweep, **changes))
+    return case
+
+
+def test_contacts_are_harder_where_the_bed_may_cross_its_gap():
+    # steel at r = 0.7, 80 Hz, 80 g rides at 50 MPa and crosses from 100 MPa on: W/L = 0.41
+    # red: `limits` without the range; the gap r depth for (1 − r) depth; W/L of the loosening
+    run = steel_at(80).point
+    assert run.bed.stroke_per_gap(run.drive) == pytest.approx(3.105e-3 / 7.5e-3, rel=1e-3)
+    modulus = run.constants.youngs_modulus
+    assert modulus == 800e6
+    assert run.contact_time_at(modulus) * 80 <= 0.01 and run.overlap_at(modulus) <= 0.05
+    assert run.contact_time_at(200e6) * 80 <= 0.01 and run.overlap_at(200e6) > 0.05
+    # below and above the range the wider limits hold
+    below, above = steel_at(15).point, steel_at(110).point
+    assert below.bed.stroke_per_gap(below.drive) < 0.1 and below.constants.youngs_modulus == 50e6
+    assert above.bed.stroke_per_gap(above.drive) > 0.5
+    assert above.constants.youngs_modulus == 200e6
+    # the bed that all of them start from is one
+    assert run.bed == below.bed == above.bed
+
+
+def test_limits_of_the_study_hold_where_it_says():
+    # red: the wider limits taken where `crossing` is wider still
+    wide = {"stiffness": {"crossing": {"stroke_per_gap": [0.5, 1], "overlap_per_radius": 0.04}}}
+    assert steel_at(80, **wide).point.constants.youngs_modulus == 50e6
+    assert steel_at(110, **wide).point.overlap_at(800e6) > 0.04
+    assert steel_at(110, **wide).point.constants.youngs_modulus == 200e9
+    lax = {"stiffness": {"crossing": {"overlap_per_radius": 0.4, "contact_time_per_period": 0.4}}}
+    assert steel_at(80, **lax).point.constants.youngs_modulus == 50e6
+
+
+def test_a_full_bed_has_no_gap_and_the_limits_of_any_other():
+    # red: a division by zero
+    full = cases_of(coupon(sweep={"fill_fraction": [1.0], "acceleration_g": [50]}))[0].point
+    assert full.bed.stroke_per_gap(full.drive) == math.inf
+    assert full.constants.youngs_modulus == 50e6
+
+
+def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
+    # red: `contact.CROSSING` compared the other way round; the material's overlap left out
+    crossing, riding = steel_at(80), steel_at(15)
+    run = crossing.point
+    deeper = run.overlap_at(800e6) - run.overlap_at(200e9)
+    assert crossing.bias == pytest.approx(1.5 * deeper)
+    run = riding.point
+    longer = run.contact_time_at(50e6) - run.contact_time_at(200e9)
+    assert riding.bias == pytest.approx(2.5 * longer * 80)
+
+
 def test_a_hollow_sphere_weighs_its_shell():
     run = cases_of(coupon(particles={"shell_mm": 0.2}))[0].point
     # 4/3 π (R³ − (R − t)³) of a shell of 0.2 mm on 1 mm

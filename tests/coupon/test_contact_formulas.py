@@ -34,6 +34,14 @@ def test_the_bias_of_a_soft_sphere_grows_with_its_contact_and_is_none_of_the_mat
     assert contact.modulus_bias(0.001, 0.005) == 0.0
 
 
+def test_the_bias_of_a_bed_that_crosses_is_that_of_its_overlaps_where_they_say_more():
+    # 1.5 of the difference of overlaps over the radius, as measured; the larger of the two
+    # red: overlap - material_overlap → +; the sum of the two in place of the larger
+    assert contact.modulus_bias(0.01, 0.01, 0.05, 0.01) == pytest.approx(0.06)
+    assert contact.modulus_bias(0.03, 0.005, 0.05, 0.01) == pytest.approx(0.0625)
+    assert contact.modulus_bias(0.01, 0.01, 0.01, 0.02) == 0.0
+
+
 def test_a_modulus_serves_up_to_the_very_limits_of_time_and_depth():
     # a choice whose contact lasts and sinks in just as long and deep as allowed is taken, one a
     # thousandth beyond is not

@@ -316,6 +316,11 @@ class Bed:
     gravity_direction: tuple[float, float, float]
     constants: Constants
 
+    def stroke_per_gap(self, drive: Drive) -> float:
+        """W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
+        gap = (1 - self.fill_fraction) * self.packing.depth
+        return drive.amplitude / gap if gap > 0 else math.inf
+
     @cached_property
     def identity(self) -> str:
         """Hash of all that the bed depends on; gravity and constants are in the deck."""
@@ -394,6 +399,24 @@ class Run:
             self.constants.poissons_ratio,
             self.drive.speed,
         )
+
+    def overlap_at(self, youngs_modulus: float) -> float:
+        """Deepest overlap of that impact over the radius [1].
+
+        Parameters
+        ----------
+        youngs_modulus
+            [Pa]
+        """
+        radius = self.packing.sizes.smallest / 2
+        depth = contact.wall_overlap(
+            radius,
+            self.packing.density,
+            youngs_modulus,
+            self.constants.poissons_ratio,
+            self.drive.speed,
+        )
+        return depth / radius
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
         """Variables of the template for the run, or a leg of it from a restart."""
@@ -550,11 +573,12 @@ class Case:
     def bias(self) -> float:
         """Share by which softened contacts make C_e too large [1]; see `contact.modulus_bias`."""
         run = self.point
-        soft, own = (
-            run.contact_time_at(modulus) * run.drive.frequency
-            for modulus in (run.constants.youngs_modulus, self.youngs_modulus)
-        )
-        return contact.modulus_bias(soft, own)
+        moduli = (run.constants.youngs_modulus, self.youngs_modulus)
+        soft, own = (run.contact_time_at(modulus) * run.drive.frequency for modulus in moduli)
+        deep, own_depth = (run.overlap_at(modulus) for modulus in moduli)
+        if run.bed.stroke_per_gap(run.drive) < contact.CROSSING:
+            deep = own_depth
+        return contact.modulus_bias(soft, own, deep, own_depth)
 
     def folders(self, folder: Path) -> list[Path]:
         """Folders of the runs below ``results/coupon``, one a seed."""

@@ -109,7 +109,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
             run_at(
                 bed,
                 drive,
-                _constants(coupon, bed.packing, drive),
+                _constants(coupon, bed.packing, drive, bed.stroke_per_gap(drive)),
                 time_step_rayleigh=coupon.time_step_rayleigh,
                 samples_per_cycle=coupon.samples_per_cycle,
                 own_deck=None if coupon.deck is None else str(coupon.deck),
@@ -171,14 +171,18 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
         fill_fraction=fill_fraction,
         gravity=coupon.gravity,
         gravity_direction=(x, y, z),
-        constants=_constants(coupon, packing, LOOSENING.drive),
+        constants=_constants(coupon, packing, LOOSENING.drive, stroke_per_gap=0.0),
     )
 
 
-def _constants(coupon: Coupon, packing: Packing, drive: Drive) -> Constants:
-    """The constants with both moduli softened alike, as the drive allows."""
+def _constants(coupon: Coupon, packing: Packing, drive: Drive, stroke_per_gap: float) -> Constants:
+    """The constants with both moduli softened alike, as the drive allows.
+
+    A bed is shaken loose as one that rides, whatever its gap: it is no result.
+    """
     spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
     thrown = drive.acceleration >= stiffness.from_acceleration
+    longest, deepest = stiffness.limits(stroke_per_gap)
     modulus = contact.softest_modulus(
         stiffness.choices if thrown else (),
         spheres.youngs_modulus,
@@ -187,8 +191,8 @@ def _constants(coupon: Coupon, packing: Packing, drive: Drive) -> Constants:
         poissons_ratio=spheres.poissons_ratio,
         speed=drive.speed,
         frequency=drive.frequency,
-        contact_time_per_period=stiffness.contact_time_per_period,
-        overlap_per_radius=stiffness.overlap_per_radius,
+        contact_time_per_period=longest,
+        overlap_per_radius=deepest,
     )
     stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus)
     return Constants(
