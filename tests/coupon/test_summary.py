@@ -38,13 +38,17 @@ def record(case, folder, *, status="ok", closure=0.001, energies=None):
     file.parent.mkdir(parents=True)
     shutil.copy(GOLDEN / "cycles_1.txt", file.parent)
     balance = MeasuredBalance(energies or LOSSES, closure, 1, 100)
-    digest = rows.digest(file.parent, (12,), 12)
+    digest = rows.digest(case.point, file.parent, (12,), 12)
     found = Shaken(12, (12,), 8, MASS, "accuracy", balance, digest)
     if status != "ok":
         found = None
     coding.write(
         file, ShakeOutcome(status, "so it says", 1, "3.8.0", 1.0, case.point, case.target, found)
     )
+
+
+def read_of(case, file):
+    return summary.read_run(case.point, coding.read(ShakeOutcome, file), file.parent)
 
 
 def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
@@ -82,6 +86,7 @@ def test_the_columns_keep_their_order(tmp_path):
         "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
         "dissipated_energy_error_j_m2", "equivalent_damping_n_s_m3",
         "equivalent_damping_error_n_s_m3", "statistical_error_n_s_m3", "modulus_bias",
+        "states", "state_damping_n_s_m3", "state_share", "state_error_n_s_m3",
         "apparent_mass_kg_m2", "apparent_mass_error_kg_m2", "loss_factor", "loss_factor_error",
         "bound_n_s_m3", "share_of_bound", "closure", "normal_share", "tangential_share",
         "wall_share", "cycles_run", "cycles_used", "drift", "target_met", "ended_by", "status",
@@ -114,7 +119,7 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
-    problems = summary.problems_of(case.point, summary.read_run(case.point, file), file.parent)
+    problems = summary.problems_of(case.point, read_of(case, file), file.parent)
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work" in str(problem) for problem in problems)
     assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0

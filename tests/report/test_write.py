@@ -135,7 +135,7 @@ def coupon(tmp_path_factory):
             for number, row in enumerate(rows, 1)]  # fmt: skip
     (outcome.parent / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
-    digest = coupon_rows.digest(outcome.parent, (len(rows),), len(rows))
+    digest = coupon_rows.digest(run, outcome.parent, (len(rows),), len(rows))
     found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest)
     coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")

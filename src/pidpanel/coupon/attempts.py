@@ -18,7 +18,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-from pidpanel.coupon import coding, cycles, rows
+import numpy as np
+
+from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import RunStopped, SolverFailure, SolverMissing
@@ -34,11 +36,6 @@ from pidpanel.coupon.records import (
     files_of,
 )
 from pidpanel.coupon.runs import shake
-
-APART = 0.25
-"""Share of their mean by which two seeds differ that are in different states of motion [1];
-packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
-standard errors or more; ten of them by 2 to 12 % of their mean, one by 44 %)."""
 
 Found = TypeVar("Found")
 
@@ -152,9 +149,9 @@ def shake_seeds(
     """Shake each seed of a case; seeds that are apart continue.
 
     A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
-    μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds differ by
-    more than `APART` and four standard errors, the shorter continues by half, until they agree or
-    have run ``max_cycles``.
+    μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds are apart
+    (`states.are_apart`), the shorter continues by half, until they agree or have run
+    ``max_cycles``.
     """
     outcomes = [
         shake_run(run, target, bed_file, folder)
@@ -182,9 +179,61 @@ def shake_seeds(
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
     """Whether the highest and the lowest are further apart than `APART` and four errors."""
     low, high = min(damping, key=lambda one: one.mean), max(damping, key=lambda one: one.mean)
-    difference = high.mean - low.mean
-    far = difference > APART * abs(high.mean + low.mean) / 2
-    return far and difference > 4 * math.hypot(high.error, low.error)
+    return states.are_apart(low.mean, low.error, high.mean, high.error)
+
+
+def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
+    """Shake the seeds of a case, and those of its reserve if its cells end in several states.
+
+    A case of which that is possible lasts at least a third of ``state_cycles``. With several
+    states all its runs last ``state_cycles``, and no longer on account of being apart: they need
+    not ever agree.
+
+    Parameters
+    ----------
+    case
+        The case.
+    folder
+        ``results/coupon``.
+
+    Returns
+    -------
+    list of ShakeOutcome
+        Of the runs of the case or, with several states, of `Case.with_reserve`.
+    """
+    if not case.state_cycles:
+        return _shake_all(case, case.target, folder)
+    target = case.target
+    first, most = (
+        max(target.min_cycles, min(target.max_cycles, cycles))
+        for cycles in (math.ceil(case.state_cycles / 3), case.state_cycles)
+    )
+    outcomes = _shake_all(case, replace(target, min_cycles=first, max_cycles=most), folder)
+    if has_states(case, outcomes, folder):
+        longer = replace(target, min_cycles=most, max_cycles=most)
+        return _shake_all(case.with_reserve, longer, folder)
+    if most < target.max_cycles:
+        outcomes = _shake_all(case, replace(target, min_cycles=first), folder)
+    return outcomes
+
+
+def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bool:
+    """Whether the cells of the runs that succeeded are in more than one state of motion."""
+    found = []
+    for run, own, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
+        if outcome.found is not None:
+            cells = rows.read_cells(run, own, outcome.found)
+            found += rows.cell_estimates(run, cells, outcome.found.mass_kg)
+    means = np.array([one.damping.mean for one in found])
+    errors = np.array([one.damping.error for one in found])
+    return len(found) > 1 and len(states.states_of(means, errors)) > 1
+
+
+def _shake_all(case: Case, target: Target, folder: Path) -> list[ShakeOutcome]:
+    """Shake all runs of a case to a target; what they leave is that of the case's own."""
+    beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
+    outcomes = shake_seeds(case.runs, target, beds, case.folders(folder))
+    return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
 def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
@@ -201,14 +250,16 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
     file
         Gets the status of each run as JSON.
     """
-    states = {}
+    ended = {}
     for case in cases:
-        beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
-        outcomes = shake_seeds(case.runs, case.target, beds, case.folders(folder))
-        for path, outcome in zip(case.outcomes(folder), outcomes, strict=True):
-            _write(path, outcome)
-            states[str(path.parent.relative_to(folder))] = outcome.status
-    file.write_text(json.dumps(states, indent=1) + "\n")
+        outcomes = shake_case(case, folder)
+        paths = case.with_reserve.outcomes(folder)
+        for path, outcome in zip(paths, outcomes, strict=False):
+            _write(path, replace(outcome, seeds=len(outcomes)))
+            ended[str(path.parent.relative_to(folder))] = outcome.status
+        for path in paths[len(outcomes) :]:  # of an earlier version that needed them
+            path.unlink(missing_ok=True)
+    file.write_text(json.dumps(ended, indent=1) + "\n")
 
 
 def _write(file: Path, outcome: Attempt) -> None:

@@ -51,8 +51,9 @@ def batches_of(cases: Iterable[Case]) -> Iterator[Batch]:
     together: list[Case] = []
     cost = 0.0
     for case in cases:
-        runs = sum(len(other.runs) for other in together)
-        if together and (cost >= WORTH or runs + len(case.runs) > MOST_RUNS):
+        runs = sum(len(other.runs) + len(other.reserve) for other in together)
+        own = len(case.runs) + len(case.reserve)
+        if together and (cost >= WORTH or runs + own > MOST_RUNS):
             yield Batch(tuple(together))
             together, cost = [], 0.0
         together.append(case)

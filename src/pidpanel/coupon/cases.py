@@ -28,7 +28,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pidpanel import fingerprint
 from pidpanel.arrays import Array
@@ -149,6 +149,13 @@ class Loosening:
     time_step_rayleigh: float = 0.15
     samples_per_cycle: int = 100
 
+
+HARD, HARD_CYCLES = 2.5, 20
+"""A start from the other side: so many times the acceleration of the drive, for so many cycles.
+Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest."""
+
+MOST_CELLS = 24
+"""Most cells of which each has rows of its own: LIGGGHTS has 32 groups."""
 
 LOOSENING = Loosening(drive=Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY))
 
@@ -364,6 +371,8 @@ class Run:
         A whole number of each to a period.
     deck
         Path of a template of the user's own; None for that of the drive.
+    start
+        The bed at rest, or shaken `HARD` for `HARD_CYCLES` before the first row.
     """
 
     bed: Bed
@@ -373,6 +382,7 @@ class Run:
     steps_per_cycle: int
     samples_per_cycle: int
     deck: str | None = None
+    start: Literal["rest", "hard"] = "rest"
 
     @property
     def packing(self) -> Packing:
@@ -383,6 +393,17 @@ class Run:
     def fill_fraction(self) -> float:
         """Of the bed [1]."""
         return self.bed.fill_fraction
+
+    @property
+    def cycles_before(self) -> int:
+        """Cycles before the first row."""
+        return HARD_CYCLES if self.start == "hard" else 0
+
+    @property
+    def cells_listed(self) -> int:
+        """Cells that have rows of their own; none of a single cell, or in a deck of the user's."""
+        count = self.packing.count
+        return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
     def contact_time_at(self, youngs_modulus: float) -> float:
         """Duration of a sphere's impact on a wall at the speed of the drive [s].
@@ -434,6 +455,11 @@ class Run:
             "steps_per_cycle": self.steps_per_cycle,
             "samples_per_cycle": self.samples_per_cycle,
             "steps_per_sample": self.steps_per_cycle // self.samples_per_cycle,
+            "first_step": self.cycles_before * self.steps_per_cycle,
+            "hard_acceleration": HARD * self.drive.acceleration,
+            "cells": tuple(map(tuple, self.packing.centres[: self.cells_listed].tolist())),
+            "cells_file": deck.cells_file(leg),
+            "reach": geometry.CELL_SPACING / 2 * self.packing.across_flats,
         }
         return values if restart is None else {**values, "restart_file": restart}
 
@@ -541,6 +567,12 @@ class Case:
         Of each run: seeds share the work, so each may be √seeds times as uncertain.
     varied
         Keys of ``coupon.vary`` with the values at this point.
+    reserve
+        Runs of further seeds, for a case whose cells end in several states of motion; see
+        `states`.
+    state_cycles
+        Cycles that all runs of such a case last at least; 0 where the stroke is too short or too
+        long for several states to be looked for.
     """
 
     runs: tuple[Run, ...]
@@ -548,6 +580,8 @@ class Case:
     relative_error: float
     target: Target
     varied: Mapping[str, Any] = field(default_factory=dict)
+    reserve: tuple[Run, ...] = ()
+    state_cycles: int = 0
 
     @property
     def point(self) -> Run:
@@ -584,6 +618,13 @@ class Case:
         """Folders of the runs below ``results/coupon``, one a seed."""
         return [folder / self.label / f"s{run.packing.seed}" for run in self.runs]
 
+    @property
+    def with_reserve(self) -> Case:
+        """The case with its reserve among its runs, in the folder of the same label."""
+        whole = replace(self, runs=(*self.runs, *self.reserve), reserve=())
+        whole.__dict__["label"] = self.label
+        return whole
+
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``, one a seed."""
         return [own / f"{self.target.label}.json" for own in self.folders(folder)]
@@ -606,6 +647,7 @@ def run_at(
     time_step_rayleigh: float,
     samples_per_cycle: int,
     own_deck: str | None = None,
+    start: Literal["rest", "hard"] = "rest",
 ) -> Run:
     """A run of a bed, with a period of a whole number of steps and of samples.
 
@@ -619,6 +661,8 @@ def run_at(
         As of `Run`.
     own_deck
         Path of a template of the user's own.
+    start
+        As of `Run`.
     """
     packing = bed.packing
     longest = time_step_rayleigh * contact.rayleigh_time(
@@ -636,6 +680,7 @@ def run_at(
         steps_per_cycle=steps,
         samples_per_cycle=samples_per_cycle,
         deck=own_deck,
+        start=start,
     )
 
 

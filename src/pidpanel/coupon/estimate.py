@@ -123,7 +123,8 @@ def run_steps(run: Run, case: Case) -> float:
     window = max(1.0, WINDOW * run.drive.frequency) * run.steps_per_cycle
     impact = run.contact_time_at(run.constants.youngs_modulus)
     stride = max(1.0, impact / FRAMES_PER_CONTACT[0] / run.time_step)
-    return cycles_expected(run, case) * run.steps_per_cycle + window * (1 + 8 / stride)
+    cycles = run.cycles_before + cycles_expected(run, case)
+    return cycles * run.steps_per_cycle + window * (1 + 8 / stride)
 
 
 def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
@@ -93,7 +93,7 @@ def _plain(value: Any) -> Any:
 
 def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
     sweep, accuracy = coupon.sweep, coupon.accuracy
-    seeds = range(1, accuracy.seeds + 1)
+    seeds = range(1, max(accuracy.seeds, accuracy.state_seeds) + 1)
     diameters = coupon.diameters
     beds = {
         (fill, diameter, seed): _bed(coupon, packing, fill)
@@ -105,16 +105,19 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
     for fill, drive, diameter in itertools.product(
         sweep.fill_fraction, list(_drives(coupon)), diameters
     ):
+        stroke = beds[fill, diameter, 1].stroke_per_gap(drive)
+        state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
         runs = tuple(
             run_at(
                 bed,
                 drive,
-                _constants(coupon, bed.packing, drive, bed.stroke_per_gap(drive)),
+                _constants(coupon, bed.packing, drive, stroke),
                 time_step_rayleigh=coupon.time_step_rayleigh,
                 samples_per_cycle=coupon.samples_per_cycle,
                 own_deck=None if coupon.deck is None else str(coupon.deck),
+                start=_start_of(coupon, seed) if state_cycles else "rest",
             )
-            for bed in (beds[fill, diameter, seed] for seed in seeds)
+            for seed, bed in ((seed, beds[fill, diameter, seed]) for seed in seeds)
         )
         least = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
         target = Target(
@@ -122,7 +125,20 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
             min_cycles=least,
             max_cycles=max(accuracy.max_cycles, least),
         )
-        yield Case(runs, coupon.particles.youngs_modulus, accuracy.relative_error, target, varied)
+        yield Case(
+            runs[: accuracy.seeds],
+            coupon.particles.youngs_modulus,
+            accuracy.relative_error,
+            target,
+            varied,
+            reserve=runs[accuracy.seeds :] if state_cycles else (),
+            state_cycles=state_cycles,
+        )
+
+
+def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
+    """Where a bed that may have several states comes from: every other seed is shaken hard."""
+    return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
 def _drives(coupon: Coupon) -> Iterator[Drive]:

@@ -141,6 +141,9 @@ class ShakeOutcome(Attempt):
     run: Run
     target: Target
     found: Shaken | None
+    seeds: int = 0
+    """Seeds of its case that were run: more than the case has runs where its cells are in several
+    states; 0 where that was not looked for."""
 
     @property
     def shaken(self) -> Shaken:

@@ -7,14 +7,15 @@ the rows that are there anew.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import cycles
-from pidpanel.coupon.cases import Run
+from pidpanel.coupon.cases import HARD, Run
 from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken
@@ -25,6 +26,21 @@ to nothing never reaches an error relative to itself."""
 
 DRIFT_LIMIT = 3.0
 """Difference of the halves over its error beyond which a run is called drifting [1]."""
+
+
+class CellEstimate(NamedTuple):
+    """What the rows of one cell say.
+
+    Attributes
+    ----------
+    damping
+        C_e after the transient of the cell [N s/m³].
+    apparent_mass
+        m_a in the same rows [kg/m²].
+    """
+
+    damping: cycles.Estimate
+    apparent_mass: float
 
 
 def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> Array:
@@ -44,16 +60,46 @@ def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -
     LogTruncated, NotFinite
         With the file, the line and the offending text.
     """
+    return _read(run, folder, legs, cycles_wanted, deck.cycles_file, output.CYCLES_HEADER)
+
+
+def read_cells(run: Run, folder: Path, found: Shaken) -> Array:
+    """⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (found.cycles, cells, 2) [kg m/s].
+
+    Of a single cell, and where the deck does not list them, those of all cells together.
+
+    Raises
+    ------
+    LogTruncated, NotFinite
+        With the file, the line and the offending text.
+    """
+    if run.cells_listed:
+        header = output.cells_header(run.cells_listed)
+        read = _read(run, folder, found.legs, found.cycles, deck.cells_file, header)[:, 1:]
+    else:
+        read = read_rows(run, folder, found.legs, found.cycles)[:, 1:3]
+    return read.reshape(found.cycles, -1, 2)
+
+
+def _read(
+    run: Run,
+    folder: Path,
+    legs: Sequence[int],
+    cycles_wanted: int,
+    file_of: Callable[[int], str],
+    header: tuple[str, str],
+) -> Array:
     rows, before = [], 0
     for number, leg in enumerate(legs, 1):
-        path = folder / deck.cycles_file(number)
+        path = folder / file_of(number)
         rows.append(
             output.read_cycles(
                 rows_text(path),
                 str(path),
                 steps_per_cycle=run.steps_per_cycle,
                 cycles=leg,
-                before=before,
+                before=run.cycles_before + before,
+                header=header,
             )
         )
         before += leg
@@ -74,7 +120,8 @@ def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
     """
     rows = read_rows(run, folder, found.legs, found.cycles)
     check_physics(run, rows, found.mass_kg, folder)
-    if digest(folder, found.legs, found.cycles) != found.rows_digest:
+    check_cells(rows, read_cells(run, folder, found), folder)
+    if digest(run, folder, found.legs, found.cycles) != found.rows_digest:
         raise FileDamaged(
             f"{folder}: the rows of its cycles are not those that were written; delete the folder "
             "to run it again"
@@ -82,12 +129,15 @@ def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
     return rows
 
 
-def digest(folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
-    """Hash of the first rows of a run as they stand in its files, read before by `read_rows`."""
+def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
+    """Hash of the first rows of a run, and of those by cell, as they stand in its files."""
     lines: list[str] = []
-    for number, leg in enumerate(legs, 1):
-        lines += rows_text(folder / deck.cycles_file(number)).splitlines()[2 : 2 + leg]
-    return hashlib.sha256("\n".join(lines[:cycles_wanted]).encode()).hexdigest()
+    for file_of in (deck.cycles_file, deck.cells_file)[: 2 if run.cells_listed else 1]:
+        own: list[str] = []
+        for number, leg in enumerate(legs, 1):
+            own += rows_text(folder / file_of(number)).splitlines()[2 : 2 + leg]
+        lines += own[:cycles_wanted]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 def rows_text(path: Path) -> str:
@@ -153,7 +203,9 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     of_harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
     lowest = (1 - OVERLAP) * mass / packing.density / packing.area / 2
     work = np.cumsum(drive.acceleration * p_sin / drive.frequency)
-    stored = mass * (drive.speed**2 / 2 + run.bed.gravity * packing.depth)
+    # a bed that was shaken hard has at most twice the speed of the cells then
+    speed = drive.speed * (2 * HARD if run.start == "hard" else 1)
+    stored = mass * (speed**2 / 2 + run.bed.gravity * packing.depth)
     ours = run.deck is None
     for wrong, what in (
         (kinetic <= 0, "a kinetic energy that is not positive"),
@@ -170,6 +222,29 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     ):
         if wrong.any():
             raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {what}")
+
+
+def check_cells(rows: Array, cells: Array, folder: Path) -> None:
+    """Refuse rows whose momentum is not that of all cells.
+
+    Parameters
+    ----------
+    rows, cells
+        (n, 7) and (n, cells, 2), see `read_cells`.
+    folder
+        For the message.
+
+    Raises
+    ------
+    Unphysical
+        With the cycle.
+    """
+    apart = np.abs(cells.sum(axis=1) - rows[:, 1:3]).max(axis=1)
+    wrong = apart > ROUNDING * np.abs(cells).sum(axis=(1, 2))
+    if wrong.any():
+        raise Unphysical(
+            f"{folder}: cycle {int(np.argmax(wrong)) + 1} has another momentum than its cells"
+        )
 
 
 def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
@@ -205,6 +280,36 @@ def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycl
     stored = stored_energy(run, rows, mass)
     found = cycles.estimate(damping, stored=stored)
     return found, cycles.estimate(apparent_mass, start=found.start, stored=stored)
+
+
+def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
+    """C_e and m_a of each cell that holds spheres.
+
+    Parameters
+    ----------
+    run, cells
+        The run, and the momentum of its cells; see `read_cells`.
+    mass
+        Of all spheres [kg].
+    """
+    count = cells.shape[1]
+    found = []
+    for one in np.moveaxis(cells, 1, 0):
+        if not one.any():
+            continue
+        damping, apparent_mass = cycles.first_harmonic(
+            one[:, 0],
+            one[:, 1],
+            amplitude=run.drive.amplitude,
+            frequency=run.drive.frequency,
+            mass=mass / count,
+            area=run.packing.area / count,
+        )
+        of_cell = cycles.estimate(damping)
+        found.append(
+            CellEstimate(of_cell, cycles.estimate(apparent_mass, start=of_cell.start).mean)
+        )
+    return found
 
 
 def is_steady(found: cycles.Estimate, done: int) -> bool:

@@ -64,7 +64,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
         mass_kg=state.mass,
         ended_by="accuracy" if good else "max_cycles",
         balance=state.balance,
-        rows_digest=rows.digest(folder, state.legs, done),
+        rows_digest=rows.digest(run, folder, state.legs, done),
     )
 
 
@@ -104,11 +104,12 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
     if state is None or state.run != run.identity:
         return None
     # rows that a killed process wrote after its last restart do not count
-    path = folder / deck.cycles_file(len(state.legs))
-    lines = rows.rows_text(path).splitlines(keepends=True)
-    if len(lines) > 2 + state.legs[-1]:
-        path.write_text("".join(lines[: 2 + state.legs[-1]]))
-    if rows.digest(folder, state.legs, state.cycles) != state.rows_digest:
+    for file_of in (deck.cycles_file, deck.cells_file)[: 2 if run.cells_listed else 1]:
+        path = folder / file_of(len(state.legs))
+        lines = rows.rows_text(path).splitlines(keepends=True)
+        if len(lines) > 2 + state.legs[-1]:
+            path.write_text("".join(lines[: 2 + state.legs[-1]]))
+    if rows.digest(run, folder, state.legs, state.cycles) != state.rows_digest:
         raise FileDamaged(f"{folder}: the rows of its cycles are not those that were written")
     _restore_start(run, state, bed_folder, folder)
     # a deck of the user's own may hold what no restart keeps: all of it is there, or none
@@ -154,16 +155,15 @@ def _continued(solver: Liggghts, run: Run, state: State, folder: Path, wanted: i
     restart = f"at_{wanted}.restart"
     more = wanted - state.cycles
     reached = solver.run_and_save(more * run.steps_per_cycle, restart)
-    if reached.step != wanted * run.steps_per_cycle:
-        raise RunStopped(
-            f"{solver.log}: at step {reached.step}, not {wanted * run.steps_per_cycle}"
-        )
+    last = (run.cycles_before + wanted) * run.steps_per_cycle
+    if reached.step != last:
+        raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
     after = state.after(more, restart)
     after = replace(
         after,
-        rows_digest=rows.digest(folder, after.legs, after.cycles),
+        rows_digest=rows.digest(run, folder, after.legs, after.cycles),
         files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
     )
     after.write(folder)

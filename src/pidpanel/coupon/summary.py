@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import coding, cycles, rows
+from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.liggghts.failures import (
     EnergyNotClosed,
@@ -43,22 +43,25 @@ class Read:
     """C_e [N s/m³]."""
     apparent_mass: cycles.Estimate
     """m_a [kg/m²]."""
+    cells: list[rows.CellEstimate]
+    """Of each cell that holds particles, or of all together."""
     found: Shaken
 
 
-def read_run(run: Run, file: Path) -> Read:
-    """Estimates of one run from the outcome in its folder.
+def read_run(run: Run, outcome: ShakeOutcome, folder: Path) -> Read:
+    """Estimates of one run from its outcome and its folder.
 
     Raises
     ------
     RunFailed
         If the run ended with a failure.
     SolverFailure
-        If the file or the rows cannot be read.
+        If the rows cannot be read.
     """
-    found = coding.read(ShakeOutcome, file).shaken
-    read = rows.read_shaken(run, file.parent, found)
-    return Read(*rows.estimates(run, read, found.mass_kg), found)
+    found = outcome.shaken
+    read = rows.read_shaken(run, folder, found)
+    cells = rows.cell_estimates(run, rows.read_cells(run, folder, found), found.mass_kg)
+    return Read(*rows.estimates(run, read, found.mass_kg), cells, found)
 
 
 LOSSES_APART = 30.0
@@ -109,9 +112,18 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
     """
     problems: list[tuple[str, str]] = []
     kept: list[Read] = []
-    for run, path in zip(case.runs, outcomes, strict=True):
+    waiting = list(zip(case.runs, outcomes, strict=True))
+    name = outcomes[0].name
+    reserve = [
+        (run, outcomes[0].parents[1] / f"s{run.packing.seed}" / name) for run in case.reserve
+    ]
+    while waiting:
+        run, path = waiting.pop(0)
         try:
-            read = read_run(run, path)
+            outcome = coding.read(ShakeOutcome, path)
+            if outcome.seeds > len(case.runs):  # the cells were in several states
+                waiting, reserve = waiting + reserve, []
+            read = read_run(run, outcome, path.parent)
         except RunFailed as failure:
             problems.append((failure.status, str(failure)))
         except SolverFailure as failure:
@@ -121,9 +133,13 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
             problems += [(type(p).__name__, str(p)) for p in problems_of(run, read, path.parent)]
     point, packing, drive = case.point, case.point.packing, case.point.drive
     c, c_error, m, m_error, spheres, mass_kg, drift = (math.nan,) * 7
+    found = NO_STATES
     if kept:
         c, c_error = _combined([one.damping for one in kept])
         m, m_error = _combined([one.apparent_mass for one in kept])
+        found = _states(case, kept)
+        c_error = max(c_error, found.damping_scatter)
+        m_error = math.hypot(max(m_error, found.mass_scatter), found.mass_error)
         spheres = float(np.mean([one.found.spheres for one in kept])) / packing.count
         mass_kg = float(np.mean([one.found.mass_kg for one in kept]))
         drift = max((one.damping.drift for one in kept), key=abs)
@@ -131,7 +147,7 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
     w, f = drive.amplitude, drive.frequency
     bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
-    total_error = math.hypot(c_error, bias * c)
+    total_error = math.hypot(c_error, bias * c, found.damping_error)
     return {
         "case": case.label,
         "fill_fraction": point.fill_fraction,
@@ -153,6 +169,10 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         "equivalent_damping_error_n_s_m3": total_error,
         "statistical_error_n_s_m3": c_error,
         "modulus_bias": bias,
+        "states": len(found.damping),
+        "state_damping_n_s_m3": " ".join(f"{value:.4g}" for value in found.damping),
+        "state_share": " ".join(f"{value:.3g}" for value in found.share),
+        "state_error_n_s_m3": found.damping_error,
         "apparent_mass_kg_m2": m,
         "apparent_mass_error_kg_m2": m_error,
         "loss_factor": cycles.loss_factor(c, per_area, f),
@@ -163,13 +183,55 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         "cycles_run": sum(one.found.cycles for one in kept),
         "cycles_used": sum(one.damping.used for one in kept),
         "drift": drift,
-        "target_met": bool(c_error <= max(case.relative_error * abs(c), rows.FLOOR * bound)),
+        "target_met": bool(
+            math.hypot(c_error, found.damping_error)
+            <= max(case.relative_error * abs(c), rows.FLOOR * bound)
+        ),
         "ended_by": "max_cycles"
         if any(one.found.ended_by == "max_cycles" for one in kept)
         else "accuracy",
         "status": problems[0][0] if problems else OK,
         "message": problems[0][1] if problems else "",
     }
+
+
+@dataclass(frozen=True)
+class States:
+    """States of motion of the cells of a case, and how far its cells differ."""
+
+    damping: tuple[float, ...]
+    """C_e of each, the lowest first [N s/m³]."""
+    share: tuple[float, ...]
+    """Of the cells [1]."""
+    damping_error: float
+    """Largest distance of a state from the mean of all cells; 0 with one state [N s/m³]."""
+    mass_error: float
+    """The same of m_a [kg/m²]."""
+    damping_scatter: float
+    """Standard error of the mean over cells, from their scatter [N s/m³]; 0 for one cell."""
+    mass_scatter: float
+    """The same of m_a [kg/m²]."""
+
+
+NO_STATES = States((), (), 0.0, 0.0, 0.0, 0.0)
+
+
+def _states(case: Case, kept: Sequence[Read]) -> States:
+    """States of the cells of all runs; cells are beds of their own, so each is a sample."""
+    cells = [cell for one in kept for cell in one.cells]
+    means = np.array([cell.damping.mean for cell in cells])
+    masses = np.array([cell.apparent_mass for cell in cells])
+    errors = np.array([cell.damping.error for cell in cells])
+    found = [np.arange(len(cells))]
+    if case.state_cycles:
+        found = states.states_of(means, errors)
+    return States(
+        tuple(float(means[state].mean()) for state in found),
+        tuple(len(state) / len(cells) for state in found),
+        states.farthest(means, found),
+        states.farthest(masses, found),
+        *(cycles.combine(values, np.zeros(len(values)))[1] for values in (means, masses)),
+    )
 
 
 def _combined(seeds: Sequence[cycles.Estimate]) -> tuple[float, float]:

@@ -60,6 +60,8 @@ def measure_balance(
         Of the run.
     """
     solver.end_cycle_rows()
+    if run.cells_listed:
+        solver.end_cell_rows()
     for per_contact in FRAMES_PER_CONTACT:
         found = _window(solver, run, spheres, smallest_error, folder, per_contact)
         if abs(found.closure) <= CLOSURE_LIMIT:

@@ -176,6 +176,11 @@ class Crossing(Model):
     contact_time_per_period: Annotated[float, Field(gt=0, le=0.5)] = 0.01
     overlap_per_radius: Annotated[float, Field(gt=0, le=0.5)] = 0.05
 
+    def holds_at(self, stroke_per_gap: float) -> bool:
+        """Whether W/L is in the range."""
+        start, stop = self.stroke_per_gap
+        return start <= stroke_per_gap <= stop
+
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a range whose end is below its start."""
         start, stop = self.stroke_per_gap
@@ -215,8 +220,7 @@ class Stiffness(Model):
         ((0.02, 0.1), (0.01, 0.05))
         """
         allowed = self.contact_time_per_period, self.overlap_per_radius
-        start, stop = self.crossing.stroke_per_gap
-        if not start <= stroke_per_gap <= stop:
+        if not self.crossing.holds_at(stroke_per_gap):
             return allowed
         crossing = self.crossing.contact_time_per_period, self.crossing.overlap_per_radius
         return min(allowed[0], crossing[0]), min(allowed[1], crossing[1])
@@ -321,6 +325,11 @@ class Accuracy(Model):
     """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
     frequency, and so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, Field(ge=8, le=100000)] = 400
+    state_seeds: Annotated[int, Field(ge=1, le=50)] = 4
+    """Where a bed may ride or cross its gap (``stiffness.crossing``) and its cells end in several
+    states of motion, so many seeds are run."""
+    state_cycles: Annotated[int, Field(ge=0, le=100000)] = 150
+    """Least cycles of all of them, up to ``max_cycles``; with 0, states are not looked for."""
     coverage: Fraction = 1.0
     """Share of the cases that must have succeeded before anything is computed from them."""
 

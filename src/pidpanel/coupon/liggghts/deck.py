@@ -26,6 +26,11 @@ def cycles_file(leg: int) -> str:
     return f"cycles_{leg}.txt"
 
 
+def cells_file(leg: int) -> str:
+    """Name of the file of rows by cell that a leg of a run writes."""
+    return f"cells_{leg}.txt"
+
+
 def contact_model(rolling: bool) -> str:
     """LIGGGHTS' words for the contact law."""
     return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")

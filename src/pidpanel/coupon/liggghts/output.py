@@ -38,8 +38,27 @@ _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
 """As LIGGGHTS writes numbers; Python takes more for one, such as 1_000."""
 
 
+CYCLES_HEADER = (
+    "# Time-averaged data for fix cycle",
+    "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc",
+)
+"""First lines of the file of cycle rows."""
+
+
+def cells_header(cells: int) -> tuple[str, str]:
+    """First lines of the file of rows by cell: momentum times sin ωt and cos ωt of each."""
+    names = " ".join(f"v_p{cell}_sin v_p{cell}_cos" for cell in range(1, cells + 1))
+    return "# Time-averaged data for fix cycle_cells", f"# TimeStep {names}"
+
+
 def read_cycles(
-    text: str, source: str, *, steps_per_cycle: int, cycles: int, before: int = 0
+    text: str,
+    source: str,
+    *,
+    steps_per_cycle: int,
+    cycles: int,
+    before: int = 0,
+    header: tuple[str, str] = CYCLES_HEADER,
 ) -> Array:
     """Read the rows of a cycle file.
 
@@ -51,11 +70,13 @@ def read_cycles(
         What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
     before
         Cycles run before the first row, by an earlier process.
+    header
+        First lines of the file: `CYCLES_HEADER`, or `cells_header`.
 
     Returns
     -------
     (cycles, 7)
-        Columns `CYCLE_COLUMNS`, SI.
+        Columns `CYCLE_COLUMNS`, SI; or as many as the header says.
 
     Raises
     ------
@@ -65,20 +86,17 @@ def read_cycles(
     rows: list[list[float]] = []
     if text and not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line, {text.rsplit(chr(10), 1)[-1]!r}")
-    header = [
-        "# Time-averaged data for fix cycle",
-        "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc",
-    ]
     lines = text.splitlines()
-    if lines[:2] != header:
-        raise LogTruncated(f"{source}:1: header {lines[:2]!r} instead of {header!r}")
+    if lines[:2] != list(header):
+        raise LogTruncated(f"{source}:1: header {lines[:2]!r} instead of {list(header)!r}")
+    columns = len(header[1].split()) - 1
     for number, line in enumerate(lines[2:], 3):
         where = f"{source}:{number}"
         fields = line.split(" ")
         while fields and fields[-1] == "":
             fields.pop()
-        if len(fields) != len(CYCLE_COLUMNS):
-            raise LogTruncated(f"{where}: {len(fields)} of {len(CYCLE_COLUMNS)} columns, {line!r}")
+        if len(fields) != columns:
+            raise LogTruncated(f"{where}: {len(fields)} of {columns} columns, {line!r}")
         if not all(map(_NUMBER.fullmatch, fields)):
             raise NotFinite(f"{where}: not a number, {line!r}")
         row = [float(field) for field in fields]
@@ -90,7 +108,7 @@ def read_cycles(
         rows.append(row)
     if len(rows) != cycles:
         raise LogTruncated(f"{source}: {len(rows)} of {cycles} cycles")
-    return np.array(rows).reshape(-1, len(CYCLE_COLUMNS))
+    return np.array(rows).reshape(-1, columns)
 
 
 MARK = re.compile(r"^MARK step (\d+) atoms (\d+) value (\S+)$")

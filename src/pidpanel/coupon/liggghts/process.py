@@ -47,6 +47,7 @@ TICK = 1.0
 """Silence is counted in ticks of this length [s], so that none is counted while the caller itself
 is suspended."""
 
+_RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
 Reading = Literal["kinetic_energy", "mean_speed"]
@@ -178,7 +179,8 @@ class Liggghts:
         """
         reports = _THERMO.findall(text)
         self._report_steps = int(reports[-1]) if reports and int(reports[-1]) else math.inf
-        self._execute(text)
+        steps = sum(map(int, _RUN.findall(text)))
+        self._execute(text, steps=steps)
 
     def run(self, steps: int, read: Reading | None = None) -> Instant:
         """Run so many steps.
@@ -219,6 +221,10 @@ class Liggghts:
     def end_cycle_rows(self) -> None:
         """Write no more rows of cycles."""
         self._execute("unfix cycle")
+
+    def end_cell_rows(self) -> None:
+        """Write no more rows of cycles by cell."""
+        self._execute("unfix cycle_cells")
 
     def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
         """Run so many steps and list the motion and all contacts every few of them.
