@@ -47,10 +47,6 @@ def record(case, folder, *, status="ok", closure=0.001, energies=None):
     )
 
 
-def read_of(case, file):
-    return summary.read_run(case.point, coding.read(ShakeOutcome, file), file.parent)
-
-
 def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
     # red: p_cos for p_sin; the mass of one sphere; E_d per radian
     (case,) = recorded_case()
@@ -119,7 +115,7 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
-    problems = summary.problems_of(case.point, read_of(case, file), file.parent)
+    problems = summary.problems_of(case.point, summary.read_run(case.point, file), file.parent)
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work" in str(problem) for problem in problems)
     assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0

@@ -224,8 +224,8 @@ def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bo
         if outcome.found is not None:
             cells = rows.read_cells(run, own, outcome.found)
             found += rows.cell_estimates(run, cells, outcome.found.mass_kg)
-    means = np.array([one.damping.mean for one in found])
-    errors = np.array([one.damping.error for one in found])
+    means = np.array([one.damping for one in found])
+    errors = np.array([one.error for one in found])
     return len(found) > 1 and len(states.states_of(means, errors)) > 1
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -105,35 +105,41 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
     for fill, drive, diameter in itertools.product(
         sweep.fill_fraction, list(_drives(coupon)), diameters
     ):
-        stroke = beds[fill, diameter, 1].stroke_per_gap(drive)
-        state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
-        runs = tuple(
-            run_at(
-                bed,
-                drive,
-                _constants(coupon, bed.packing, drive, stroke),
-                time_step_rayleigh=coupon.time_step_rayleigh,
-                samples_per_cycle=coupon.samples_per_cycle,
-                own_deck=None if coupon.deck is None else str(coupon.deck),
-                start=_start_of(coupon, seed) if state_cycles else "rest",
-            )
-            for seed, bed in ((seed, beds[fill, diameter, seed]) for seed in seeds)
+        yield _case(coupon, [beds[fill, diameter, seed] for seed in seeds], drive, varied)
+
+
+def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str, Any]) -> Case:
+    """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
+    accuracy = coupon.accuracy
+    stroke = beds[0].stroke_per_gap(drive)
+    state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
+    runs = tuple(
+        run_at(
+            bed,
+            drive,
+            _constants(coupon, bed.packing, drive, stroke),
+            time_step_rayleigh=coupon.time_step_rayleigh,
+            samples_per_cycle=coupon.samples_per_cycle,
+            own_deck=None if coupon.deck is None else str(coupon.deck),
+            start=_start_of(coupon, bed.packing.seed) if state_cycles else "rest",
         )
-        least = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
-        target = Target(
-            relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
-            min_cycles=least,
-            max_cycles=max(accuracy.max_cycles, least),
-        )
-        yield Case(
-            runs[: accuracy.seeds],
-            coupon.particles.youngs_modulus,
-            accuracy.relative_error,
-            target,
-            varied,
-            reserve=runs[accuracy.seeds :] if state_cycles else (),
-            state_cycles=state_cycles,
-        )
+        for bed in beds[: None if state_cycles else accuracy.seeds]
+    )
+    least = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
+    target = Target(
+        relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
+        min_cycles=least,
+        max_cycles=max(accuracy.max_cycles, least),
+    )
+    return Case(
+        runs[: accuracy.seeds],
+        coupon.particles.youngs_modulus,
+        accuracy.relative_error,
+        target,
+        varied,
+        reserve=runs[accuracy.seeds :],
+        state_cycles=state_cycles,
+    )
 
 
 def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
@@ -187,14 +193,16 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
         fill_fraction=fill_fraction,
         gravity=coupon.gravity,
         gravity_direction=(x, y, z),
-        constants=_constants(coupon, packing, LOOSENING.drive, stroke_per_gap=0.0),
+        constants=_constants(coupon, packing, LOOSENING.drive),
     )
 
 
-def _constants(coupon: Coupon, packing: Packing, drive: Drive, stroke_per_gap: float) -> Constants:
-    """The constants with both moduli softened alike, as the drive allows.
+def _constants(
+    coupon: Coupon, packing: Packing, drive: Drive, stroke_per_gap: float = 0.0
+) -> Constants:
+    """The constants with both moduli softened alike, as the drive and the gap allow.
 
-    A bed is shaken loose as one that rides, whatever its gap: it is no result.
+    Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """
     spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
     thrown = drive.acceleration >= stiffness.from_acceleration

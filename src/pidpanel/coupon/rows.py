@@ -33,13 +33,14 @@ class CellEstimate(NamedTuple):
 
     Attributes
     ----------
-    damping
-        C_e after the transient of the cell [N s/m³].
+    damping, error
+        C_e in the second half of the rows, and its standard error [N s/m³].
     apparent_mass
         m_a in the same rows [kg/m²].
     """
 
-    damping: cycles.Estimate
+    damping: float
+    error: float
     apparent_mass: float
 
 
@@ -202,7 +203,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     packing, drive = run.packing, run.drive
     of_harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
     lowest = (1 - OVERLAP) * mass / packing.density / packing.area / 2
-    work = np.cumsum(drive.acceleration * p_sin / drive.frequency)
+    given = np.cumsum(work(run, rows))
     # a bed that was shaken hard has at most twice the speed of the cells then
     speed = drive.speed * (2 * HARD if run.start == "hard" else 1)
     stored = mass * (speed**2 / 2 + run.bed.gravity * packing.depth)
@@ -218,7 +219,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
             ours & ((height < lowest) | (height > packing.depth - lowest)),
             "a centre of mass where the cells have no room for it",
         ),
-        (work < -stored, "more work returned up to it than the bed had to give"),
+        (given < -stored, "more work returned up to it than the bed had to give"),
     ):
         if wrong.any():
             raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {what}")
@@ -267,6 +268,11 @@ def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
     )
 
 
+def work(run: Run, rows: Array) -> Array:
+    """Work of the inertial force on the spheres in each cycle, (n,) [J]: ω²W ⟨p sin ωt⟩/f."""
+    return run.drive.acceleration * _column(rows, "p_sin") / run.drive.frequency
+
+
 def stored_energy(run: Run, rows: Array, mass: float) -> Array:
     """Kinetic and potential energy of the bed, mean of each cycle, (n,) [J]."""
     weight = -mass * run.bed.gravity * run.bed.gravity_direction[2]
@@ -283,7 +289,9 @@ def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycl
 
 
 def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
-    """C_e and m_a of each cell that holds spheres.
+    """C_e and m_a of each cell that holds spheres, in the second half of the run.
+
+    A cell comes to its state of motion in up to 120 cycles, some by others on the way.
 
     Parameters
     ----------
@@ -305,10 +313,9 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
             mass=mass / count,
             area=run.packing.area / count,
         )
-        of_cell = cycles.estimate(damping)
-        found.append(
-            CellEstimate(of_cell, cycles.estimate(apparent_mass, start=of_cell.start).mean)
-        )
+        half = len(damping) // 2
+        mean, error = cycles.settled(damping[half:])
+        found.append(CellEstimate(mean, error, float(apparent_mass[half:].mean())))
     return found
 
 

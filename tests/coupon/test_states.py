@@ -1,0 +1,155 @@
+"""Several states of one bed: found cell by cell, from both sides, and covered by the error."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import attempts, coding, cycles, rows, states, summary
+from pidpanel.coupon.cases import HARD_CYCLES
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.records import ShakeOutcome
+from pidpanel.study.coupon import Coupon
+
+
+def split(means, errors):
+    return [state.tolist() for state in states.states_of(np.array(means), np.array(errors))]
+
+
+def test_values_apart_by_a_quarter_and_four_errors_are_of_two_states():
+    # red: APART 0.25 → 0.5; ERRORS 4 → 2; the order of the values for that of their size
+    assert split([3.0, 1.0, 3.1, 1.1], [0.1] * 4) == [[1, 3], [0, 2]]
+    assert split([1.0, 1.25], [0.01] * 2) == [[0, 1]]  # less than a quarter of their mean
+    assert split([1.0, 1.35], [0.01] * 2) == [[0], [1]]
+    assert split([1.0, 2.0], [0.2, 0.2]) == [[0, 1]]  # less than four errors
+    assert split([1.0, 2.0], [0.17, 0.17]) == [[0], [1]]
+    assert split([2.0], [np.inf]) == [[0]]
+    assert split([1.0, 9.0], [np.inf, 0.1]) == [[0, 1]]
+
+
+def test_states_are_as_many_as_there_are_gaps_between_neighbours():
+    # one bed of acrylic, single cells at 100 Hz, 80 g, r = 0.5: η of each
+    # red: the lowest and the highest compared alone
+    eta = [0.05, 0.103, 0.049, 0.25, 0.104, 0.05]
+    assert split(eta, [0.002] * 6) == [[2, 0, 5], [1, 4], [3]]
+    # what lies between closes the gap
+    assert split([1.0, 1.2, 1.44], [0.001] * 3) == [[0, 1, 2]]
+
+
+def test_the_error_of_states_reaches_the_one_that_is_farthest():
+    # red: the distance between the states in place of that from the mean
+    means = np.array([1.0, 1.0, 1.0, 5.0])
+    found = states.states_of(means, np.full(4, 0.01))
+    assert states.farthest(means, found) == 3.0
+    assert states.farthest(means, [np.arange(4)]) == 0.0
+
+
+def test_a_motion_that_repeats_after_a_few_cycles_has_no_scatter():
+    # red: blocks of 4 cycles; the blocks counted from the first row
+    for period in ([0.05], [0.0, 0.2], [-0.55, 0.03, 0.86], [1.0, 2.0, 3.0, -1.0, 0.0, 1.0]):
+        series = np.resize(period, 72)
+        mean, error = cycles.settled(series)
+        assert mean == pytest.approx(np.mean(period), abs=1e-12)
+        assert error == pytest.approx(0.0, abs=1e-12)
+    ragged = np.concatenate([[1e3] * 5, np.zeros(12)])  # the first of 17 are in no block
+    assert cycles.settled(ragged)[1] == 0.0
+    assert cycles.settled(np.zeros(11))[1] == np.inf
+
+
+def test_independent_rows_have_the_error_of_their_mean():
+    # within 15 %: twelve hundred blocks know their deviation to 2 %, and 100 series are averaged
+    # red: / math.sqrt(count) → * ; ddof=1 left out does not show
+    rng = np.random.default_rng(1)
+    found = [cycles.settled(rng.normal(size=600)) for _ in range(100)]
+    stated = np.sqrt(np.mean([error**2 for _, error in found]))
+    assert np.std([mean for mean, _ in found]) == pytest.approx(stated, rel=0.15)
+
+
+def coupon(**changes):
+    values = {
+        "cell": {"across_flats_mm": 6.35, "depth_mm": 25, "count": 1},
+        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [80]},
+        "time_step_rayleigh": 0.2,
+        "accuracy": {
+            "relative_error": 0.5, "seeds": 2, "min_cycles": 60, "max_cycles": 90, "min_time_s": 0,
+            "state_seeds": 3, "state_cycles": 90,
+        },
+    }  # fmt: skip
+    for key, value in changes.items():
+        values[key] = {**values.get(key, {}), **value} if isinstance(value, dict) else value
+    return Coupon.model_validate(values)
+
+
+def test_beds_that_may_ride_or_cross_come_from_both_sides_and_have_a_reserve():
+    # red: every seed begun at rest; a reserve of every case
+    (case,) = cases_of(coupon())
+    assert [run.start for run in case.runs] == ["rest", "hard"]
+    assert [run.packing.seed for run in case.reserve] == [3]
+    assert case.with_reserve.label == case.label
+    (rides,) = cases_of(coupon(sweep={"acceleration_g": [20]}))
+    assert (rides.reserve, rides.state_cycles) == ((), 0)
+    assert {run.start for run in rides.runs} == {"rest"}
+    (once,) = cases_of(coupon(accuracy={"state_cycles": 0}))
+    assert (once.reserve, {run.start for run in once.runs}) == ((), {"rest"})
+    (many,) = cases_of(coupon(accuracy={"seeds": 5}))
+    assert (len(many.runs), many.reserve) == (5, ())
+
+
+@pytest.fixture(scope="module")
+def shaken(tmp_path_factory):
+    """A bed that has several states, shaken."""
+    folder = tmp_path_factory.mktemp("states")
+    (case,) = cases_of(coupon())
+    attempts.shake_cases([case], folder, folder / "batch.json")
+    return folder, case
+
+
+@pytest.mark.liggghts
+def test_a_case_of_two_states_says_both_with_their_shares_and_an_error_that_covers_them(shaken):
+    # acrylic, r = 0.5, 100 Hz, 80 g: from rest η = 0.25, shaken hard first 0.05
+    # red: `found.damping_error` left out of the error; the reserve not run; the mean of the runs
+    # in place of that of the settled cells
+    folder, case = shaken
+    row = summary.summarise(case, case.outcomes(folder))
+    assert row["status"] == "ok", row["message"]
+    values = [float(value) for value in row["state_damping_n_s_m3"].split()]
+    shares = [float(value) for value in row["state_share"].split()]
+    assert (row["states"], row["seeds"]) == (len(values), 3) and len(values) > 1
+    assert values == sorted(values) and sum(shares) == pytest.approx(1, abs=2e-3)  # three digits
+    mean, error = row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]
+    assert mean == pytest.approx(np.dot(values, shares), rel=5e-3)
+    assert mean - error < values[0] and values[-1] < mean + error
+    assert not row["target_met"]
+    per_area = row["particle_mass_per_area_kg_m2"]
+    lowest, highest = (value / per_area / (2 * np.pi * 100) for value in (values[0], values[-1]))
+    assert lowest == pytest.approx(0.05, rel=0.15) and highest > 0.1
+    # all settled: two halves of 90 cycles
+    assert row["cycles_run"] == 3 * 90
+
+
+@pytest.mark.liggghts
+def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
+    # red: `start {{ first_step }}` in the deck: the first row is that of the last hard cycle
+    folder, case = shaken
+    run, home = case.runs[1], case.folders(folder)[1]
+    steps = np.loadtxt(home / "cycles_1.txt")[:, 0]
+    assert steps[0] == (HARD_CYCLES + 1) * run.steps_per_cycle
+    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    assert len(rows.read_shaken(run, home, found)) == found.cycles == 90
+    assert abs(found.balance.closure) < 0.02  # of the drive, not of what came before
+
+
+@pytest.mark.liggghts
+def test_what_was_run_is_not_run_again_and_a_lost_outcome_of_the_reserve_is_named(shaken):
+    # red: `judged_by` takes the outcomes that are there
+    folder, case = shaken
+    before = summary.summarise(case, case.outcomes(folder))
+    third = case.with_reserve.folders(folder)[2]
+    log = (third / "shake_1.log").stat().st_mtime_ns
+    attempts.shake_cases([case], folder, folder / "batch.json")
+    assert summary.summarise(case, case.outcomes(folder)) == before
+    assert (third / "shake_1.log").stat().st_mtime_ns == log
+    file = case.with_reserve.outcomes(folder)[2]
+    kept = file.read_bytes()
+    file.unlink()
+    row = summary.summarise(case, case.outcomes(folder))
+    assert (row["status"], row["seeds"]) == ("RecordUnreadable", 2)
+    file.write_bytes(kept)
