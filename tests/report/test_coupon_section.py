@@ -70,3 +70,20 @@ def test_a_case_that_failed_is_listed_with_its_status(cases):
     assert table.rows[3][-1] == "ParticlesLost"
     assert table.rows[3][table.columns.index("C_e, N s/m³")] == "–"
     assert "11 of them ok" in table.caption
+
+
+def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
+    # red: the share as it stands for its percentage; `states > 0`; the shares of the next case
+    assert coupon_section.states_paragraph(cases) == []
+    cases.loc[2, ["states", "state_damping_n_s_m3", "state_share"]] = [
+        2,
+        "216.6 671.2",
+        "0.25 0.75",
+    ]
+    (paragraph,) = coupon_section.states_paragraph(cases)
+    assert "In 1 case the cells end in different states" in paragraph.text
+    table = coupon_section.case_table(cases)
+    column = table.columns.index("states: C_e (share of the cells)")
+    found = [row[column] for row in table.rows]
+    assert found[2] == "217 (25 %); 671 (75 %)"
+    assert set(found[:2] + found[3:]) == {""}

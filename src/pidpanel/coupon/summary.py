@@ -198,8 +198,8 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         "statistical_error_n_s_m3": c_error,
         "modulus_bias": bias,
         "states": len(found.damping),
-        "state_damping_n_s_m3": " ".join(f"{value:.4g}" for value in found.damping),
-        "state_share": " ".join(f"{value:.3g}" for value in found.share),
+        "state_damping_n_s_m3": _listed(found.damping),
+        "state_share": _listed(found.share),
         "state_error_n_s_m3": found.damping_error,
         "apparent_mass_kg_m2": m,
         "apparent_mass_error_kg_m2": m_error,
@@ -353,6 +353,11 @@ def write_cases(table: Sequence[Row], file: Path) -> None:
         writer = csv.DictWriter(stream, list(table[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows({key: _cell(value) for key, value in row.items()} for row in table)
+
+
+def _listed(values: Sequence[float]) -> str:
+    """Values of the states, nothing of a single one: it is the case itself."""
+    return " ".join(f"{value:.4g}" for value in values) if len(values) > 1 else ""
 
 
 def _cell(value: Any) -> str:

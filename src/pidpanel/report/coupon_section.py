@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -70,12 +71,46 @@ def coupon_section(
             f"{cases_text(cases)}; the median standard error of C_e is "
             f"{percent(relative.median(), 1)}, the largest {percent(relative.max())}."
         ),
+        *states_paragraph(cases),
         particles_picture(coupon.spheres),
         steadiness,
         *([] if varied else sweep_blocks(good, law)),
         case_table(cases, varied),
     ]
     return Section("coupon", "Coupon", blocks)
+
+
+def states_paragraph(cases: pd.DataFrame) -> list[Paragraph]:
+    """Return a paragraph on the cases whose cells are in several states of motion, or nothing.
+
+    Parameters
+    ----------
+    cases
+        ``coupon/cases.csv``.
+    """
+    several = cases[cases["states"] > 1]
+    if several.empty:
+        return []
+    return [
+        Paragraph(
+            f"In {counted(len(several), 'case')} the cells end in different states of motion under "
+            "the same drive: a bed may ride, or cross the gap once in one, two or three cycles. "
+            "Each state is in the table with its share of the cells, from beds at rest and beds "
+            "shaken hard before; C_e is the mean of all cells, and its error reaches every state."
+        )
+    ]
+
+
+def _states(row: dict[str, Any]) -> str:
+    """Return C_e of each state of a case and its share of the cells."""
+    if not row["states"] > 1:
+        return ""
+    values = str(row["state_damping_n_s_m3"]).split()
+    shares = str(row["state_share"]).split()
+    return "; ".join(
+        f"{number(float(value))} ({percent(float(share))})"
+        for value, share in zip(values, shares, strict=True)
+    )
 
 
 def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
@@ -183,7 +218,8 @@ def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
     """
     columns = [
         *varied, "r", "f, Hz", "Γ", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
-        "share of bound", "particles per cell", "modulus, MPa", "cycles run (used)",
+        "states: C_e (share of the cells)", "share of bound", "particles per cell",
+        "modulus, MPa", "cycles run (used)",
         "accuracy reached", "energy balance error, %", "normal loss, %", "status",
     ]  # fmt: skip
     rows = [
@@ -196,6 +232,7 @@ def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
             with_error(row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]),
             with_error(row["apparent_mass_kg_m2"], row["apparent_mass_error_kg_m2"]),
             number(row["loss_factor"]),
+            _states(row),
             number(row["share_of_bound"], 2),
             number(row["spheres_per_cell"]),
             f"{row['youngs_modulus_mpa']:g}",
