@@ -6,7 +6,9 @@ import pytest
 from pidpanel.coupon import attempts, coding, cycles, rows, states, summary
 from pidpanel.coupon.cases import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts import failures
 from pidpanel.coupon.records import ShakeOutcome
+from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
 
@@ -153,3 +155,85 @@ def test_what_was_run_is_not_run_again_and_a_lost_outcome_of_the_reserve_is_name
     row = summary.summarise(case, case.outcomes(folder))
     assert (row["status"], row["seeds"]) == ("RecordUnreadable", 2)
     file.write_bytes(kept)
+
+
+# ------------------------------------------------------------------ rows of every cell
+
+
+def two_cells(**accuracy):
+    """A small case of two cells that may ride or cross, shaken hard first, and its run."""
+    (case,) = cases_of(
+        coupon(
+            cell={"depth_mm": 10, "count": 2},
+            particles={"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+            sweep={"acceleration_g": [40]},
+            accuracy={"state_cycles": 3, "min_cycles": 8, "max_cycles": 8} | accuracy,
+        )
+    )
+    return case, case.runs[1]
+
+
+@pytest.fixture(scope="module")
+def celled(tmp_path_factory):
+    """results/coupon with the run of two cells in two legs, and the files of its bed."""
+    folder = tmp_path_factory.mktemp("celled")
+    for cycles_run in (8, 14):
+        case, _ = two_cells(min_cycles=cycles_run, max_cycles=cycles_run)
+        attempts.shake_cases([case], folder, folder / "batch.json")
+    return folder, case
+
+
+@pytest.mark.liggghts
+def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
+    # red: the groups of the cells not made again after a restart; `first_step` of a leg that
+    # starts from a restart; `end_cell_rows` left out (a row of the window follows)
+    folder, case = celled
+    run, home = case.runs[1], case.folders(folder)[1]
+    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    assert found.legs == (8, 6)
+    cells = rows.read_cells(run, home, found)
+    assert cells.shape == (14, 2, 2)
+    read = rows.read_rows(run, home, found.legs, 14)
+    # six digits are written of each
+    np.testing.assert_allclose(
+        cells.sum(axis=1), read[:, 1:3], rtol=0, atol=1e-5 * np.abs(cells).max()
+    )
+    assert not np.allclose(cells[:, 0], cells[:, 1], rtol=0.01)
+    one, other = rows.cell_estimates(run, cells, found.mass_kg)
+    damping, mass = rows.harmonic(run, read, found.mass_kg)
+    assert (one.damping + other.damping) / 2 == pytest.approx(damping[7:].mean(), rel=1e-4)
+    assert (one.apparent_mass + other.apparent_mass) / 2 == pytest.approx(mass[7:].mean(), rel=1e-4)
+
+
+@pytest.mark.liggghts
+def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
+    # a digit that is wrong before anyone has a hash of the rows
+    # red: the tolerance of `check_cells` times a hundred; the row of the cosine left out
+    folder, case = celled
+    run, home = case.runs[1], case.folders(folder)[1]
+    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    read, cells = rows.read_shaken(run, home, found), rows.read_cells(run, home, found)
+    rows.check_cells(read, cells, home)
+    for column in (1, 2):
+        wrong = read.copy()
+        wrong[5, column] += 1e-3 * np.abs(cells[5]).sum()
+        with pytest.raises(
+            failures.Unphysical, match="cycle 6 has another momentum than its cells"
+        ):
+            rows.check_cells(wrong, cells, home)
+    file = home / "cells_2.txt"
+    kept = file.read_text()
+    file.write_text(kept.replace("1", "2"))
+    with pytest.raises(failures.SolverFailure, match=r"cells_2|momentum|not those"):
+        rows.read_shaken(run, home, found)
+    file.write_text(kept)
+
+
+def test_cells_are_listed_one_by_one_where_there_are_several_and_not_too_many():
+    # red: a single cell listed; more cells than LIGGGHTS has groups
+    def listed(count, **changes):
+        (case,) = cases_of(coupon(cell={"count": count}, **changes))
+        return case.point.cells_listed, case.point.deck_text().count("group cell")
+
+    assert [listed(count) for count in (1, 2, 24, 25)] == [(0, 0), (2, 2), (24, 24), (0, 0)]
+    assert listed(3, deck=TEMPLATES / "shake_lab.in.j2")[0] == 0

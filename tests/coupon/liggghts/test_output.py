@@ -46,7 +46,7 @@ def test_a_file_cut_at_any_byte_is_refused():
             read(WHOLE[:kept])
 
 
-@pytest.mark.parametrize("word", ["nan", "inf", "-nan", "1e999", "3.1.4"])
+@pytest.mark.parametrize("word", ["nan", "inf", "-nan", "1e999", "3.1.4", "1_000", "１２", "0x1p3"])
 def test_a_number_that_is_none_is_refused_with_its_line(word):
     lines = WHOLE.splitlines()
     fields = lines[4].split(" ")
