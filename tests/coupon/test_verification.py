@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupon import inelastic
+from pidpanel import inelastic
 from pidpanel.coupon.verification import contacts, shaken
 
 pytestmark = pytest.mark.liggghts

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping import design
-from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import ERROR, VALUE
 
 POOL = np.stack(
     [
@@ -55,7 +56,7 @@ def test_the_variance_taken_away_is_the_variance_that_is_gone(surface):
     one = wanted(surface)
     (before,) = design.variances(surface, [one])
     (gain,) = design.gains(surface, [one], POOL[[25]], 0.05)
-    after = design._as_if_run(surface, POOL[[25]], 0.05)
+    after = surface.with_case(POOL[[25]], 0.05)
     (left,) = design.variances(after, [one])
     # the width of the prior of the mean goes by the spread of the values, which one more alters
     assert before[0] - left[0] == pytest.approx(gain[0, 0], rel=0.03)

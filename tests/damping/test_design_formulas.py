@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping import design
-from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.damping.sides import Sides
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import ERROR, VALUE
 
 GRID = np.stack(
     [
@@ -54,10 +56,9 @@ def surface():
     )  # fmt: skip
     return DampingSurface(
         found.cases,
-        found.onset_g,
-        found.mass_per_fill,
-        replace(found.damping, scatter=0.3),
-        replace(found.mass, scatter=0.25),
+        found.bed,
+        Sides(replace(found.damping.riding, scatter=0.3)),
+        Sides(replace(found.mass.riding, scatter=0.25)),
     )
 
 
@@ -74,7 +75,7 @@ def test_a_case_takes_away_the_variance_of_c_e_and_of_m_a_each_with_its_own_nois
     one = design.Wanted(0.5, 40.0, derivative)
     (before,) = design.variances(surface, [one])
     (gain,) = design.gains(surface, [one], CASE, 0.2)
-    (left,) = design.variances(design._as_if_run(surface, CASE, 0.2), [one])
+    (left,) = design.variances(surface.with_case(CASE, 0.2), [one])
     # the width of the prior of the mean goes by the spread of the values, which one more alters
     assert before[0] - left[0] == pytest.approx(gain[0, 0], rel=0.02)
 

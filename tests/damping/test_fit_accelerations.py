@@ -6,7 +6,7 @@ import pytest
 
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, fit_accelerations, fit_at_fill
 from pidpanel.damping.laws import equation_5
-from pidpanel.damping.surface import AXES, ERROR, VALUE
+from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 
 FREQUENCY = np.geomspace(40, 1500, 6)
 OVER = {"ln_alpha": -6.0, "beta1": -0.5, "beta2": 0.8, "gamma0": 3.4, "gamma1": -0.4,

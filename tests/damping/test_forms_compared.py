@@ -6,7 +6,8 @@ import pytest
 
 from pidpanel.damping import forms
 from pidpanel.damping.laws import paper_corrected
-from pidpanel.damping.surface import AXES, ERROR, PARTICLE_MASS, VALUE, DampingSurface
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES, ERROR, PARTICLE_MASS, VALUE
 
 MASS_PER_FILL, DEPTH = 13.0, 0.025
 FILLS, FREQUENCIES = (0.2, 0.5, 0.8), (60.0, 200.0, 500.0, 900.0)

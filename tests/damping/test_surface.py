@@ -5,8 +5,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from pidpanel.damping import surface_files
 from pidpanel.damping.readings import DampingError
-from pidpanel.damping.surface import DampingSurface, groups, onset
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import groups, onset
 
 FILLS = np.array([0.1, 0.5, 0.9])
 FREQUENCIES = np.geomspace(30.0, 2000.0, 5)
@@ -227,7 +229,7 @@ def test_cases_of_one_level_know_no_level():
 def test_rows_that_failed_or_vanish_in_their_error_or_lie_below_the_onset_do_not_count():
     rows = frame()
     a, b, c = rows.index[:3]
-    rows.loc[a, "status"] = "NotSteady"
+    rows.loc[a, "status"] = "EnergyNotClosed"
     rows.loc[b, "equivalent_damping_error_n_s_m3"] = 1e9
     rows.loc[c, "acceleration_g"] = 0.7
     assert len(DampingSurface.from_frame(rows).cases) == len(rows) - 3
@@ -235,7 +237,7 @@ def test_rows_that_failed_or_vanish_in_their_error_or_lie_below_the_onset_do_not
 
 def test_without_any_row_that_counts_it_refuses():
     with pytest.raises(DampingError, match="0 of 45 rows count"):
-        DampingSurface.from_frame(frame().assign(status="NotSteady"))
+        DampingSurface.from_frame(frame().assign(status="RunStopped"))
 
 
 def test_two_rows_at_one_point_are_refused():
@@ -263,7 +265,8 @@ def test_the_covariance_has_the_standard_errors_on_its_diagonal(surface):
     np.testing.assert_allclose(error[:40], relative, rtol=1e-6)
     # m_a: read a second surface that differs in g_m by its standard error
     point = groups(np.full(40, 0.3), frequency, np.full(40, 20.0))
-    mass_error = 0.3 * (1 - 1 / 400) * surface.mass.standard_error(point)
+    of = surface.mass.riding
+    mass_error = 0.3 * (1 - 1 / 400) * np.hypot(of.standard_error(point), of.scatter)
     np.testing.assert_allclose(error[40:], mass_error, rtol=1e-6)
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
 
@@ -274,8 +277,8 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
 
     case, noise = np.array([[0.7, 120.0, 100.0]]), 0.02
     frequency = np.geomspace(30, 2000, 10)
-    cross, variance = surface.covariance_with(case, frequency, 0.6, 80.0)
-    old = surface.damping
+    cross, own = surface.covariance_with(case, frequency, 0.6, 80.0)
+    old = surface.damping.riding
     more = GaussianProcess(
         np.vstack([old.points, groups(*case.T)]),
         np.append(old.values, 0.3),
@@ -285,7 +288,7 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
         old.scatter,
     )
     point = groups(np.full(10, 0.6), frequency, np.full(10, 80.0))
-    gain = cross[:10, 0] ** 2 / (variance[0, 0] + noise**2 + old.scatter**2)
+    gain = cross[:10, 0] ** 2 / (own[0, 0] + noise**2 + old.scatter**2)
     # the prior of the mean goes by the spread of the values, which one more changes by a percent
     np.testing.assert_allclose(
         old.standard_error(point) ** 2 - gain, more.standard_error(point) ** 2, rtol=0.05
@@ -309,10 +312,10 @@ def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
         np.testing.assert_array_equal(block, surface.covariance(frequency, *point))
     np.testing.assert_allclose(blocks[0][1], blocks[1][0].T, rtol=1e-6, atol=1e-12)
     points = [groups(np.full(12, r), frequency, np.full(12, level)) for r, level in (one, other)]
-    both = surface.damping.covariance(np.concatenate(points))
+    both = surface.damping.riding.covariance(np.concatenate(points))
     np.testing.assert_allclose(blocks[0][1][:12, :12], both[:12, 12:], rtol=1e-6, atol=1e-12)
     h = [1 - 1 / level**2 for _, level in (one, other)]
-    mass = surface.mass.covariance(*points) * 0.3 * h[0] * 0.7 * h[1]
+    mass = surface.mass.riding.covariance(*points) * 0.3 * h[0] * 0.7 * h[1]
     np.testing.assert_allclose(blocks[0][1][12:, 12:], mass, rtol=1e-6)
     assert (blocks[0][1][:12, 12:] == 0).all() and (blocks[0][1][12:, :12] == 0).all()
     # near points err nearly alike
@@ -332,10 +335,10 @@ def test_the_particles_weigh_what_the_cases_say(surface):
 
 
 def test_the_file_gives_the_surface_back(surface, tmp_path):
-    surface.to_dataset().to_netcdf(tmp_path / "s.nc", engine="scipy")
+    surface_files.to_dataset(surface).to_netcdf(tmp_path / "s.nc", engine="scipy")
     with xr.open_dataset(tmp_path / "s.nc", engine="scipy") as dataset:
         assert dataset["equivalent_damping"].attrs["units"] == "N s m-3"
-        back = DampingSurface.from_dataset(dataset.load())
+        back = surface_files.from_dataset(dataset.load())
     asked = np.geomspace(20, 3000, 50)
     for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass", "inside"):
         np.testing.assert_array_equal(

@@ -4,14 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.damping.surface import (
+from pidpanel.damping import surface_files
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
     MASS,
     MASS_ERROR,
     PARTICLE_MASS,
     VALUE,
-    DampingSurface,
     onset,
 )
 from pidpanel.damping.tables import to_frame
@@ -36,15 +37,15 @@ def surface():
 
 def test_a_surface_is_taught_logarithms_and_masses_with_the_errors_that_follow(surface):
     # C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h)
-    # red: mass_error / (fill * h) → / (fill / h) in `_training`
+    # red: mass_error / (fill * h) → / (fill / h) in `taught`
     frame = cases()
     r, f, a = (frame[axis].to_numpy() for axis in AXES)
     h = onset(a, 1.0)
-    np.testing.assert_allclose(r * f * h * np.exp(surface.damping.values), frame[VALUE])
-    np.testing.assert_allclose(surface.damping.error, 0.02)
-    taught = surface.mass.values
+    np.testing.assert_allclose(r * f * h * np.exp(surface.damping.riding.values), frame[VALUE])
+    np.testing.assert_allclose(surface.damping.riding.error, 0.02)
+    taught = surface.mass.riding.values
     np.testing.assert_allclose(r * (h * taught + (1 - h) * MASS_PER_FILL), frame[MASS])
-    np.testing.assert_allclose(r * h * surface.mass.error, frame[MASS_ERROR])
+    np.testing.assert_allclose(r * h * surface.mass.riding.error, frame[MASS_ERROR])
 
 
 def test_the_bound_is_that_of_an_inelastic_bed_where_the_mass_is_known(surface):
@@ -94,7 +95,7 @@ def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
 
 def test_the_grid_of_the_file_spans_the_cases(surface):
     # red: a start or an end of an axis of `to_dataset` left out
-    grid = surface.to_dataset()
+    grid = surface_files.to_dataset(surface)
     for axis, low, high in zip(AXES, (0.2, 30.0, 3.0), (0.8, 2000.0, 300.0), strict=True):
         values = grid[axis].to_numpy()
         assert values[0] == pytest.approx(low) and values[-1] <= high * (1 + 1e-9)

@@ -5,17 +5,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.damping.surface import (
-    ACCELERATION_STEP,
+from pidpanel.damping import surface_files
+from pidpanel.damping.sides import NODE_STEP
+from pidpanel.damping.surface import ACCELERATION_STEP, FREQUENCY_STEP, DampingSurface
+from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
-    FREQUENCY_STEP,
     MASS,
     MASS_ERROR,
-    NODE_STEP,
     PARTICLE_MASS,
     VALUE,
-    DampingSurface,
     groups,
 )
 
@@ -64,15 +63,15 @@ def test_nodes_are_even_in_the_logarithm_from_the_lowest_to_the_highest_frequenc
 
 def test_the_values_computed_once_are_on_such_grids_too(surface):
     # red: FREQUENCY_STEP for both; the axis of Γ for that of f
-    is_even_and_no_finer(surface._log_frequency, np.log(35.0), np.log(900.0), FREQUENCY_STEP)
-    is_even_and_no_finer(surface._log_acceleration, np.log(4.0), np.log(160.0), ACCELERATION_STEP)
+    is_even_and_no_finer(surface.log_frequency, np.log(35.0), np.log(900.0), FREQUENCY_STEP)
+    is_even_and_no_finer(surface.log_acceleration, np.log(4.0), np.log(160.0), ACCELERATION_STEP)
 
 
 def test_one_frequency_and_one_acceleration_still_have_two_nodes():
     # red: `low + step` of _even as `low - step`, or one value
     surface = made_of(frequencies=(120.0,), accelerations=(25.0,))
     np.testing.assert_allclose(np.log(surface.nodes), np.log(120.0) + np.array([0, NODE_STEP]))
-    values = surface._log_acceleration
+    values = surface.log_acceleration
     np.testing.assert_allclose(values, np.log(25.0) + np.array([0, ACCELERATION_STEP]))
     assert not surface.depends_on_acceleration
 
@@ -100,8 +99,8 @@ def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_ca
 def test_at_the_values_computed_once_nothing_is_interpolated(surface):
     # red: weights of the two rows exchanged
     k, m = 7, 11
-    frequency = np.exp(surface._log_frequency[[0, m, -1]])
-    for log_gamma in surface._log_acceleration[[0, k, -1]]:
+    frequency = np.exp(surface.log_frequency[[0, m, -1]])
+    for log_gamma in surface.log_acceleration[[0, k, -1]]:
         read = surface(frequency, 0.45, np.exp(log_gamma))
         said = surface.at(0.45, frequency, np.exp(log_gamma))
         np.testing.assert_allclose(read.equivalent_damping, said.equivalent_damping, rtol=1e-9)
@@ -109,7 +108,7 @@ def test_at_the_values_computed_once_nothing_is_interpolated(surface):
 
 def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
     # red: high for low, or one axis for another, in to_dataset; the grids transposed
-    data = surface.to_dataset()
+    data = surface_files.to_dataset(surface)
     fill, frequency, gamma = (data[axis].to_numpy() for axis in AXES)
     np.testing.assert_allclose(fill, np.linspace(0.2, 0.8, 17), rtol=1e-12)
     for values, low, high, most in ((frequency, 35.0, 900.0, 64), (gamma, 4.0, 160.0, 52)):
@@ -130,9 +129,9 @@ def test_a_narrow_range_is_shown_with_all_values_and_has_two_nodes():
     # red: max(2, …) for max(1, …) in to_dataset; max(3, …) for max(2, …) in _even
     surface = made_of(frequencies=(100.0, 101.0), accelerations=(4.0, 4.1))
     assert len(surface.nodes) == 2
-    data = surface.to_dataset()
-    np.testing.assert_allclose(data[AXES[1]], np.exp(surface._log_frequency))
-    np.testing.assert_allclose(data[AXES[2]], np.exp(surface._log_acceleration))
+    data = surface_files.to_dataset(surface)
+    np.testing.assert_allclose(data[AXES[1]], np.exp(surface.log_frequency))
+    np.testing.assert_allclose(data[AXES[2]], np.exp(surface.log_acceleration))
 
 
 def test_a_full_cell_has_a_gap_of_two_percent():
@@ -151,11 +150,11 @@ def test_one_case_without_mass_leaves_the_mass_of_the_others():
 
 
 def test_without_the_mass_of_the_particles_the_apparent_mass_is_taught_as_it_is():
-    # red: 1.0 for 0.0 in _training; g_m = m_a/(r h) where m₁ is not known
+    # red: 1.0 for 0.0 in taught; g_m = m_a/(r h) where m₁ is not known
     frame = made_of().cases  # which has no column of the particles' mass
     surface = DampingSurface.from_frame(frame)
     h = 1 - 1 / frame[AXES[2]] ** 2
-    np.testing.assert_allclose(surface.mass.values, frame[MASS] / (frame[AXES[0]] * h))
+    np.testing.assert_allclose(surface.mass.riding.values, frame[MASS] / (frame[AXES[0]] * h))
 
 
 def test_cases_in_one_plane_have_a_hull_of_no_volume():

@@ -43,10 +43,10 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "cells plane_mesh plane_waves polygon sizes third_octaves",
-    "coupon": "balance contact cycles drive geometry inelastic rows",
-    "damping": "constants design fit forms gaussian_process interpolation laws readings surface "
-    "tables",
+    "": "cells inelastic plane_mesh plane_waves polygon sizes third_octaves",
+    "coupon": "balance contact cycles drive geometry rows",
+    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
+    "surface surface_cases tables",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",

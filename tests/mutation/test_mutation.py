@@ -78,7 +78,7 @@ OTHERS = {
     "": "arrays check cli constants fingerprint paths round script stamp verification",
     "coupon": "attempts batches cases coding estimate from_study preparation probe records "
     "runs summary window",
-    "damping": "from_study table_files",
+    "damping": "from_study surface_files table_files",
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",

@@ -8,7 +8,8 @@ import pytest
 
 from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import equation_5
-from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.damping_section import damping_section, target_table
 from pidpanel.report.html import Paragraph, Picture, Table

@@ -3,8 +3,9 @@
 import pandas as pd
 import pytest
 
-from pidpanel.damping import fit, forms
-from pidpanel.damping.surface import ERROR, VALUE, DampingSurface
+from pidpanel.damping import fit, forms, surface_files
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report.read import read_damping
 from pidpanel.round import Round
 from pidpanel.study import StudyError, load_study
@@ -41,7 +42,7 @@ def folder(tmp_path):
     for name in ("coupon", "damping", "design"):
         (tmp_path / name).mkdir()
     cases.to_csv(tmp_path / "coupon" / "cases.csv", index=False)
-    surface.to_dataset().to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
+    surface_files.to_dataset(surface).to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
     forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pidpanel.coupon import inelastic
+from pidpanel import inelastic
 from pidpanel.coupon.verification import contacts, shaken
 from pidpanel.report import html, style, verification_figures, verification_page
 from pidpanel.verification import Row

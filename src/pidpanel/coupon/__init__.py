@@ -9,8 +9,7 @@ Running it
     `attempts` does each as a job that is tried twice; `liggghts` is all that speaks to LIGGGHTS.
 Formulas of arrays
     `geometry` of cells and spheres, `contact` of one elastic contact, `balance` of the energies,
-    `cycles` from momentum to C_e and m_a with errors, `inelastic` closed forms of the perfectly
-    inelastic body.
+    `cycles` from momentum to C_e and m_a with errors.
 Reading it
     `rows` reads and judges a run, `summary` makes the table of cases; `records` are what is kept
     in JSON files, `coding` takes them there and back.

@@ -2,24 +2,24 @@
 
 What is wanted, such as the rms acceleration of a point in a scenario, reads the surface along one
 fill and Γ, and moves by d_b for a unit of ln C_e or m_a at each node of frequency. Its variance is
-dᵀ Σ d, and a further case at x, with a standard error e and the scatter t, takes away
+dᵀ Σ d, and a further case at x takes away
 
-    (d_Cᵀ c_C(x))²/(v_C(x) + e² + t²) + (d_mᵀ c_m(x))²/(v_m(x) + e_m² + t_m²),
+    kᵀ (V(x) + N)⁻¹ k,   k = c(x)ᵀ d,
 
-with c(x) the covariance of the nodes with the case and v(x) its variance: no case needs to be run
-to know what it is worth.
+with c(x) the covariance (2n, 2) of the nodes with what the case tells, g_C and g_m, V(x) its own
+(2, 2) and N that of its noise, e² + t²: no case needs to be run to know what it is worth. Where it
+is not known whether beds cross, that is most of all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.damping.gaussian_process import GaussianProcess
-from pidpanel.damping.surface import DampingSurface, groups
+from pidpanel.damping.surface import DampingSurface
 
 
 @dataclass(frozen=True)
@@ -82,21 +82,15 @@ def gains(
         Standard error of C_e that a case is run to, over C_e; m_a is taken to be as well known
         as the cases are that there are.
     """
-    processes = [surface.damping] + ([surface.mass] if surface.mass is not None else [])
-    noise = [relative_error**2 + processes[0].scatter ** 2]
-    noise += [float(np.median(p.error)) ** 2 + p.scatter**2 for p in processes[1:]]
-    found = []
+    found, k = [], len(cases)
+    noise = surface.noise(cases, relative_error)
     for w in wanted:
-        n = len(w.derivative) // 2
-        cross, variance = surface.covariance_with(
+        cross, own = surface.covariance_with(
             cases, surface.nodes, w.fill_fraction, w.acceleration_g
         )
-        total = np.zeros((len(cases), w.derivative.shape[1]))
-        for half, own in enumerate(noise):
-            part = slice(half * n, (half + 1) * n)
-            known = cross[part].T @ w.derivative[part]
-            total += known**2 / (variance[half] + own)[:, None]
-        found.append(total)
+        known = (w.derivative.T @ cross).reshape(-1, 2, k)  # quantity, C_e or m_a, case
+        joint = own.reshape(2, k, 2, k).diagonal(axis1=1, axis2=3) + noise
+        found.append(_explained(known, joint))
     return found
 
 
@@ -127,27 +121,17 @@ def next_cases(
             break
         share[chosen] = -1.0
         chosen.append(int(np.argmax(share)))
-        surface = _as_if_run(surface, cases[chosen[-1:]], relative_error)
+        surface = surface.with_case(cases[chosen[-1:]], relative_error)
     return chosen
 
 
-def _as_if_run(surface: DampingSurface, case: Array, relative_error: float) -> DampingSurface:
-    """Return the surface with one case more, at the value that it predicts there."""
-    at = groups(*case.T)
-
-    def more(process: GaussianProcess, error: float) -> GaussianProcess:
-        return replace(
-            process,
-            points=np.vstack([process.points, at]),
-            values=np.append(process.values, process.mean(at)),
-            error=np.append(process.error, error),
-        )
-
-    mass = surface.mass
-    return DampingSurface(
-        surface.cases,
-        surface.onset_g,
-        surface.mass_per_fill,
-        more(surface.damping, relative_error),
-        None if mass is None else more(mass, float(np.median(mass.error))),
+def _explained(known: Array, joint: Array) -> Array:
+    """kᵀV⁻¹k (m, q) of k (q, 2, m) and V (2, 2, m); m_a may have no variance."""
+    (a, b), (_, d) = joint
+    alone = known[:, 0] ** 2 / a
+    left = d - b**2 / a
+    rest = (known[:, 1] - known[:, 0] * b / a) ** 2
+    more = np.divide(
+        rest, left, out=np.zeros_like(rest), where=np.broadcast_to(left > 0, rest.shape)
     )
+    return np.asarray((alone + more).T)

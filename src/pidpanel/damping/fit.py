@@ -28,7 +28,7 @@ import pandas as pd
 from scipy import stats
 
 from pidpanel.arrays import Array
-from pidpanel.damping.surface import ERROR, VALUE
+from pidpanel.damping.surface_cases import ERROR, VALUE
 
 AT_FILL = ("ln_a1", "a2", "a3")
 OVER_FILL = ("ln_alpha", "beta1", "beta2", "gamma0", "gamma1", "delta0", "delta1")

@@ -27,7 +27,8 @@ from scipy.optimize import least_squares
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.laws import FREQUENCY_RANGE, paper_corrected
-from pidpanel.damping.surface import AXES, LEAST_GAP, PARTICLE_MASS, VALUE, DampingSurface, onset
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES, LEAST_GAP, PARTICLE_MASS, VALUE, onset
 
 FOLDS = 10
 
@@ -226,7 +227,9 @@ def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
     own = np.log(surface.at(*point).equivalent_damping) - log_value
     held_out = np.empty(len(cases))
     for fold in folds(len(cases)):
-        rest = DampingSurface.from_frame(cases.drop(cases.index[fold]), surface.onset_g)
+        rest = DampingSurface.from_frame(
+            cases.drop(cases.index[fold]), surface.onset_g, surface.bed.depth
+        )
         predicted = rest.at(*(axis[fold] for axis in point)).equivalent_damping
         held_out[fold] = np.log(predicted) - log_value[fold]
     return _rms(own), _rms(held_out), float(np.abs(held_out).max())

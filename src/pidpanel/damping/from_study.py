@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.damping import fit, forms
+from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
@@ -37,7 +37,9 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
         If the rows make no surface; see `DampingSurface.from_frame`.
     """
     *_, along = np.array(coupon.gravity_direction) / np.hypot.reduce(coupon.gravity_direction)
-    return DampingSurface.from_frame(cases, onset_g=coupon.gravity_g * abs(along))
+    return DampingSurface.from_frame(
+        cases, onset_g=coupon.gravity_g * abs(along), depth=coupon.cell.depth
+    )
 
 
 def read_cases(path: Path) -> pd.DataFrame:
@@ -48,7 +50,7 @@ def read_cases(path: Path) -> pd.DataFrame:
 def read_stored_surface(path: Path) -> DampingSurface:
     """Read the surface of ``damping/surface.nc``."""
     with xr.open_dataset(path, engine="scipy") as dataset:
-        return DampingSurface.from_dataset(dataset.load())
+        return surface_files.from_dataset(dataset.load())
 
 
 def read_table(
@@ -176,7 +178,9 @@ def write_damping(
         raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
     coupon = study.coupons[damper]
     surface = surface_of(coupon, read_cases(cases))
-    surface.to_dataset().assign_attrs(stamp(study)).to_netcdf(surface_nc, engine="scipy")
+    surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(
+        surface_nc, engine="scipy"
+    )
     to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
     comparison, fits = forms.compare(surface, coupon.cell.depth)

@@ -43,6 +43,9 @@ class GaussianProcess:
         (d,) l, in the units of the points.
     size, scatter
         s and t, in the unit of the values.
+    centre, unit
+        What the mean is expected to be and the unit of the priors; None for those of the values.
+        With both there need not be a single value.
     """
 
     points: Array
@@ -51,22 +54,32 @@ class GaussianProcess:
     lengths: Array
     size: float
     scatter: float
+    centre: float | None = None
+    unit: float | None = None
 
     def __post_init__(self) -> None:
         noise = self.error**2 + self.scatter**2
         covariance = self._kernel(self.points, self.points) + np.diag(noise)
-        factor = cholesky(covariance, lower=True)
-        centre = float(np.mean(self.values))
+        centre = float(np.mean(self.values)) if self.centre is None else self.centre
+        factor, weights = covariance, self.values
+        if len(self.values):
+            factor = cholesky(covariance, lower=True)
+            weights = cho_solve((factor, True), self.values - centre)
         object.__setattr__(self, "_factor", factor)
         object.__setattr__(self, "_centre", centre)
-        object.__setattr__(self, "_weights", cho_solve((factor, True), self.values - centre))
+        object.__setattr__(self, "_weights", weights)
+
+    @property
+    def _mean_sd(self) -> float:
+        """m."""
+        return MEAN_SD * (_spread(self.values) if self.unit is None else self.unit)
 
     def _kernel(self, x: Array, y: Array) -> Array:
-        mean = MEAN_SD * _spread(self.values)
+        mean = self._mean_sd
         # |x − y|² by the binomial formula: one product in place of a cube of differences
         a, b = x / self.lengths, y / self.lengths
         square = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
-        return mean**2 + self.size**2 * _matern(np.maximum(square, 0.0))
+        return mean**2 + self.size**2 * matern(np.maximum(square, 0.0))
 
     def mean(self, points: Array) -> Array:
         """Return the expected value (k,) at ``points`` (k, d)."""
@@ -76,7 +89,7 @@ class GaussianProcess:
     def standard_error(self, points: Array) -> Array:
         """Return the standard deviation (k,) of the function without scatter at points (k, d)."""
         explained = self._whitened(points)
-        prior = self.size**2 + (MEAN_SD * _spread(self.values)) ** 2
+        prior = self.size**2 + self._mean_sd**2
         return np.sqrt(np.maximum(prior - (explained**2).sum(0), 0.0))
 
     def covariance(self, points: Array, others: Array | None = None) -> Array:
@@ -87,6 +100,8 @@ class GaussianProcess:
 
     def _whitened(self, points: Array) -> Array:
         cross = self._kernel(self.points, points)
+        if not len(cross):
+            return cross
         result: Array = solve_triangular(self._factor, cross, lower=True)  # type: ignore[attr-defined]
         return result
 
@@ -100,7 +115,8 @@ class GaussianProcess:
         return -self._weights / diagonal, 1 / np.sqrt(diagonal)  # type: ignore[attr-defined]
 
 
-def _matern(square: Array) -> Array:
+def matern(square: Array) -> Array:
+    """(1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
     a = np.sqrt(5 * square)
     result: Array = (1 + a + a**2 / 3) * np.exp(-a)
     return result
@@ -112,7 +128,20 @@ def _spread(values: Array) -> float:
     return spread if spread > 1e-12 * (1 + float(np.abs(values).max())) else 1.0
 
 
-def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
+def spreads(points: Array) -> Array:
+    """Return the standard deviation (d,) of points (n, d) by axis, 1 where there is none."""
+    return np.array([_spread(column) for column in points.T])
+
+
+def fit(
+    points: Array,
+    values: Array,
+    error: Array,
+    *,
+    axes: Array | None = None,
+    centre: float | None = None,
+    unit: float | None = None,
+) -> GaussianProcess:
     """Fit the process of largest posterior probability.
 
     Parameters
@@ -121,6 +150,10 @@ def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
         (n, d); an axis without spread plays no part.
     values, error
         (n,) observations and their standard errors (0 where unknown).
+    axes
+        (d,) of `spreads`, where the points are a part of those by which lengths are measured.
+    centre, unit
+        As of `GaussianProcess`.
 
     Examples
     --------
@@ -129,10 +162,15 @@ def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
     >>> bool(abs(process.mean(np.array([[2.2]]))[0] - np.sin(2.2)) < 0.02)
     True
     """
-    unit = _spread(values)
-    y = (values - values.mean()) / unit
+    own = unit, centre
+    unit = _spread(values) if unit is None else unit
+    axis = spreads(points) if axes is None else axes
+    if not len(values):
+        size, scatter = PRIOR_MEDIAN_SIZE * unit, PRIOR_MEDIAN_SCATTER * unit
+        lengths = PRIOR_MEDIAN_LENGTH * axis
+        return GaussianProcess(points, values, error, lengths, size, scatter, own[1], own[0])
+    y = (values - (values.mean() if centre is None else centre)) / unit
     variance = (error / unit) ** 2
-    axis = np.array([_spread(column) for column in points.T])
     difference = ((points[:, None] - points[None]) / axis) ** 2
     median = np.log([*[PRIOR_MEDIAN_LENGTH] * len(axis), PRIOR_MEDIAN_SIZE, PRIOR_MEDIAN_SCATTER])
     sd = np.array([*[PRIOR_SD_LENGTH] * len(axis), PRIOR_SD_SIZE, PRIOR_SD_SCATTER])
@@ -142,8 +180,8 @@ def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
         weight = np.exp(-2 * logs[:-2])
         size, scatter = np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
         square = difference @ weight
-        matern = size * _matern(square)
-        covariance = MEAN_SD**2 + matern + np.diag(variance + scatter)
+        signal = size * matern(square)
+        covariance = MEAN_SD**2 + signal + np.diag(variance + scatter)
         factor = cholesky(covariance, lower=True)
         inverse = cho_solve((factor, True), np.eye(len(y)))
         alpha = inverse @ y
@@ -152,7 +190,7 @@ def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
         pull = np.outer(alpha, alpha) - inverse
         gradient = np.array(
             [np.sum(pull * slope * difference[..., j]) * weight[j] for j in range(len(axis))]
-            + [2 * np.sum(pull * matern), 2 * scatter * np.trace(pull)]
+            + [2 * np.sum(pull * signal), 2 * scatter * np.trace(pull)]
         )
         away = (logs - median) / sd
         value = 0.5 * y @ alpha + np.log(np.diag(factor)).sum() + 0.5 * away @ away
@@ -165,4 +203,6 @@ def fit(points: Array, values: Array, error: Array) -> GaussianProcess:
         key=lambda found: found.fun,
     )
     lengths, (size, scatter) = np.exp(best.x[:-2]) * axis, np.exp(best.x[-2:]) * unit
-    return GaussianProcess(points, values, error, lengths, float(size), float(scatter))
+    return GaussianProcess(
+        points, values, error, lengths, float(size), float(scatter), own[1], own[0]
+    )

@@ -23,7 +23,9 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.interpolation import Interpolation, Interpolator
 from pidpanel.damping.readings import DampingValues, Point, together
-from pidpanel.damping.surface import AXES, ERROR, NODE_STEP, VALUE, DampingSurface
+from pidpanel.damping.sides import NODE_STEP
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.damping.table_files import (
     DAMPING,
     ERRORS,

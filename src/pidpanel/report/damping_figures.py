@@ -20,7 +20,8 @@ from matplotlib.patches import Patch
 
 from pidpanel.arrays import Array
 from pidpanel.damping.forms import Points
-from pidpanel.damping.surface import AXES, ERROR, VALUE, DampingSurface
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.layout import GREY, WIDTH, few
 

@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.coupon.from_study import cases_by_coupon
-from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping import surface_files
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.report import evidence
@@ -126,7 +126,7 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
 
     has_rounds = study.damping.target is not None and damper == SECTION
     return DampingResults(
-        DampingSurface.from_dataset(_read_dataset(file("surface.nc"))),
+        surface_files.from_dataset(_read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),
         pd.read_csv(file("forms.csv")),
         pd.read_csv(of_damper(folder / "coupon", damper, "cases.csv")),

@@ -12,7 +12,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pidpanel.coupon import inelastic
+from pidpanel import inelastic
 from pidpanel.report import style
 from pidpanel.report.layout import GREY
 from pidpanel.verification import Row

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel import inelastic
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cycles, geometry, inelastic, preparation, rows
+from pidpanel.coupon import cycles, geometry, preparation, rows
 from pidpanel.coupon.cases import Bed, Constants, Packing, Run, run_at
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts.process import Liggghts

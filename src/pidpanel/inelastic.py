@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
+
+from pidpanel.arrays import Array
 
 LONGEST_GAP = math.sqrt(math.pi**2 + 4)
 """L/A = √(π² + 4) = 3.724: beyond it the body no longer meets both walls in every cycle."""
@@ -47,13 +51,61 @@ def slug_energy(gap_over_amplitude: float) -> float:
     >>> round(slug_energy(math.pi), 9), round(slug_energy(1.0), 6)
     (4.0, 1.838186)
     """
-    if not 0 < gap_over_amplitude <= LONGEST_GAP:
-        raise ValueError(f"L/A = {gap_over_amplitude:g}: above 0, up to {LONGEST_GAP:.4g}")
-    if gap_over_amplitude <= math.pi:
-        phase = brentq(lambda x: x - math.sin(x) - gap_over_amplitude, 0.0, math.pi, xtol=1e-14)
-        return float((1 - math.cos(phase)) ** 2)
-    late = math.atan(2 / math.pi) - math.acos(min(1.0, gap_over_amplitude / LONGEST_GAP))
-    return 4 * math.cos(late) ** 2
+    energy, _ = slug(gap_over_amplitude)
+    return float(energy)
+
+
+def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
+    """Loss [m A²ω²] and apparent mass [m] of the body of `slug_energy`, for any number of gaps.
+
+    With θ = ωt from the instant at which a wall has its greatest speed, the body moves at Aω for
+    0 < θ < φ and with the other wall, at Aω cos θ, for φ < θ < π; in the second half the same the
+    other way. The first harmonic of its momentum in phase with the wall is then
+
+        m_a/m = (2/π) ∫ v cos θ dθ/(Aω) = (2/π)(sin φ + (π − φ)/2 − sin(2φ)/4)    for L/A ≤ π
+        m_a/m = −(2/π) sin 2t                                    for π < L/A ≤ √(π² + 4)
+
+    From m for no gap it falls through 0 and is negative beyond L = πA.
+
+    Parameters
+    ----------
+    gap_over_amplitude
+        L/A [1], any shape.
+
+    Raises
+    ------
+    ValueError
+        Outside 0 < L/A ≤ √(π² + 4).
+
+    Examples
+    --------
+    >>> energy, mass = slug(math.pi)
+    >>> round(float(energy), 9), round(float(mass), 9)
+    (4.0, 0.0)
+    """
+    gap = np.asarray(gap_over_amplitude, float)
+    bad = gap[~((gap > 0) & (gap <= LONGEST_GAP))]
+    if bad.size:
+        raise ValueError(f"L/A = {bad.flat[0]:g}: above 0, up to {LONGEST_GAP:.4g}")
+    phase = _landing(np.minimum(gap, math.pi))
+    late = math.atan(2 / math.pi) - np.arccos(np.minimum(gap / LONGEST_GAP, 1.0))
+    early = gap <= math.pi
+    energy = np.where(early, (1 - np.cos(phase)) ** 2, 4 * np.cos(late) ** 2)
+    held = np.sin(phase) + (math.pi - phase) / 2 - np.sin(2 * phase) / 4
+    mass = 2 / math.pi * np.where(early, held, -np.sin(2 * late))
+    return energy, mass
+
+
+def _landing(gap: Array) -> Array:
+    """φ of φ − sin φ = L/A ≤ π by Newton's method.
+
+    φ − sin φ is convex, so that from above every step stays above: φ³/6 ≥ φ − sin φ makes
+    (6L/A)^(1/3) at most φ, and φ at most 1.19 of it.
+    """
+    phase = np.minimum(1.2 * np.cbrt(6 * gap), math.pi)
+    for _ in range(8):
+        phase = phase - (phase - np.sin(phase) - gap) / (1 - np.cos(phase))
+    return phase
 
 
 def floor_energy(gamma: float) -> float:

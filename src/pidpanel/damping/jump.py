@@ -1,0 +1,160 @@
+"""Where a bed begins to cross the gap as one body: on which side of the jump a motion lies.
+
+A bed rides on the floor, thrown up and caught, or crosses the gap and meets both ends in every
+cycle; where the two meet, C_e jumps by up to ten. The jump is at the stroke over gap
+
+    (W/L) √(1 − 2Γ₀/(Γ W/L)) = e^τ,
+
+with the root for the speed that is left at the lid of a bed thrown at ωW (none, and no crossing,
+where it does not get there: 2Γ₀ ≥ Γ W/L). τ(r, ln Γ) is a Gaussian process about ln x₀. Of each
+case it is known whether the bed crosses, which says on which side of it τ lies:
+
+    P(crosses) = Φ((u − τ)/w),   u = ln(W/L) + ½ ln(1 − 2Γ₀/(Γ W/L)),
+
+and the posterior of τ follows by expectation propagation (Rasmussen and Williams 2006, 3.6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.gaussian_process import matern
+from pidpanel.inelastic import LONGEST_GAP
+
+WHOLE = 0.5
+"""W/L from which on beds were found to dissipate as the closed form of the inelastic body."""
+
+CENTRE = 0.5 * np.log(WHOLE / LONGEST_GAP)
+SIZE = 0.5 * np.log(WHOLE * LONGEST_GAP)
+"""ln x₀ and the standard deviation of τ: the body meets both walls in every cycle from
+W/L = 1/√(π² + 4) on, and half of what lies between there and `WHOLE` in the logarithm is one
+standard deviation."""
+
+LENGTHS = np.array([0.3, 1.5])
+"""Of r and ln Γ."""
+
+WIDTH = 0.02
+"""w: what the sides of two beds of one fill and Γ overlap in ln(W/L)."""
+
+SURE = 6.0
+"""Standard deviations of τ and w beyond which a case tells nothing that is not known."""
+
+SWEEPS, CONVERGED = 50, 1e-6
+
+
+def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
+    """Return u (n,) of ln(W/L) and ln Γ; −∞ where the bed does not get to the lid.
+
+    Examples
+    --------
+    >>> reach(np.log([0.5, 0.5]), np.log([4.0, 16.0]), 1.0).round(4)
+    array([   -inf, -0.837 ])
+    """
+    left = 1 - 2 * onset_g * np.exp(-log_stroke - log_gamma)
+    with np.errstate(divide="ignore"):
+        return log_stroke + 0.5 * np.log(np.maximum(left, 0.0))
+
+
+@dataclass(frozen=True)
+class Jump:
+    """The posterior of τ, given on which side cases lie.
+
+    Attributes
+    ----------
+    points
+        (n, 2) r and ln Γ of the cases.
+    reached
+        (n,) u of `reach`.
+    crosses
+        (n,) their sides.
+    """
+
+    points: Array
+    reached: Array
+    crosses: Flags
+
+    def __post_init__(self) -> None:
+        sign = np.where(self.crosses, 1.0, -1.0)
+        away = self.reached - CENTRE
+        tells = np.isfinite(away)
+        tells[tells] = sign[tells] * away[tells] < SURE * np.hypot(SIZE, WIDTH)
+        points = self.points[tells]
+        prior = _kernel(points, points)
+        precision, information = _propagated(prior, away[tells], sign[tells])
+        root = np.sqrt(precision)
+        inner = np.eye(len(root)) + root[:, None] * prior * root
+        # τ − ln x₀ is normal with the mean k·weights
+        weights = information - root * np.linalg.solve(inner, root * (prior @ information))
+        for name, value in (("_tells", tells), ("_root", root), ("_inner", inner),
+                            ("_weights", weights)):  # fmt: skip
+            object.__setattr__(self, name, value)
+
+    def probability(self, points: Array, reached: Array) -> Array:
+        """Return the probability (k,) that the bed crosses.
+
+        Parameters
+        ----------
+        points
+            (k, 2) r and ln Γ.
+        reached
+            (k,) u of `reach`.
+        """
+        cross = _kernel(points, self.points[self._tells])  # type: ignore[attr-defined]
+        mean = cross @ self._weights  # type: ignore[attr-defined]
+        scaled = cross * self._root  # type: ignore[attr-defined]
+        explained = (scaled * np.linalg.solve(self._inner, scaled.T).T).sum(axis=1)  # type: ignore[attr-defined]
+        variance = np.maximum(SIZE**2 - explained, 0.0)
+        return np.asarray(norm.cdf((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
+
+    def with_case(self, point: Array, reached: Array, crosses: bool) -> Jump:
+        """Return the same with a further case, at ``point`` (1, 2) with u ``reached`` (1,)."""
+        return Jump(
+            np.vstack([self.points, point]),
+            np.append(self.reached, reached),
+            np.append(self.crosses, crosses),
+        )
+
+    def left_out(self) -> Array:
+        """Return of each case the probability (n,) that it crosses, as the others have it."""
+        found = self.probability(self.points, self.reached)
+        for i in np.flatnonzero(self._tells):  # type: ignore[attr-defined]
+            rest = np.arange(len(found)) != i
+            others = Jump(self.points[rest], self.reached[rest], self.crosses[rest])
+            found[i] = others.probability(self.points[[i]], self.reached[[i]])[0]
+        return found
+
+
+def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
+    """Precision and information (n,) of the normal factors that stand for Φ(±(away − δ)/w)."""
+    covariance, mean = prior.copy(), np.zeros(len(sign))
+    precision, information = np.zeros((2, len(sign)))
+    for _ in range(SWEEPS):
+        before = mean.copy()
+        for i in range(len(sign)):
+            # the cavity, without this factor
+            kept = 1 / covariance[i, i] - precision[i]
+            centre = (mean[i] / covariance[i, i] - information[i]) / kept
+            spread = np.sqrt(WIDTH**2 + 1 / kept)
+            z = sign[i] * (away[i] - centre) / spread
+            # mean and variance of its product with Φ (Rasmussen and Williams 2006, Eq. 3.58)
+            ratio = np.exp(norm.logpdf(z) - norm.logcdf(z))
+            moved = centre - sign[i] * ratio / (spread * kept)
+            narrowed = 1 / kept - ratio * (z + ratio) / (spread * kept) ** 2
+            gained = max(1 / narrowed - kept, 0.0) - precision[i]  # rounding
+            precision[i] += gained
+            information[i] = moved / narrowed - centre * kept
+            column = covariance[:, i].copy()
+            covariance -= np.outer(column, column) * (gained / (1 + gained * column[i]))
+            mean = covariance @ information
+        if np.abs(mean - before).max(initial=0.0) < CONVERGED:
+            break
+    return precision, information
+
+
+def _kernel(x: Array, y: Array) -> Array:
+    square = (((x[:, None] - y[None]) / LENGTHS) ** 2).sum(axis=2)
+    return SIZE**2 * matern(square)

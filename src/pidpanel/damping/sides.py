@@ -1,0 +1,190 @@
+"""A function that jumps, with a Gaussian process on each side of the jump.
+
+With s = 1 where the bed crosses the gap and 0 where it rides (`jump`), a the function of the beds
+that ride and b that of those that cross,
+
+    g = (1 − s) a + s b,      E g = ā + p d,   d = b̄ − ā,   p = P(s = 1),
+
+and between two points, with p_j the probability that the bed crosses at both,
+
+    cov(g, g′) = (1 − p − p′ + p_j) cov(a, a′) + p_j cov(b, b′) + (p_j − p p′) d d′.
+
+What is not known of the jump is taken as common to all points, p_j = min(p, p′): of points of one
+fill and Γ that is so, of others it is the largest correlation there can be. Two functions that
+jump together, ln C_e and m_a, err together by the last term.
+
+What the processes take for noise belongs to the error of g: it is the scatter between packings and
+what changes over less than the distance between cases. It is as wide as `GRAIN`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.gaussian_process import GaussianProcess
+
+NODE_STEP = 0.17
+"""Of ln f, between the nodes of the covariance; a quarter octave."""
+
+GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
+"""Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`."""
+
+
+@dataclass(frozen=True)
+class At:
+    """What is known of a function at some points.
+
+    Attributes
+    ----------
+    points
+        (n, 3) r, ln Γ, ln W/L.
+    crossing
+        (n,) p.
+    riding, step
+        (n,) ā, d.
+    """
+
+    points: Array
+    crossing: Array
+    riding: Array
+    step: Array
+
+    @property
+    def mean(self) -> Array:
+        """(n,) E g."""
+        return self.riding + self.crossing * self.step
+
+
+@dataclass(frozen=True)
+class Sides:
+    """A process on each side.
+
+    Attributes
+    ----------
+    riding
+        a.
+    crossing
+        b less what is known of it beforehand; None where nothing jumps.
+    """
+
+    riding: GaussianProcess
+    crossing: GaussianProcess | None = None
+
+    def at(self, points: Array, crossing: Array, expected: Array) -> At:
+        """Return what is known at points (n, 3).
+
+        Parameters
+        ----------
+        points
+            (n, 3) r, ln Γ, ln W/L.
+        crossing
+            (n,) p.
+        expected
+            (n,) what is known of b beforehand.
+        """
+        riding = self.riding.mean(points)
+        if self.crossing is None:
+            return At(points, np.zeros(len(points)), riding, np.zeros(len(points)))
+        return At(points, crossing, riding, expected + self.crossing.mean(points) - riding)
+
+    def covariance(self, one: At, other: At, *, noise: bool = True) -> Array:
+        """Return the covariance (n, m) of g between points, with what is taken for noise or not."""
+        both = together(one, other)
+        neither = 1 - one.crossing[:, None] - other.crossing + both
+        result = neither * _process(self.riding, one.points, other.points, noise=noise)
+        if self.crossing is not None:
+            result += both * _process(self.crossing, one.points, other.points, noise=noise)
+        return result + common(one, other, one.step, other.step)
+
+    def variance(self, at: At, *, noise: bool = True) -> Array:
+        """Return the diagonal (n,) of `covariance`."""
+        p = at.crossing
+        result = (1 - p) * _variance(self.riding, at.points, noise=noise)
+        if self.crossing is not None:
+            result += p * _variance(self.crossing, at.points, noise=noise)
+        return np.asarray(result + p * (1 - p) * at.step**2)
+
+    def with_case(self, at: At, error: float, crosses: bool) -> Sides:
+        """Return the same with a further case, at the value expected of its side.
+
+        Parameters
+        ----------
+        at
+            Of the one point.
+        error
+            Its standard error.
+        crosses
+            Its side.
+        """
+        if not crosses or self.crossing is None:
+            return replace(self, riding=_more(self.riding, at.points, error))
+        return replace(self, crossing=_more(self.crossing, at.points, error))
+
+    def noise_at(self, at: At) -> Array:
+        """Return the variance (n,) of what is taken for noise."""
+        other = 0.0 if self.crossing is None else self.crossing.scatter**2
+        return np.asarray((1 - at.crossing) * self.riding.scatter**2 + at.crossing * other)
+
+    def leave_one_out(self, crosses: Flags, left_out: At, expected: Array) -> tuple[Array, Array]:
+        """Return errors (n,) of the cases' values predicted by the others, and standard errors.
+
+        Parameters
+        ----------
+        crosses
+            (n,) the side of each case.
+        left_out
+            At the cases, with the jump as the others have it.
+        expected
+            (n,) as of `at`.
+        """
+        mean, variance = np.stack([left_out.riding, left_out.riding + left_out.step]), []
+        values, error = np.zeros((2, len(crosses)))
+        for side, (process, own) in enumerate(((self.riding, ~crosses), (self.crossing, crosses))):
+            if process is None:
+                variance.append(np.zeros(len(crosses)))
+                continue
+            before = expected[own] if side else 0.0
+            spread = _variance(process, left_out.points, noise=True)
+            away, size = process.leave_one_out()
+            values[own], error[own] = process.values + before, process.error
+            mean[side, own] = values[own] + away
+            spread[own] = size**2 - process.error**2
+            variance.append(spread)
+        p, step = left_out.crossing, mean[1] - mean[0]
+        spread = (1 - p) * variance[0] + p * variance[1] + p * (1 - p) * step**2 + error**2
+        return mean[0] + p * step - values, np.sqrt(spread)
+
+
+def together(one: At, other: At) -> Array:
+    """Return p_j (n, m)."""
+    return np.minimum(one.crossing[:, None], other.crossing)
+
+
+def common(one: At, other: At, step: Array, other_step: Array) -> Array:
+    """Return what is common to two functions that jump together, (p_j − p p′) d d′, (n, m)."""
+    shared = together(one, other) - np.outer(one.crossing, other.crossing)
+    return np.asarray(shared * np.outer(step, other_step))
+
+
+def _process(process: GaussianProcess, one: Array, other: Array, *, noise: bool) -> Array:
+    result = process.covariance(one, other)
+    if noise:
+        near = np.maximum(1 - np.abs(one[:, None] - other[None]) / GRAIN, 0.0).prod(axis=2)
+        result = result + process.scatter**2 * near
+    return result
+
+
+def _variance(process: GaussianProcess, points: Array, *, noise: bool) -> Array:
+    return process.standard_error(points) ** 2 + (process.scatter**2 if noise else 0.0)
+
+
+def _more(process: GaussianProcess, point: Array, error: float) -> GaussianProcess:
+    return replace(
+        process,
+        points=np.vstack([process.points, point]),
+        values=np.append(process.values, process.mean(point)),
+        error=np.append(process.error, error),
+    )

@@ -1,0 +1,249 @@
+"""The cases that a surface is made of: which count, and what they teach its processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping import gaussian_process
+from pidpanel.damping.gaussian_process import GaussianProcess
+from pidpanel.damping.jump import Jump, reach
+from pidpanel.damping.readings import DampingError
+from pidpanel.damping.sides import Sides
+from pidpanel.inelastic import LONGEST_GAP, slug
+
+AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
+VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
+MASS, MASS_ERROR = "apparent_mass_kg_m2", "apparent_mass_error_kg_m2"
+PARTICLE_MASS = "particle_mass_per_area_kg_m2"
+
+COUNTED = ("ok", "NotSteady")
+"""Status of the rows that count; those that are not steady have errors that say so."""
+
+MOST_CASES = 2000
+"""The fit takes memory with the square and time with the cube of the number of cases."""
+
+LEAST_GAP = 0.02
+"""Of the depth: the clear gap of a cell that is full."""
+
+CROSSES = 0.5
+"""Share of the loss of the inelastic body from which on a case is one that crosses: beds that ride
+next to the jump dissipate 0.07 to 0.2 of it, those that cross 0.85 and more."""
+
+UNIT = 0.2
+"""Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
+over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells."""
+
+Constants = tuple[Array, Array | None]
+"""Of a quantity lengths, size and scatter (d + 2,) of the process of each side."""
+
+
+def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
+    """h = 1 − (Γ₀/Γ)² above the onset, 0 below.
+
+    Examples
+    --------
+    >>> onset([0.5, 1.0, 2.0], 1.0)
+    array([0.  , 0.  , 0.75])
+    """
+    ratio = onset_g / np.asarray(acceleration_g, float)
+    return np.asarray(np.maximum(1 - ratio**2, 0.0))
+
+
+def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
+    """(n, 3) of r, ln Γ and ln(W/L) but for a constant."""
+    gap = np.maximum(1 - fill_fraction, LEAST_GAP)
+    gamma = np.log(acceleration_g)
+    return np.stack([fill_fraction, gamma, gamma - 2 * np.log(frequency) - np.log(gap)], axis=1)
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What all cases of a surface have in common.
+
+    Attributes
+    ----------
+    onset_g
+        Γ₀: gravity along the motion over g.
+    mass_per_fill
+        m₁ [kg/m²]; NaN where it is not known.
+    depth
+        Of the cells [m]; NaN where it is not known.
+    """
+
+    onset_g: float
+    mass_per_fill: float
+    depth: float
+
+    @property
+    def jumps(self) -> bool:
+        """Whether enough is known for the closed form of the bed that crosses."""
+        return bool(np.isfinite(self.depth) and np.isfinite(self.mass_per_fill))
+
+    def log_stroke(self, points: Array) -> Array:
+        """ln(W/L) (n,) of `groups` (n, 3), with L = depth (1 − r)."""
+        return np.asarray(points[:, 2] + np.log(STANDARD_GRAVITY / (4 * np.pi**2 * self.depth)))
+
+    def reached(self, points: Array) -> Array:
+        """u (n,) of `jump.reach` at `groups` (n, 3)."""
+        return reach(self.log_stroke(points), points[:, 1], self.onset_g)
+
+    def inelastic(self, points: Array) -> tuple[Array, Array]:
+        """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
+
+        C_e = m₁ r ω E/π = 2 m₁ E r f.
+        """
+        energy, mass = slug(np.minimum(np.exp(-self.log_stroke(points)), LONGEST_GAP))
+        return np.log(2 * self.mass_per_fill * energy), self.mass_per_fill * mass
+
+
+@dataclass(frozen=True)
+class Taught:
+    """What the cases teach: points, values and sides.
+
+    Attributes
+    ----------
+    bed
+        What the cases have in common.
+    points
+        (n, 3) `groups` of the cases.
+    crosses
+        (n,)
+    log_damping, log_error
+        (n,) g_C and its error.
+    mass, mass_error
+        (n,) g_m and its error.
+    """
+
+    bed: Bed
+    points: Array
+    crosses: Flags
+    log_damping: Array
+    log_error: Array
+    mass: Array
+    mass_error: Array
+
+    def jump(self) -> Jump | None:
+        """Return the jump that separates the cases; None where nothing is known of it."""
+        if not self.bed.jumps:
+            return None
+        return Jump(self.points[:, :2], self.bed.reached(self.points), self.crosses)
+
+    def damping_sides(self, constants: Constants | None = None) -> Sides:
+        """Return g_C, fitted or with the constants of a fit."""
+        expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
+        return self._sides(self.log_damping, self.log_error, expected, 1.0, constants)
+
+    def mass_sides(self, constants: Constants | None = None) -> Sides:
+        """Return g_m, fitted or with the constants of a fit."""
+        expected = self.bed.inelastic(self.points)[1] if self.bed.jumps else None
+        unit = self.bed.mass_per_fill
+        return self._sides(self.mass, self.mass_error, expected, unit, constants)
+
+    def _sides(
+        self,
+        values: Array,
+        error: Array,
+        expected: Array | None,
+        unit: float,
+        constants: Constants | None,
+    ) -> Sides:
+        """Return the processes of values whose ``expected`` is known where beds cross.
+
+        Lengths are measured by the points of both sides. Beds that ride are measured by their own
+        values, and where there are none in ``unit`` about those that cross.
+        """
+        axes = gaussian_process.spreads(self.points)
+
+        def process(
+            of: Flags, values: Array, prior: tuple[float, float] | None, side: int
+        ) -> GaussianProcess:
+            own = (self.points[of], values[of], error[of])
+            centre, size = prior or (None, None)
+            if constants is None:
+                return gaussian_process.fit(*own, axes=axes, centre=centre, unit=size)
+            *lengths, scale, scatter = np.asarray(constants[side])
+            return GaussianProcess(
+                *own, np.array(lengths), float(scale), float(scatter), centre, size
+            )
+
+        rides = ~self.crosses
+        if expected is None:
+            return Sides(process(rides, values, None, 0))
+        alone = None if rides.any() else (float(expected.mean()), unit)
+        return Sides(
+            process(rides, values, alone, 0),
+            process(self.crosses, values - expected, (0.0, UNIT * unit), 1),
+        )
+
+
+def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
+    """Return what the rows of `counted` teach.
+
+    C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).
+    """
+    fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
+    points, h = groups(fill, frequency, gamma), onset(gamma, bed.onset_g)
+    value, error = cases[VALUE].to_numpy(float), cases[ERROR].to_numpy(float)
+    rest = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
+    mass, mass_error = cases[MASS].to_numpy(float), cases[MASS_ERROR].to_numpy(float)
+    log_damping = np.log(value / (h * fill * frequency))
+    crosses = np.zeros(len(cases), bool)
+    if bed.jumps:
+        expected, _ = bed.inelastic(points)
+        crosses = (bed.reached(points) > -np.log(LONGEST_GAP)) & (
+            log_damping > expected + np.log(CROSSES)
+        )
+    return Taught(
+        bed=bed,
+        points=points,
+        crosses=crosses,
+        log_damping=log_damping,
+        log_error=error / value,
+        mass=(mass / fill - (1 - h) * rest) / h,
+        mass_error=mass_error / (fill * h),
+    )
+
+
+def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
+    """Return the rows of a table that count, and m₁ [kg/m²], NaN where it is not known.
+
+    Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
+    not has no logarithm to speak of) and whose Γ is above the onset.
+
+    Parameters
+    ----------
+    frame, onset_g
+        As of `surface.DampingSurface.from_frame`.
+
+    Raises
+    ------
+    DampingError
+        If a column is missing, a point is duplicated, no row counts or too many do.
+    """
+    for column in (*AXES, VALUE):
+        if column not in frame:
+            raise DampingError(f"column {column} is missing; there are {', '.join(frame.columns)}")
+    frame = frame.assign(**{c: 0.0 for c in (ERROR, MASS, MASS_ERROR) if c not in frame})
+    if frame.duplicated(list(AXES)).any():
+        twice = frame[frame.duplicated(list(AXES))].iloc[0]
+        raise DampingError(
+            "duplicate rows at " + ", ".join(f"{axis} = {twice[axis]:g}" for axis in AXES)
+        )
+    good = frame[frame["status"].isin(COUNTED)] if "status" in frame else frame
+    good = good[(good[VALUE] > good[ERROR]) & (good["acceleration_g"] > onset_g)]
+    if not 0 < len(good) <= MOST_CASES:
+        raise DampingError(
+            f"{len(good)} of {len(frame)} rows count (status {' or '.join(COUNTED)}, C_e above "
+            f"its error, acceleration_g above {onset_g:g}): 1 to {MOST_CASES} are needed"
+        )
+    mass_per_fill = np.nan
+    if PARTICLE_MASS in good:
+        mass_per_fill = float((good[PARTICLE_MASS] / good["fill_fraction"]).median())
+    columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
+    return good[columns].astype(float).reset_index(drop=True), mass_per_fill

@@ -1,0 +1,101 @@
+"""The surface as ``damping/surface.nc``: on a grid to look at, with what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.damping.readings import DampingError
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import (
+    AXES,
+    ERROR,
+    MASS,
+    MASS_ERROR,
+    VALUE,
+    Bed,
+    Constants,
+    taught,
+)
+
+
+def to_dataset(surface: DampingSurface) -> xr.Dataset:
+    """Return the surface on a grid to look at, with its cases and constants."""
+    fills = np.unique(np.linspace(surface.low[0], surface.high[0], 17))
+    frequency = np.exp(surface.log_frequency[:: max(1, len(surface.log_frequency) // 32)])
+    gamma = np.exp(surface.log_acceleration[:: max(1, len(surface.log_acceleration) // 26)])
+    grid = np.meshgrid(fills, frequency, gamma, indexing="ij")
+    values = surface.at(*(g.ravel() for g in grid))
+    shape = grid[0].shape
+    C_e, m_a = "equivalent viscous damping per area, C_e", "apparent mass per area, m_a"
+    variables: list[tuple[str, Sequence[str], Array, str, str]] = [
+        ("equivalent_damping", AXES, values.equivalent_damping.reshape(shape), "N s m-3", C_e),
+        ("equivalent_damping_error", AXES, values.equivalent_damping_error.reshape(shape),
+         "N s m-3", f"standard error of {C_e}"),
+        ("apparent_mass", AXES, values.apparent_mass.reshape(shape), "kg m-2", m_a),
+        ("inside", AXES, values.inside.reshape(shape).astype(np.int8), "1",
+         "1 within the convex hull of the cases"),
+    ]  # fmt: skip
+    units = dict(zip((*AXES, VALUE, ERROR, MASS, MASS_ERROR),
+                     ("1", "Hz", "g", "N s m-3", "N s m-3", "kg m-2", "kg m-2"),
+                     strict=True))  # fmt: skip
+    variables += [
+        (f"case_{name}", ("case",), surface.cases[name].to_numpy(float), unit, f"{name} of a case")
+        for name, unit in units.items()
+    ]
+    for name, of in (("damping", surface.damping), ("mass", surface.mass)):
+        for side, process in {} if of is None else vars(of).items():
+            if process is not None:
+                constants = np.array([*process.lengths, process.size, process.scatter])
+                what = "lengths of r, ln Γ and ln W/L, size and scatter of the process"
+                variables.append(
+                    (f"{name}_{side}", ("constant",), constants, "1", f"{what} of beds {side}")
+                )
+    return xr.Dataset(
+        {
+            name: (list(dims), data, {"units": unit, "long_name": long_name})
+            for name, dims, data, unit, long_name in variables
+        },
+        coords={
+            axis: (axis, data, {"units": unit, "long_name": long_name})
+            for axis, data, unit, long_name in zip(
+                AXES,
+                (fills, frequency, gamma),
+                ("1", "Hz", "g"),
+                ("fill fraction r", "frequency", "acceleration amplitude Γ"),
+                strict=True,
+            )
+        },
+        attrs={
+            "onset_g": surface.onset_g,
+            "mass_per_fill_kg_m2": surface.mass_per_fill,
+            "depth_m": surface.bed.depth,
+        },
+    )
+
+
+def from_dataset(dataset: xr.Dataset) -> DampingSurface:
+    """Inverse of `to_dataset`."""
+    names = (*AXES, VALUE, ERROR, MASS, MASS_ERROR)
+    cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in names})
+    attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
+    try:
+        bed = Bed(*(float(dataset.attrs[name]) for name in attrs))
+        data = taught(cases, bed)
+        damping = data.damping_sides(_constants(dataset, "damping"))
+    except KeyError as error:
+        raise DampingError(f"{error} is missing: not a surface of this version") from error
+    mass = data.mass_sides(_constants(dataset, "mass")) if "mass_riding" in dataset else None
+    return DampingSurface(cases, bed, damping, mass, data.jump())
+
+
+def _constants(dataset: xr.Dataset, name: str) -> Constants:
+    crossing = f"{name}_crossing"
+    return (
+        dataset[f"{name}_riding"].to_numpy(),
+        dataset[crossing].to_numpy() if crossing in dataset else None,
+    )
