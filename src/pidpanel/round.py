@@ -1,4 +1,4 @@
-"""A round of a target: which cases of the sweep were chosen, and what they reach.
+"""A round of a target or of tones: which cases were chosen, and what they reach.
 
 What the response decides (`response.rounds`) and the coupon runs.
 """
@@ -12,16 +12,18 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Round:
-    """One round of a target; the content of ``design/round<n>.json``.
+    """One round; the content of ``design/round<n>.json``.
 
     Attributes
     ----------
     round
         Its number, from 0.
     cases
-        Labels of all cases chosen so far, those of this round last.
+        Labels of all cases of the sweep chosen so far, those of this round last.
     new
-        How many of them this round adds; none in the last.
+        How many cases this round adds; none in the last.
+    tones
+        (r, f [Hz], Γ) of all cases beside the sweep chosen so far, those of this round last.
     reached
         Whether all errors were within the target before this round.
     target
@@ -30,15 +32,24 @@ class Round:
         The largest stated before this round [1]; None in round 0.
     relative_error
         By scenario and point [1].
+    of
+        What the rounds are for, a key of ``damping``: ``target`` or ``tones``.
     """
 
     round: int
     cases: tuple[str, ...]
     new: int
+    tones: tuple[tuple[float, float, float], ...] = ()
     reached: bool = False
     target: float | None = None
     largest_relative_error: float | None = None
     relative_error: dict[str, dict[str, float]] = field(default_factory=dict)
+    of: str = "target"
+
+    @property
+    def count(self) -> int:
+        """Number of all cases chosen so far."""
+        return len(self.cases) + len(self.tones)
 
     @property
     def is_last(self) -> bool:
@@ -60,7 +71,8 @@ class Round:
         """
         try:
             values = json.loads(path.read_text(encoding="utf-8"))
-            return Round(**{**values, "cases": tuple(values["cases"])})
+            tones = tuple((r, f, gamma) for r, f, gamma in values.get("tones", ()))
+            return Round(**{**values, "cases": tuple(values["cases"]), "tones": tones})
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"{path}: not a round of a target ({error})") from None
 

@@ -277,7 +277,8 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
 
     case, noise = np.array([[0.7, 120.0, 100.0]]), 0.02
     frequency = np.geomspace(30, 2000, 10)
-    cross, own = surface.covariance_with(case, frequency, 0.6, 80.0)
+    told = surface.told_by(case, noise)
+    cross = surface.covariance_with(told, frequency, 0.6, 80.0)
     old = surface.damping.riding
     more = GaussianProcess(
         np.vstack([old.points, groups(*case.T)]),
@@ -288,7 +289,7 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
         old.scatter,
     )
     point = groups(np.full(10, 0.6), frequency, np.full(10, 80.0))
-    gain = cross[:10, 0] ** 2 / (own[0, 0] + noise**2 + old.scatter**2)
+    gain = cross[:10, 0] ** 2 / told.covariance[0, 0]
     # the prior of the mean goes by the spread of the values, which one more changes by a percent
     np.testing.assert_allclose(
         old.standard_error(point) ** 2 - gain, more.standard_error(point) ** 2, rtol=0.05

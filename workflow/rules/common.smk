@@ -1,3 +1,4 @@
+import itertools
 import json
 import os
 import sys
@@ -7,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
-from pidpanel.coupon.from_study import cases_by_coupon, distinct_cases
+from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.panel.from_study import damper_masses
 from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
@@ -45,8 +46,9 @@ def read_study():
 
 STUDY = read_study()
 HAS_PANEL = isinstance(STUDY, Study)
-# with a target, rounds choose the cases (design.smk)
+# with a target or with tones, rounds choose cases (design.smk)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
+HAS_ROUNDS = HAS_PANEL and (HAS_TARGET or STUDY.damping.tones is not None)
 
 PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
 
@@ -120,11 +122,20 @@ def outcomes_of(labels, table):
 
 
 def outcomes_wanted(damper):
-    """What the cases of a coupon leave: all of its sweep, or those that the target needed."""
+    """What the cases of a coupon leave: all of its sweep, or those that the rounds wanted."""
     chosen = COUPON_CASES[damper]
-    if HAS_TARGET and damper == SECTION:
-        chosen = Round.read(Path(last_round())).cases
+    if HAS_ROUNDS and damper == SECTION:
+        chosen = cases_of_round(last_round())
     return outcomes_of(chosen, coupon_file("coupon", damper, "cases.csv"))
+
+
+def cases_of_round(file):
+    """Labels of the cases of a round; its tones are in no sweep, and are made known here."""
+    chosen = Round.read(Path(file))
+    tones = cases_at(STUDY.coupon, chosen.tones)
+    for batch in batches_of(case for case in tones if case.label not in BATCH_OF):
+        add_batch(batch)
+    return [*chosen.cases, *(case.label for case in tones)]
 
 
 def last_round():
@@ -147,4 +158,4 @@ def round_before(wildcards):
 def outcomes_of_round(wildcards):
     """What the cases of a round leave."""
     found = checkpoints.design.get(round=wildcards.round).output[0]
-    return outcomes_of(Round.read(Path(found)).cases, results("coupon/cases.csv"))
+    return outcomes_of(cases_of_round(found), results("coupon/cases.csv"))

@@ -7,19 +7,31 @@
 COUPON_CASES = cases_by_coupon(STUDY)
 DISTINCT_CASES = distinct_cases(STUDY)
 CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
-BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
-PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+BEDS, PACKINGS, BATCHES, BATCH_OF = {}, {}, {}, {}
+
+
+def add_batch(batch):
+    """Make a batch known, and its beds and packings."""
+    BATCHES[batch.label] = batch
+    for case in batch.cases:
+        BATCH_OF[case.label] = batch.label
+        for run in case.runs:
+            BEDS[run.bed.label] = run.bed
+            PACKINGS[run.packing.label] = run.packing
+
+
 # no batch of two coupons: a change of one leaves the batches of the others as they are
-BATCHES = {
-    batch.label: batch
-    for damper, cases in DISTINCT_CASES.items()
-    for batch in (
-        [Batch((case,)) for case in cases]
-        if HAS_TARGET and damper == SECTION
-        else batches_of(cases)
-    )
-}
-BATCH_OF = {case.label: label for label, batch in BATCHES.items() for case in batch.cases}
+for damper, cases in DISTINCT_CASES.items():
+    alone = HAS_TARGET and damper == SECTION
+    for batch in [Batch((case,)) for case in cases] if alone else batches_of(cases):
+        add_batch(batch)
+if HAS_ROUNDS:
+    # where a job is a process of its own, it knows the rounds by what is there
+    for number in itertools.count():
+        file = Path(results(f"design/round{number}.json"))
+        if not file.exists():
+            break
+        cases_of_round(file)
 
 
 wildcard_constraints:
@@ -72,7 +84,7 @@ rule cases:
     log:
         results("coupon/cases.log"),
     params:
-        chosen=lambda wildcards: last_round() if HAS_TARGET else "none",
+        chosen=lambda wildcards: last_round() if HAS_ROUNDS else "none",
         study=lambda wildcards: coupon_digest(SECTION),
         code=code("cases"),
     shell:

@@ -1,5 +1,6 @@
 # With a target, rounds choose the cases: round 0 spreads them over the sweep, each further one
-# computes what the panel makes of the cases before it. The loop from the response back to the
+# computes what the panel makes of the cases before it. With tones, round 0 is the whole sweep, and
+# further cases follow at the motions of the scenarios. The loop from the response back to the
 # coupon is here and nowhere else.
 
 

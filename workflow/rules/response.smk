@@ -3,7 +3,7 @@
 SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and that of cases change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target"}}
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones"}}
 SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
 # coupons come as surfaces
 DAMPERS = values_digest(

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
+from pidpanel.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy
     from pidpanel.study.coupon import Coupon
+
+Point = tuple[float, float, float]
+"""r, f [Hz], Γ."""
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
@@ -26,6 +31,29 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
         case
         for varied, variant in coupon.variants()
         for case in _swept(variant, {key: _plain(value) for key, value in varied.items()})
+    )
+
+
+def cases_at(coupon: Coupon, points: Iterable[Point]) -> tuple[Case, ...]:
+    """Return cases at other points than those of the sweep.
+
+    Parameters
+    ----------
+    coupon
+        Of one diameter, without ``vary``.
+    points
+        r, f [Hz] and Γ of each.
+    """
+    diameter, *_ = coupon.diameters
+    packings = [_packing(coupon, diameter, seed) for seed in _seeds(coupon)]
+    return tuple(
+        _case(
+            coupon,
+            [_bed(coupon, packing, fill) for packing in packings],
+            Tone(frequency, gamma * STANDARD_GRAVITY),
+            {},
+        )
+        for fill, frequency, gamma in points
     )
 
 
@@ -67,8 +95,10 @@ def write_table(
     ----------
     study, damper
         The study, and the name of the damper; ``coupon`` for the section of that name.
-    folder, file, chosen
+    folder, file
         As of `summary.write_table`.
+    chosen
+        JSON file of a `round.Round`: its cases alone; coverage is held to only once it wants none.
 
     Raises
     ------
@@ -80,8 +110,13 @@ def write_table(
     if damper not in study.coupons:
         raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
     cases = tuple(cases_by_coupon(study)[damper].values())
-    coverage = study.coupons[damper].accuracy.coverage
-    summary.write_table(cases, folder, file, coverage=coverage, chosen=chosen)
+    coupon, last = study.coupons[damper], True
+    if chosen is not None:
+        design = Round.read(chosen)
+        last = design.is_last
+        cases = tuple(case for case in cases if case.label in set(design.cases))
+        cases += cases_at(coupon, design.tones)
+    summary.write_table(cases, folder, file, coverage=coupon.accuracy.coverage if last else 0.0)
 
 
 def _plain(value: Any) -> Any:
@@ -91,9 +126,13 @@ def _plain(value: Any) -> Any:
     return value.name if isinstance(value, Path) else value
 
 
+def _seeds(coupon: Coupon) -> range:
+    """Seeds of a case and, where its bed may have several states, of its reserve."""
+    return range(1, max(coupon.accuracy.seeds, coupon.accuracy.state_seeds) + 1)
+
+
 def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
-    sweep, accuracy = coupon.sweep, coupon.accuracy
-    seeds = range(1, max(accuracy.seeds, accuracy.state_seeds) + 1)
+    sweep, seeds = coupon.sweep, _seeds(coupon)
     diameters = coupon.diameters
     beds = {
         (fill, diameter, seed): _bed(coupon, packing, fill)

@@ -26,7 +26,6 @@ from pidpanel.coupon.liggghts.failures import (
 )
 from pidpanel.coupon.records import OK, MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.coupon.window import CLOSURE_LIMIT
-from pidpanel.round import Round
 
 Row = dict[str, Any]
 """A row of ``cases.csv``: column and value."""
@@ -289,10 +288,8 @@ def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     }
 
 
-def write_table(
-    cases: Sequence[Case], folder: Path, file: Path, *, coverage: float, chosen: Path | None = None
-) -> None:
-    """Write ``cases.csv``: all cases, or those that a round of the design has chosen.
+def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: float) -> None:
+    """Write ``cases.csv``.
 
     Parameters
     ----------
@@ -304,24 +301,15 @@ def write_table(
         The table.
     coverage
         Share of the cases that must be ok [1].
-    chosen
-        JSON file of a `round.Round`;
-        coverage is held to only once it wants none.
 
     Raises
     ------
     CoverageMissed
         After the table was written, with each case that is not ok.
     """
-    last = True
-    if chosen is not None:
-        design = Round.read(chosen)
-        last = design.is_last
-        cases = [case for case in cases if case.label in set(design.cases)]
     table = [summarise(case, case.outcomes(folder)) for case in cases]
     write_cases(table, file)
-    if last:
-        check_coverage(table, coverage)
+    check_coverage(table, coverage)
 
 
 def check_coverage(table: Sequence[Row], coverage: float) -> None:

@@ -14,11 +14,12 @@ is not known whether beds cross, that is most of all.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.surface import DampingSurface
 
 
@@ -82,16 +83,49 @@ def gains(
         Standard error of C_e that a case is run to, over C_e; m_a is taken to be as well known
         as the cases are that there are.
     """
-    found, k = [], len(cases)
-    noise = surface.noise(cases, relative_error)
+    told = surface.told_by(cases, relative_error)
+    found = []
     for w in wanted:
-        cross, own = surface.covariance_with(
-            cases, surface.nodes, w.fill_fraction, w.acceleration_g
-        )
-        known = (w.derivative.T @ cross).reshape(-1, 2, k)  # quantity, C_e or m_a, case
-        joint = own.reshape(2, k, 2, k).diagonal(axis1=1, axis2=3) + noise
-        found.append(_explained(known, joint))
+        cross = surface.covariance_with(told, surface.nodes, w.fill_fraction, w.acceleration_g)
+        known = (w.derivative.T @ cross).reshape(-1, 2, len(cases))
+        found.append(_explained(known, told.covariance))
     return found
+
+
+def slice_points(
+    surface: DampingSurface, wanted: Wanted, fastest: float | None
+) -> tuple[Array, Index]:
+    """Return tones at the very fill and motion of a scenario, and the nodes at which they are.
+
+    Parameters
+    ----------
+    surface, wanted
+        As they stand.
+    fastest
+        Largest speed [m/s] of a tone; None for any.
+
+    Returns
+    -------
+    points
+        (m, 3) r, f [Hz], Γ, to three digits.
+    node
+        (m,) numbers of the nodes of the surface nearest to them.
+    """
+    rounded = np.array([float(f"{f:.3g}") for f in surface.nodes])
+    gamma = float(f"{wanted.acceleration_g:.3g}")
+    speed = gamma * STANDARD_GRAVITY / (2 * np.pi * rounded)
+    node = np.flatnonzero(speed <= (np.inf if fastest is None else fastest))
+    if gamma <= surface.onset_g:
+        node = node[:0]
+    fill = np.full(len(node), wanted.fill_fraction)
+    return np.column_stack([fill, rounded[node], np.full(len(node), gamma)]), node
+
+
+def with_damping_along(wanted: Wanted, node: Index, scale: float) -> Wanted:
+    """Return a scenario of which C_e at some nodes is wanted too, ``scale`` ln C_e at each."""
+    along = np.zeros((len(wanted.derivative), len(node)))
+    along[node, np.arange(len(node))] = scale
+    return replace(wanted, derivative=np.hstack([wanted.derivative, along]))
 
 
 def next_cases(

@@ -123,11 +123,6 @@ class Sides:
             return replace(self, riding=_more(self.riding, at.points, error))
         return replace(self, crossing=_more(self.crossing, at.points, error))
 
-    def noise_at(self, at: At) -> Array:
-        """Return the variance (n,) of what is taken for noise."""
-        other = 0.0 if self.crossing is None else self.crossing.scatter**2
-        return np.asarray((1 - at.crossing) * self.riding.scatter**2 + at.crossing * other)
-
     def leave_one_out(self, crosses: Flags, left_out: At, expected: Array) -> tuple[Array, Array]:
         """Return errors (n,) of the cases' values predicted by the others, and standard errors.
 

@@ -42,6 +42,9 @@ points) the rms is 0.16 in place of 0.77, and errors over stated ones 0.6 in pla
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
@@ -67,6 +70,23 @@ FREQUENCY_STEP = 0.04
 ACCELERATION_STEP = 0.05
 """Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
 them: ln C_e within 3e-3 in the paper's study away from the jump, a tenth of its standard error."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What further cases would tell of a surface.
+
+    Attributes
+    ----------
+    known
+        Of g_C and g_m there.
+    covariance
+        (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
+        known exactly.
+    """
+
+    known: tuple[At, At | None]
+    covariance: Array
 
 
 class DampingSurface:
@@ -296,44 +316,36 @@ class DampingSurface:
         second, other_scale = self._held(frequency, *other)
         return self._joint(self.known(first), self.known(second), scale, other_scale, noise=True)
 
-    def covariance_with(
-        self, cases: Array, frequency: Array, fill_fraction: float, acceleration_g: float
-    ) -> tuple[Array, Array]:
-        """Return what a further case at ``cases`` (k, 3) of r, f, Γ would tell of the surface.
-
-        What is taken for noise is left out: no case tells of that of others.
-
-        Returns
-        -------
-        cross
-            (2n, 2k) covariance of ln C_e, then of m_a, at ``frequency`` (n,) [Hz] with the g_C,
-            then g_m of the cases.
-        own
-            (2k, 2k) of g_C, then g_m of the cases.
-        """
-        point, scale = self._held(frequency, fill_fraction, acceleration_g)
-        there = self.known(groups(*cases.T))
-        return (
-            self._joint(self.known(point), there, scale, 1.0, noise=False),
-            self._joint(there, there, 1.0, 1.0, noise=False),
-        )
-
-    def noise(self, cases: Array, relative_error: float) -> Array:
-        """Return the covariance (2, 2, k) of what a case at ``cases`` (k, 3) reads beside g_C, g_m.
+    def told_by(self, cases: Array, relative_error: float) -> Told:
+        """Return what further cases would tell.
 
         Parameters
         ----------
         cases
             (k, 3) r, f [Hz], Γ.
         relative_error
-            Of its C_e; its m_a is taken to be as well known as the cases are that there are.
+            Of their C_e; their m_a is taken to be as well known as those of the cases there are.
         """
-        damping, mass = self.known(groups(*cases.T))
-        result = np.zeros((2, 2, len(cases)))
-        result[0, 0] = relative_error**2 + self.damping.noise_at(damping)
+        known = self.known(groups(*cases.T))
+        damping, mass = known
+        covariance = np.zeros((2, 2, len(cases)))
+        covariance[0, 0] = relative_error**2 + self.damping.variance(damping)
         if self.mass is not None and mass is not None:
-            result[1, 1] = self.mass_error**2 + self.mass.noise_at(mass)
-        return result
+            covariance[1, 1] = self.mass_error**2 + self.mass.variance(mass)
+            shared = damping.crossing * (1 - damping.crossing) * damping.step * mass.step
+            covariance[0, 1] = covariance[1, 0] = shared
+        return Told(known, covariance)
+
+    def covariance_with(
+        self, told: Told, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> Array:
+        """Return the covariance (2n, 2k) of what is read with what further cases would tell.
+
+        Rows are ln C_e, then m_a, at ``frequency`` (n,) [Hz], columns g_C, then g_m of the cases.
+        What is taken for noise is left out: no case tells of that of others.
+        """
+        point, scale = self._held(frequency, fill_fraction, acceleration_g)
+        return self._joint(self.known(point), told.known, scale, 1.0, noise=False)
 
     def _joint(
         self,
@@ -407,7 +419,7 @@ class DampingSurface:
             jump,
         )
 
-    @property
+    @cached_property
     def mass_error(self) -> float:
         """Median error of g_m of the cases [kg/m²]."""
         return float(np.median(taught(self.cases, self.bed).mass_error))

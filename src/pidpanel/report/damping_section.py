@@ -102,12 +102,18 @@ def target_table(rounds: Sequence[Round]) -> Table:
             for label, of in one.relative_error.items()
             for point, error in of.items()
         )
-        rows.append([str(one.round), str(len(before.cases)), percent(worst[0], 2), worst[1]])
+        rows.append([str(one.round), str(before.count), percent(worst[0], 2), worst[1]])
     last = rounds[-1]
     end = "reached" if last.reached else "not reached, and no case is left or allowed"
+    said = f"With {last.count} cases the target is {end}."
+    if last.of == "tones":
+        said = (
+            f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of the "
+            "scenarios themselves."
+        )
     return Table(
         "Cases chosen in rounds, in each the cases that reduce the errors of the rms accelerations "
-        f"most. With {len(last.cases)} cases the target is {end}.",
+        f"most. {said}",
         ["round", "cases run", "largest relative standard error of rms acceleration", "of"],
         rows,
     )

@@ -124,7 +124,8 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)
 
-    has_rounds = study.damping.target is not None and damper == SECTION
+    chosen = study.damping.target or study.damping.tones
+    has_rounds = chosen is not None and damper == SECTION
     return DampingResults(
         surface_files.from_dataset(_read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),

@@ -194,7 +194,7 @@ def target_warnings(rounds: Sequence[Round]) -> list[str]:
     rounds
         The rounds of the design in order; none for a study without a target.
     """
-    if not rounds:
+    if not rounds or rounds[-1].of == "tones":
         return []
     last = rounds[-1]
     if last.reached or last.target is None:

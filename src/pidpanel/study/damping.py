@@ -55,6 +55,21 @@ class Target(Model):
             yield Mistake(("start",), f"must be at most max_cases = {self.max_cases}")
 
 
+class Tones(Model):
+    """Further cases where the scenarios read C_e: at the motion of their own patches.
+
+    Once the sweep is run, rounds of at most ``batch`` tones follow at the fills and accelerations
+    of the scenarios, each of those that reduce the errors most: until the relative standard error
+    of every rms acceleration is below ``relative_error`` and that of C_e along every scenario
+    below ``damping_error``, or ``most`` have been run.
+    """
+
+    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    damping_error: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    batch: Annotated[int, Field(ge=1)] = 16
+    most: Annotated[int, Field(ge=1)] = 48
+
+
 class Damping(Model):
     """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
@@ -69,6 +84,8 @@ class Damping(Model):
     """Between the rows of the table: log (by default) or linear."""
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
+    tones: Tones | None = None
+    """By default nothing is run beside ``coupon.sweep``."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""
@@ -77,5 +94,7 @@ class Damping(Model):
             yield Mistake(("readings",), "must not contain a reading more than once")
         if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
+        if self.tones is not None and self.target is not None:
+            yield Mistake(("tones",), "not allowed together with target")
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")

@@ -152,13 +152,17 @@ class Study(CouponStudy):
             yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
+        if self.damping.tones is not None and "dem" not in self.readings:
+            yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts whose errors are not those of one point of the sweep."""
         for name, layout in self.layouts.items():
-            if self.damping.target and "dem" in self.readings and len(layout.layout) > 1:
-                says = "several patches together are not allowed with damping.target"
-                yield Mistake(("scenarios", name, "layout"), says)
+            for key in ("target", "tones"):
+                given = getattr(self.damping, key) and "dem" in self.readings
+                if given and len(layout.layout) > 1:
+                    says = f"several patches together are not allowed with damping.{key}"
+                    yield Mistake(("scenarios", name, "layout"), says)
 
     # ---------------------------------------------------------------------- scenarios
 
