@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ from pidpanel.coupon import coding, cycles, rows, summary
 from pidpanel.coupon.balance import Balance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
-from pidpanel.round import Round
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
@@ -82,7 +82,7 @@ def test_the_columns_keep_their_order(tmp_path):
         "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
         "dissipated_energy_error_j_m2", "equivalent_damping_n_s_m3",
         "equivalent_damping_error_n_s_m3", "statistical_error_n_s_m3", "modulus_bias",
-        "states", "state_damping_n_s_m3", "state_share", "state_error_n_s_m3",
+        "packing_scatter", "states", "state_damping_n_s_m3", "state_share", "state_error_n_s_m3",
         "apparent_mass_kg_m2", "apparent_mass_error_kg_m2", "loss_factor", "loss_factor_error",
         "bound_n_s_m3", "share_of_bound", "closure", "normal_share", "tangential_share",
         "wall_share", "cycles_run", "cycles_used", "drift", "target_met", "ended_by", "status",
@@ -136,16 +136,28 @@ def test_a_table_of_too_few_good_cases_is_refused_with_the_others_named():
     )
 
 
-def test_a_round_of_a_design_is_held_to_its_coverage_once_it_wants_no_more(tmp_path):
-    # red: the cases that were not chosen in the table; a round on its way refused
+def test_a_table_is_written_before_it_is_refused(tmp_path):
+    # red: check_coverage before write_cases
     one, other = recorded_case(acceleration_g=[10, 12])
     record(one, tmp_path, status="NotSteady")
-    table, chosen = tmp_path / "cases.csv", tmp_path / "round.json"
-    Round(1, (one.label,), new=3).write(chosen)
-    summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)
-    assert [line.split(",")[0] for line in table.read_text().splitlines()] == ["case", one.label]
-    Round(1, (one.label,), new=0).write(chosen)
-    table.unlink()
+    record(other, tmp_path, status="NotSteady")
+    table = tmp_path / "cases.csv"
     with pytest.raises(summary.CoverageMissed, match="NotSteady: so it says"):
-        summary.write_table([one, other], tmp_path, table, coverage=0.5, chosen=chosen)
-    assert table.exists()  # to be looked at
+        summary.write_table([one, other], tmp_path, table, coverage=0.5)
+    rows = table.read_text().splitlines()  # to be looked at
+    assert [line.split(",")[0] for line in rows] == ["case", one.label, other.label]
+
+
+def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
+    # halves that differ by five errors of their difference: the mean may be off by half of that
+    # red: `return damping.error` without a look at the drift
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    read = summary.read_run(case.point, case.outcomes(tmp_path)[0])
+    for drift, times in ((1.0, 1.0), (-5.0, 5.0)):
+        damping = replace(read.damping, start=0, drift=drift)
+        assert summary.error_of(replace(read, damping=damping)) == pytest.approx(
+            times * damping.error
+        )
+    late = replace(read.damping, start=11, drift=0.5)  # not steady, though it drifts little
+    assert summary.error_of(replace(read, damping=late)) == late.error

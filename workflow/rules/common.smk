@@ -133,8 +133,9 @@ def cases_of_round(file):
     """Labels of the cases of a round; its tones are in no sweep, and are made known here."""
     chosen = Round.read(Path(file))
     tones = cases_at(STUDY.coupon, chosen.tones)
-    for batch in batches_of(case for case in tones if case.label not in BATCH_OF):
-        add_batch(batch)
+    for case in tones:
+        if case.label not in BATCH_OF:
+            add_batch(Batch((case,)))
     return [*chosen.cases, *(case.label for case in tones)]
 
 

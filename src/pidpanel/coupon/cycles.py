@@ -253,6 +253,20 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
     return result
 
 
+def packed(means: Array, errors: Array, scatter: float) -> float:
+    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n: each is a packing of its own.
+
+    Parameters
+    ----------
+    means, errors
+        (n,) of each seed.
+    scatter
+        s, the standard deviation between packings over the mean [1].
+    """
+    variance = np.square(errors) + (scatter * np.mean(means)) ** 2
+    return float(np.sqrt(np.sum(variance))) / len(means)
+
+
 def combine(means: Array, errors: Array) -> tuple[float, float]:
     """Mean over seeds and its standard error, from within and between.
 

@@ -9,13 +9,14 @@ import csv
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import coding, cycles, rows, states
+from pidpanel.coupon import coding, cycles, packings, rows, states
+from pidpanel.coupon.attempts import are_apart
 from pidpanel.coupon.cases import Case, Run
 from pidpanel.coupon.liggghts.failures import (
     EnergyNotClosed,
@@ -134,7 +135,42 @@ def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
     return list(zip(case.runs, outcomes, strict=True))
 
 
-def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
+def error_of(read: Read) -> float:
+    """Standard error of C_e of one seed [N s/m³], with what it drifts where it is not steady.
+
+    The halves of the run differ by `drift` of the error of their difference, twice that of the
+    mean: half of it is what the mean may be off.
+    """
+    damping = read.damping
+    if rows.is_steady(damping, read.found.cycles):
+        return damping.error
+    return damping.error * max(1.0, abs(damping.drift))
+
+
+def packing_scatter(cases: Sequence[Case], folder: Path) -> list[float]:
+    """Return of each case how far packings of its bed scatter, over C_e [1]."""
+    groups, means, errors, alike = [], [], [], []
+    for case in cases:
+        kept = []
+        for run, path in judged_by(case, case.outcomes(folder)):
+            with suppress(SolverFailure, RunFailed):
+                kept.append(read_run(run, path))
+        first = case.point
+        packing = replace(first.packing, seed=0)
+        groups.append((packing, first.fill_fraction))
+        means.append(np.array([one.damping.mean for one in kept]))
+        errors.append(np.array([error_of(one) for one in kept]))
+        alike.append(
+            len(kept) > 1
+            and bool(np.isfinite(errors[-1]).all())
+            and not are_apart([one.damping for one in kept])
+            and len(_states(case, kept).damping) == 1
+        )
+    found = packings.scatter_by(groups, means, errors, np.array(alike, bool))
+    return [found[group] for group in groups]
+
+
+def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row:
     """One row of ``cases.csv``: what was asked, what came out, how sure it is.
 
     Parameters
@@ -143,6 +179,8 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         The case.
     outcomes
         The files of `Case.outcomes`, one a seed, each in the folder of its run.
+    scatter
+        Standard deviation between packings over C_e [1], see `packing_scatter`.
     """
     problems: list[tuple[str, str]] = []
     kept: list[Read] = []
@@ -157,10 +195,15 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
             kept.append(read)
             problems += [(type(p).__name__, str(p)) for p in problems_of(run, read, path.parent)]
     point, packing, drive = case.point, case.point.packing, case.point.drive
-    c, c_error, m, m_error, spheres, mass_kg, drift = (math.nan,) * 7
+    c, c_error, own_error, m, m_error, spheres, mass_kg, drift = (math.nan,) * 8
     found = NO_STATES
     if kept:
-        c, c_error = _combined([one.damping for one in kept])
+        means = np.array([one.damping.mean for one in kept])
+        errors = np.array([error_of(one) for one in kept])
+        c, c_error = float(means.mean()), cycles.packed(means, errors, scatter)
+        _, own_error = cycles.combine(means, errors)
+        if scatter == 0 or are_apart([one.damping for one in kept]):
+            c_error = max(c_error, own_error)
         m, m_error = _combined([one.apparent_mass for one in kept])
         found = _states(case, kept)
         if len(found.damping) > 1:
@@ -196,6 +239,7 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         "equivalent_damping_error_n_s_m3": total_error,
         "statistical_error_n_s_m3": c_error,
         "modulus_bias": bias,
+        "packing_scatter": scatter,
         "states": len(found.damping),
         "state_damping_n_s_m3": _listed(found.damping),
         "state_share": _listed(found.share),
@@ -211,7 +255,7 @@ def summarise(case: Case, outcomes: Sequence[Path]) -> Row:
         "cycles_used": sum(one.damping.used for one in kept),
         "drift": drift,
         "target_met": bool(
-            math.hypot(c_error, found.damping_error)
+            math.hypot(own_error, found.damping_error)
             <= max(case.relative_error * abs(c), rows.FLOOR * bound)
         ),
         "ended_by": "max_cycles"
@@ -307,7 +351,11 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
     CoverageMissed
         After the table was written, with each case that is not ok.
     """
-    table = [summarise(case, case.outcomes(folder)) for case in cases]
+    scatter = packing_scatter(cases, folder)
+    table = [
+        summarise(case, case.outcomes(folder), own)
+        for case, own in zip(cases, scatter, strict=True)
+    ]
     write_cases(table, file)
     check_coverage(table, coverage)
 

@@ -22,6 +22,10 @@ from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.surface import DampingSurface
 
+ALIKE = 0.03
+"""Of ln Γ: slices nearer than this are read by the same tones; C_e follows Γ to the power −0.8 at
+most, and so differs by less than two packings do."""
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -90,6 +94,24 @@ def gains(
         known = (w.derivative.T @ cross).reshape(-1, 2, len(cases))
         found.append(_explained(known, told.covariance))
     return found
+
+
+def distinct(wanted: Sequence[Wanted]) -> list[Wanted]:
+    """Return one of all scenarios that read the surface at nearly the same fill and Γ.
+
+    Its quantities are those of all of them.
+    """
+    kept: list[Wanted] = []
+    for one in wanted:
+        for i, other in enumerate(kept):
+            apart = abs(np.log(one.acceleration_g / other.acceleration_g))
+            if one.fill_fraction == other.fill_fraction and apart < ALIKE:
+                both = np.hstack([other.derivative, one.derivative])
+                kept[i] = replace(other, derivative=both)
+                break
+        else:
+            kept.append(one)
+    return kept
 
 
 def slice_points(

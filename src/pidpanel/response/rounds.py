@@ -109,10 +109,10 @@ def next_tones(
     """
     found = dict(_wanted(panel, surface))
     pool, wanted = [], []
-    for one in found.values():
+    scale = tones.relative_error / tones.damping_error
+    for one in design.distinct(list(found.values())):
         points, node = design.slice_points(surface, one, fastest)
         pool.append(points)
-        scale = tones.relative_error / tones.damping_error
         wanted.append(design.with_damping_along(one, node, scale))
     points = np.unique(np.concatenate(pool), axis=0)
     run = {*before.tones, *map(tuple, surface.cases[list(AXES)].to_numpy().tolist())}

@@ -67,7 +67,7 @@ class Tones(Model):
     relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.02
     damping_error: Annotated[float, Field(gt=0, lt=1)] = 0.1
     batch: Annotated[int, Field(ge=1)] = 16
-    most: Annotated[int, Field(ge=1)] = 48
+    most: Annotated[int, Field(ge=1)] = 32
 
 
 class Damping(Model):

@@ -1,0 +1,66 @@
+"""The scatter between packings: found in numbers that have one, none where there is none."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import cycles, packings
+
+
+def drawn(scatter, error, seeds=2, cases=400, seed=1):
+    """Seeds of cases with means over three decades."""
+    rng = np.random.default_rng(seed)
+    true = 10 ** rng.uniform(1, 4, cases)
+    own = error * true[:, None] * rng.uniform(0.3, 1.7, (cases, seeds))
+    beds = true[:, None] * (1 + scatter * rng.normal(size=(cases, seeds)))
+    return list(beds + own * rng.normal(size=own.shape)), list(own)
+
+
+@pytest.mark.parametrize("seeds", [2, 4])
+@pytest.mark.parametrize(("scatter", "error"), [(0.05, 0.005), (0.05, 0.05), (0.02, 0.02)])
+def test_the_scatter_that_was_drawn_is_found(scatter, error, seeds):
+    # 400 pairs know a variance of their own to 7 %, where the errors are as large as the scatter
+    # to twice that; red: freedom = sum(len(c)); own without its square
+    found = packings.scatter(*drawn(scatter, error, seeds))
+    assert found == pytest.approx(scatter, rel=0.15)
+
+
+def test_pairs_then_disagree_by_as_much_as_their_errors_say():
+    # with equal errors of both seeds exactly, else nearly; red: LEAST returned in any case
+    means, errors = drawn(0.05, 0.005, cases=90, seed=3)
+    s = packings.scatter(means, errors)
+    z = [
+        (c[0] - c[1]) / np.sqrt((e**2 + (s * c.mean()) ** 2).sum())
+        for c, e in zip(means, errors, strict=True)
+    ]
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.02)
+    without = [(c[0] - c[1]) / np.hypot(*e) for c, e in zip(means, errors, strict=True)]
+    assert np.sqrt(np.mean(np.square(without))) > 5
+
+
+def test_where_errors_explain_the_scatter_there_is_none():
+    # red: `<= 0` → `>= 0`
+    means, _ = drawn(0.0, 0.02)
+    assert packings.scatter(means, [0.05 * c for c in means]) == 0.0
+    assert packings.scatter([np.array([3.0])], [np.array([0.1])]) == 0.0
+    assert packings.scatter([], []) == 0.0
+
+
+def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
+    # red: FEWEST = 0; `alike` left out
+    means, errors = drawn(0.05, 0.001, cases=60)
+    other_means, other_errors = drawn(0.01, 0.001, cases=60, seed=9)
+    groups = ["half"] * 60 + ["full"] * 57 + ["few"] * 3
+    alike = np.ones(120, bool)
+    alike[0] = False
+    means[0] = means[0] * np.array([1.0, 9.0])
+    both = means + other_means, errors + other_errors
+    found = packings.scatter_by(groups, *both, alike)
+    assert found["half"] == pytest.approx(0.05, rel=0.25)
+    assert found["full"] == pytest.approx(0.01, rel=0.25)
+    assert found["few"] == packings.scatter(both[0][1:], both[1][1:])
+
+
+def test_the_mean_of_seeds_is_as_uncertain_as_runs_and_packings_make_it():
+    # red: scatter * np.mean(means) without its square; len(means) → its root
+    found = cycles.packed(np.array([90.0, 110.0]), np.array([3.0, 4.0]), 0.05)
+    assert found == pytest.approx(np.sqrt(9 + 16 + 25 + 25) / 2)

@@ -1,0 +1,115 @@
+"""Where beds begin to cross the gap: as sure as the cases make it, never where they cannot."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from pidpanel.damping.jump import CENTRE, LENGTHS, SIZE, WIDTH, Jump, reach
+
+R, GAMMA = 0.5, np.log(60.0)
+
+
+def jump(*cases):
+    """Of (r, ln Γ, u, crosses)."""
+    r, gamma, reached, crosses = (np.array(v) for v in zip(*cases, strict=True))
+    return Jump(np.column_stack([r, gamma]), reached, crosses.astype(bool))
+
+
+def matern(distance):
+    a = np.sqrt(5) * distance
+    return (1 + a + a**2 / 3) * np.exp(-a)
+
+
+def test_a_bed_that_is_not_thrown_up_to_the_lid_never_crosses():
+    # thrown at ωW it rises by WΓ/2, in units of the gap Γ(W/L)/2
+    # red: 2 * onset_g → onset_g in `reach`
+    stroke, gamma = np.array([0.3, 0.3]), np.array([6.6, 6.8])
+    found = reach(np.log(stroke), np.log(gamma), 1.0)
+    assert np.isinf(found[0]) and np.isfinite(found[1])
+    left = np.sqrt(1 - 2 / (0.3 * 6.8))  # speed at the lid over ωW
+    assert found[1] == pytest.approx(np.log(0.3 * left))
+    assert reach(np.log(0.3), np.log(1.0), 0.0) == pytest.approx(np.log(0.3))
+    cases = [(R, GAMMA, CENTRE + 0.1, 1), (R, GAMMA, CENTRE - 0.1, 0)]
+    assert (jump(*cases).probability(np.full((1, 2), R), found[:1]) == 0).all()
+
+
+def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
+    # red: CENTRE + mean → CENTRE − mean cannot show here; WIDTH**2 left out
+    none = Jump(np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
+    u = CENTRE + SIZE * np.array([-1.0, 0.0, 2.0])
+    found = none.probability(np.full((3, 2), R), u)
+    np.testing.assert_allclose(found, norm.cdf((u - CENTRE) / np.hypot(SIZE, WIDTH)))
+
+
+@pytest.mark.parametrize(("away", "crosses"), [(0.1, True), (-0.4, False), (0.3, False)])
+def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
+    # P(u > τ | case) by quadrature over τ at the case and the normal of τ elsewhere given it; for
+    # one case the method is exact at the case itself and the normal that stands for it elsewhere
+    # red: z * ratio for ratio * (z + ratio); sign[i] left out of `moved`
+    case, other = np.array([R, GAMMA]), np.array([R + 0.1, GAMMA + 0.4])
+    found = Jump(case[None], np.array([CENTRE + away]), np.array([crosses]))
+    tau = np.linspace(-6 * SIZE, 6 * SIZE, 40001)
+    weight = norm.pdf(tau, scale=SIZE)
+    weight *= norm.cdf((1 if crosses else -1) * (away - tau) / WIDTH)
+    weight /= weight.sum()
+    mean, variance = tau @ weight, (tau**2) @ weight - (tau @ weight) ** 2
+    share = matern(np.linalg.norm((other - case) / LENGTHS))
+    there_mean = share * mean
+    there_variance = SIZE**2 * (1 - share**2) + share**2 * variance
+    u = CENTRE + np.array([-0.3, 0.0, 0.25])
+    expected = norm.cdf((u - CENTRE - there_mean) / np.sqrt(WIDTH**2 + there_variance))
+    np.testing.assert_allclose(found.probability(np.tile(other, (3, 1)), u), expected, atol=1e-6)
+
+
+def test_between_a_case_that_rides_and_one_that_crosses_it_rises_and_is_sure_at_both():
+    # red: exchange of the signs; a kernel without LENGTHS
+    found = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
+    u = CENTRE + np.linspace(-0.4, 0.4, 41)
+    p = found.probability(np.tile([R, GAMMA], (41, 1)), u)
+    assert (np.diff(p) > 0).all()
+    assert p[0] < 0.01 and p[-1] > 0.99
+    assert found.probability(np.array([[R, GAMMA]]), np.array([CENTRE - 0.2]))[0] < 0.15
+    assert found.probability(np.array([[R, GAMMA]]), np.array([CENTRE + 0.1]))[0] > 0.85
+    # a full cell at another Γ is told little by it
+    far = found.probability(np.array([[R + 2, GAMMA + 10]]), u[[20]])
+    assert far == pytest.approx(0.5, abs=0.01)
+
+
+def test_many_cases_agree_with_draws_of_the_jump():
+    # draws of τ at the cases and at a further point, kept with the probability of all the sides;
+    # 3 standard errors of the draws and 0.03 for the normal that stands for what is kept
+    # red: one sweep in place of SWEEPS
+    rng = np.random.default_rng(5)
+    points = np.column_stack([rng.uniform(0.2, 0.8, 6), rng.uniform(3, 5, 6)])
+    away = np.array([-0.3, -0.1, 0.05, 0.2, 0.3, -0.2])
+    crosses = np.array([False, False, True, True, False, False])
+    at = np.vstack([points, [[0.5, 4.0]]])
+    distance = np.linalg.norm((at[:, None] - at[None]) / LENGTHS, axis=2)
+    tau = rng.multivariate_normal(np.zeros(7), SIZE**2 * matern(distance), 400_000)
+    weight = norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(axis=1)
+    found = Jump(points, CENTRE + away, crosses)
+    for u in (-0.1, 0.1, 0.3):
+        expected = (weight * norm.cdf((u - tau[:, 6]) / WIDTH)).sum() / weight.sum()
+        got = found.probability(at[6:], np.array([CENTRE + u]))[0]
+        kept = weight.sum() ** 2 / (weight**2).sum()
+        assert got == pytest.approx(expected, abs=0.03 + 1.5 / np.sqrt(kept))
+
+
+def test_a_case_left_out_is_judged_by_the_others_alone():
+    # red: `rest` that keeps the case; the loop over all but the last
+    cases = [(R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1), (R, GAMMA, CENTRE + 9, 1)]
+    found = jump(*cases)
+    for i in range(3):
+        others = jump(*(case for j, case in enumerate(cases) if j != i))
+        alone = others.probability(np.array([[R, GAMMA]]), np.array([cases[i][2]]))
+        assert found.left_out()[i] == pytest.approx(alone[0])
+
+
+def test_a_further_case_is_one_case_more():
+    # red: with_case that leaves `crosses` as it is
+    more = jump((R, GAMMA, CENTRE - 0.2, 0)).with_case(
+        np.array([[R, GAMMA]]), np.array([CENTRE + 0.1]), crosses=True
+    )
+    both = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
+    asked = np.array([[R, GAMMA]]), np.array([CENTRE])
+    assert more.probability(*asked) == pytest.approx(both.probability(*asked))
