@@ -22,8 +22,6 @@ class Round:
         Labels of all cases of the sweep chosen so far, those of this round last.
     new
         How many cases this round adds; none in the last.
-    tones
-        (r, f [Hz], Γ) of all cases beside the sweep chosen so far, those of this round last.
     reached
         Whether all errors were within the target before this round.
     target
@@ -32,6 +30,8 @@ class Round:
         The largest stated before this round [1]; None in round 0.
     relative_error
         By scenario and point [1].
+    tones
+        (r, f [Hz], Γ) of all cases beside the sweep chosen so far, those of this round last.
     of
         What the rounds are for, a key of ``damping``: ``target`` or ``tones``.
     """
@@ -39,11 +39,11 @@ class Round:
     round: int
     cases: tuple[str, ...]
     new: int
-    tones: tuple[tuple[float, float, float], ...] = ()
     reached: bool = False
     target: float | None = None
     largest_relative_error: float | None = None
     relative_error: dict[str, dict[str, float]] = field(default_factory=dict)
+    tones: tuple[tuple[float, float, float], ...] = ()
     of: str = "target"
 
     @property
@@ -71,7 +71,7 @@ class Round:
         """
         try:
             values = json.loads(path.read_text(encoding="utf-8"))
-            tones = tuple((r, f, gamma) for r, f, gamma in values.get("tones", ()))
+            tones = tuple((r, f, gamma) for r, f, gamma in values["tones"])
             return Round(**{**values, "cases": tuple(values["cases"]), "tones": tones})
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"{path}: not a round of a target ({error})") from None

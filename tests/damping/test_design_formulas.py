@@ -106,3 +106,42 @@ def test_one_quantity_above_its_target_is_reason_enough_and_the_only_one_that_co
     alone = design.next_cases(surface, [high], pool, 0.05, 1e-4, 2)
     assert design.next_cases(surface, [both], pool, 0.05, 1e-4, 2) == alone
     assert len(alone) == 2
+
+
+def test_slices_nearly_alike_are_one_with_the_quantities_of_both(surface):
+    # red: ALIKE = 0; the derivative of the first alone
+    first, other = reading(surface, 60, 1.0), reading(surface, 900, 2.0)
+    near = replace(other, acceleration_g=40.0 * 1.02)
+    far = replace(other, acceleration_g=40.0 * 1.04)
+    fill = replace(other, fill_fraction=0.6)
+    found = design.distinct([first, near, far, fill])
+    assert [one.derivative.shape[1] for one in found] == [2, 1, 1]
+    np.testing.assert_array_equal(
+        found[0].derivative, np.hstack([first.derivative, near.derivative])
+    )
+
+
+def test_tones_of_a_slice_are_at_its_nodes_and_slow_enough(surface):
+    # red: speed ≥ fastest; f rounded to two digits
+    one = reading(surface, 300, 1.0)
+    points, _ = design.slice_points(surface, one, None)
+    assert len(points) == len(surface.nodes)
+    np.testing.assert_allclose(points[:, 1], surface.nodes, rtol=5e-3)
+    assert (points[:, 0] == 0.5).all() and (points[:, 2] == 40.0).all()
+    slow, kept = design.slice_points(surface, one, 0.5)
+    assert slow[:, 1].min() >= 40 * 9.80665 / (2 * np.pi * 0.5) > points[:, 1].min()
+    np.testing.assert_array_equal(points[kept], slow)
+    still, _ = design.slice_points(surface, replace(one, acceleration_g=0.9), None)
+    assert len(still) == 0
+
+
+def test_damping_along_a_slice_counts_at_each_of_its_nodes(surface):
+    # the variance of an added quantity is that of ln C_e at its node, times the scale squared
+    # red: along[node] = scale for every column
+    one, n = reading(surface, 300, 1.0), len(surface.nodes)
+    node = np.array([0, 7])
+    more = design.with_damping_along(one, node, 0.3)
+    (variance,) = design.variances(surface, [more])
+    own = np.diag(surface.covariance(surface.nodes, 0.5, 40.0))[:n]
+    np.testing.assert_allclose(variance[1:], 0.09 * own[node])
+    np.testing.assert_allclose(variance[:1], design.variances(surface, [one])[0])

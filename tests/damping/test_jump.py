@@ -12,7 +12,7 @@ R, GAMMA = 0.5, np.log(60.0)
 def jump(*cases):
     """Of (r, ln Γ, u, crosses)."""
     r, gamma, reached, crosses = (np.array(v) for v in zip(*cases, strict=True))
-    return Jump(np.column_stack([r, gamma]), reached, crosses.astype(bool))
+    return Jump(np.column_stack([r, gamma]), reached, crosses.astype(float))
 
 
 def matern(distance):
@@ -35,7 +35,7 @@ def test_a_bed_that_is_not_thrown_up_to_the_lid_never_crosses():
 
 def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
     # red: CENTRE + mean → CENTRE − mean cannot show here; WIDTH**2 left out
-    none = Jump(np.zeros((0, 2)), np.zeros(0), np.zeros(0, bool))
+    none = Jump(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     u = CENTRE + SIZE * np.array([-1.0, 0.0, 2.0])
     found = none.probability(np.full((3, 2), R), u)
     np.testing.assert_allclose(found, norm.cdf((u - CENTRE) / np.hypot(SIZE, WIDTH)))
@@ -47,7 +47,7 @@ def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
     # one case the method is exact at the case itself and the normal that stands for it elsewhere
     # red: z * ratio for ratio * (z + ratio); sign[i] left out of `moved`
     case, other = np.array([R, GAMMA]), np.array([R + 0.1, GAMMA + 0.4])
-    found = Jump(case[None], np.array([CENTRE + away]), np.array([crosses]))
+    found = Jump(case[None], np.array([CENTRE + away]), np.array([float(crosses)]))
     tau = np.linspace(-6 * SIZE, 6 * SIZE, 40001)
     weight = norm.pdf(tau, scale=SIZE)
     weight *= norm.cdf((1 if crosses else -1) * (away - tau) / WIDTH)
@@ -87,7 +87,7 @@ def test_many_cases_agree_with_draws_of_the_jump():
     distance = np.linalg.norm((at[:, None] - at[None]) / LENGTHS, axis=2)
     tau = rng.multivariate_normal(np.zeros(7), SIZE**2 * matern(distance), 400_000)
     weight = norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(axis=1)
-    found = Jump(points, CENTRE + away, crosses)
+    found = Jump(points, CENTRE + away, crosses.astype(float))
     for u in (-0.1, 0.1, 0.3):
         expected = (weight * norm.cdf((u - tau[:, 6]) / WIDTH)).sum() / weight.sum()
         got = found.probability(at[6:], np.array([CENTRE + u]))[0]
@@ -113,3 +113,11 @@ def test_a_further_case_is_one_case_more():
     both = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
     asked = np.array([[R, GAMMA]]), np.array([CENTRE])
     assert more.probability(*asked) == pytest.approx(both.probability(*asked))
+
+
+def test_a_case_between_has_the_jump_where_it_is():
+    # on both sides of it at once; red: rides = self.crosses < 0.5
+    found = jump((R, GAMMA, CENTRE + 0.2, 0.5))
+    u = CENTRE + 0.2 + 3 * WIDTH * np.array([-1.0, 0.0, 1.0])
+    p = found.probability(np.tile([R, GAMMA], (3, 1)), u)
+    assert p[0] < 0.1 and p[1] == pytest.approx(0.5, abs=0.03) and p[2] > 0.9

@@ -99,7 +99,9 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
         for of, own in ((sides.riding, ~crosses), (sides.crossing, crosses))
     )  # fmt: skip
     split, p = Sides(riding, crossing), np.array([0.1, 0.4, 0.5, 0.9])
-    error, size = split.leave_one_out(crosses, split.at(POINTS, p, EXPECTED), EXPECTED)
+    values = np.where(crosses, sides.crossing.values + EXPECTED, sides.riding.values)
+    at = split.at(POINTS, p, EXPECTED)
+    error, size = split.leave_one_out(values, np.full(4, 0.05), crosses.astype(float), at)
     for i in range(4):
         of, own = ((riding, ~crosses), (crossing, crosses))[int(crosses[i])]
         rest = np.flatnonzero(own) != i

@@ -89,3 +89,18 @@ def test_the_rounds_of_a_target_name_the_scenario_with_the_largest_error():
     assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
     assert table.caption.endswith("With 3 cases the target is reached.")
     assert "not reached" in target_table(rounds[:2]).caption
+
+
+def test_the_rounds_of_tones_say_how_many_cases_are_tones():
+    # red: len(before.cases) for its count; the branch of `tones` left out
+    point = (0.5, 60.0, 29.1)
+    rounds = [
+        Round(0, ("a", "b"), 2, of="tones"),
+        Round(1, ("a", "b"), 1, False, 0.02, 0.08, {"x": {"1": 0.08}}, (point,), "tones"),
+        Round(2, ("a", "b"), 0, True, 0.02, 0.01, {"x": {"1": 0.01}}, (point,), "tones"),
+    ]
+    table = target_table(rounds)
+    assert [row[1] for row in table.rows] == ["2", "3"]
+    assert table.caption.endswith(
+        "1 of 3 cases are tones at the fills and motions of the scenarios themselves."
+    )

@@ -64,7 +64,11 @@ def test_power_that_is_lost_from_the_balance_is_told(study, respond):
 @pytest.mark.parametrize(
     ("column", "value", "words"),
     [
-        ("status", "NotSteady", "excluded (NotSteady): r0.3_f400Hz_a12g."),
+        (
+            "status",
+            "NotSteady",
+            "not steady: they count with errors that say so: r0.3_f400Hz_a12g.",
+        ),
         ("status", "ParticlesLost", "excluded (ParticlesLost): r0.3_f400Hz_a12g."),
         ("target_met", False, "before reaching the requested accuracy"),
         ("share_of_bound", 1.2, "inelastic bed (up to 1.20 times the bound): r0.3_f400Hz_a12g."),
@@ -96,6 +100,8 @@ def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
     reached = Round(1, ("a",), 0, True, 0.03, 0.02, {"x": {"1": 0.02}})
     assert warnings.target_warnings([first, reached]) == [warnings.FEW_CASES]
     assert warnings.target_warnings([]) == []
+    # tones come on top of a whole sweep
+    assert warnings.target_warnings([dataclasses.replace(reached, of="tones")]) == []
     errors = {"x": {"1": 0.042, "2": 0.001}, "y": {"1": 0.01}}
     missed = Round(1, ("a",), 0, False, 0.03, 0.042, errors)
     (said,) = warnings.target_warnings([first, missed])
@@ -126,7 +132,7 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
         coupons={"coupon": Coupon(cases, [], None)},
     )
     said = warnings.study_warnings(read)
-    assert [sum(words in text for text in said) for words in ("With radiation", "NotSteady")] == [
+    assert [sum(words in text for text in said) for words in ("With radiation", "not steady")] == [
         1,
         1,
     ]

@@ -14,10 +14,10 @@ from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
-from pidpanel.response.rounds import first_round, next_round
+from pidpanel.response.rounds import _wanted, first_round, next_round, next_tones, swept_round
 from pidpanel.round import Round, read_rounds
 from pidpanel.study import load_study
-from pidpanel.study.damping import Target
+from pidpanel.study.damping import Target, Tones
 
 CASE_ERROR = 0.03
 
@@ -174,6 +174,50 @@ def test_without_the_mass_of_the_particles_less_is_uncertain(panel):
     )
     assert 0 < without < with_mass
     assert np.isfinite(with_mass)
+
+
+TONES = Tones(relative_error=1e-4, damping_error=1e-3, batch=5, most=8)
+
+
+def test_tones_are_at_the_fills_and_motions_of_the_scenarios_and_no_faster_than_allowed(panel):
+    # red: fastest left out of slice_points; the fill of the first scenario for all
+    first = swept_round(POOL)
+    assert first.cases == tuple(c.label for c in POOL) and first.new == len(POOL)
+    surface = surface_of(first.cases)
+    found = dict(_wanted(panel, surface))
+    one = next_tones(first, TONES, CASE_ERROR, None, panel, surface)
+    assert (one.round, one.new, len(one.tones), one.cases) == (1, 5, 5, first.cases)
+    motions = {(w.fill_fraction, float(f"{w.acceleration_g:.3g}")) for w in found.values()}
+    assert {(r, gamma) for r, _, gamma in one.tones} <= motions
+    assert {r for r, *_ in one.tones} == {0.3, 0.8}
+
+    def speeds(tones):
+        return np.array([gamma * 9.80665 / (2 * np.pi * f) for _, f, gamma in tones])
+
+    fastest = float(np.median(speeds(one.tones)))
+    slow = next_tones(first, TONES, CASE_ERROR, fastest, panel, surface)
+    assert 0 < speeds(slow.tones).max() <= fastest < speeds(one.tones).max()
+
+
+def test_further_tones_are_others_and_no_more_than_the_most(panel):
+    # red: `run` without the tones before; room without most
+    first = swept_round(POOL)
+    surface = surface_of(first.cases)
+    one = next_tones(first, TONES, CASE_ERROR, None, panel, surface)
+    two = next_tones(one, TONES, CASE_ERROR, None, panel, surface)
+    assert two.tones[:5] == one.tones and len(set(two.tones)) == 8 and two.new == 3
+    last = next_tones(two, TONES, CASE_ERROR, None, panel, surface)
+    assert last.is_last and last.tones == two.tones
+
+
+def test_tones_end_where_rms_values_and_damping_are_known_well_enough(panel):
+    # red: with_damping_along left out: the rms values alone are known to 90 % at once
+    first = swept_round(POOL)
+    surface = surface_of(first.cases)
+    loose = Tones(relative_error=0.9, damping_error=0.99)
+    assert next_tones(first, loose, CASE_ERROR, None, panel, surface).is_last
+    along = Tones(relative_error=0.9, damping_error=1e-3)
+    assert not next_tones(first, along, CASE_ERROR, None, panel, surface).is_last
 
 
 def test_a_round_is_plain_json(tmp_path):

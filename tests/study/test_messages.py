@@ -121,6 +121,8 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a file beside the study, or one of acrylic_2mm.csv"),
         (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
         (SMOKE, "damping.target", {"relative_error": 0.1, "start": 9, "max_cases": 8}, "damping.target.start", "damping.target.start = 9: must be at most max_cases = 8"),
+        (SMOKE, "damping", {"target": {"relative_error": 0.1}, "tones": {}}, "damping.tones", "damping.tones = {}: not allowed together with target"),
+        (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: only allowed with the reading 'dem'"),
         (PANEL_ALONE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: only allowed with the reading 'dem'"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
         (SMOKE, "response", {"modal_damping": "diagonal", "radiation": "one_side"}, "response.radiation", "response.radiation = one_side: must be none for modal_damping: diagonal, the paper's form"),

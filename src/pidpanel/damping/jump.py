@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import matern
 from pidpanel.inelastic import LONGEST_GAP
 
@@ -70,26 +70,29 @@ class Jump:
     reached
         (n,) u of `reach`.
     crosses
-        (n,) their sides.
+        (n,) their sides, 1 or 0; 0.5 for a case between the two, at which the jump is: it counts
+        on both sides.
     """
 
     points: Array
     reached: Array
-    crosses: Flags
+    crosses: Array
 
     def __post_init__(self) -> None:
-        sign = np.where(self.crosses, 1.0, -1.0)
-        away = self.reached - CENTRE
+        rides, crosses = np.flatnonzero(self.crosses < 1), np.flatnonzero(self.crosses > 0)
+        case = np.concatenate([rides, crosses])
+        sign = np.repeat([-1.0, 1.0], [len(rides), len(crosses)])
+        away = self.reached[case] - CENTRE
         tells = np.isfinite(away)
         tells[tells] = sign[tells] * away[tells] < SURE * np.hypot(SIZE, WIDTH)
-        points = self.points[tells]
+        points = self.points[case[tells]]
         prior = _kernel(points, points)
         precision, information = _propagated(prior, away[tells], sign[tells])
         root = np.sqrt(precision)
         inner = np.eye(len(root)) + root[:, None] * prior * root
         # τ − ln x₀ is normal with the mean k·weights
         weights = information - root * np.linalg.solve(inner, root * (prior @ information))
-        for name, value in (("_tells", tells), ("_root", root), ("_inner", inner),
+        for name, value in (("_telling", case[tells]), ("_root", root), ("_inner", inner),
                             ("_weights", weights)):  # fmt: skip
             object.__setattr__(self, name, value)
 
@@ -103,7 +106,7 @@ class Jump:
         reached
             (k,) u of `reach`.
         """
-        cross = _kernel(points, self.points[self._tells])  # type: ignore[attr-defined]
+        cross = _kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
         mean = cross @ self._weights  # type: ignore[attr-defined]
         scaled = cross * self._root  # type: ignore[attr-defined]
         explained = (scaled * np.linalg.solve(self._inner, scaled.T).T).sum(axis=1)  # type: ignore[attr-defined]
@@ -121,7 +124,7 @@ class Jump:
     def left_out(self) -> Array:
         """Return of each case the probability (n,) that it crosses, as the others have it."""
         found = self.probability(self.points, self.reached)
-        for i in np.flatnonzero(self._tells):  # type: ignore[attr-defined]
+        for i in np.unique(self._telling):  # type: ignore[attr-defined]
             rest = np.arange(len(found)) != i
             others = Jump(self.points[rest], self.reached[rest], self.crosses[rest])
             found[i] = others.probability(self.points[[i]], self.reached[[i]])[0]

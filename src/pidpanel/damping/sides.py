@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
 
 NODE_STEP = 0.17
@@ -123,29 +123,31 @@ class Sides:
             return replace(self, riding=_more(self.riding, at.points, error))
         return replace(self, crossing=_more(self.crossing, at.points, error))
 
-    def leave_one_out(self, crosses: Flags, left_out: At, expected: Array) -> tuple[Array, Array]:
+    def leave_one_out(
+        self, values: Array, error: Array, side: Array, left_out: At
+    ) -> tuple[Array, Array]:
         """Return errors (n,) of the cases' values predicted by the others, and standard errors.
 
         Parameters
         ----------
-        crosses
-            (n,) the side of each case.
+        values, error
+            (n,) of the cases.
+        side
+            (n,) 0 of the cases of `riding`, 1 of those of `crossing`, both in order; others are
+            of neither.
         left_out
             At the cases, with the jump as the others have it.
-        expected
-            (n,) as of `at`.
         """
-        mean, variance = np.stack([left_out.riding, left_out.riding + left_out.step]), []
-        values, error = np.zeros((2, len(crosses)))
-        for side, (process, own) in enumerate(((self.riding, ~crosses), (self.crossing, crosses))):
+        mean, variance = [left_out.riding, left_out.riding + left_out.step], []
+        for number, process in enumerate((self.riding, self.crossing)):
             if process is None:
-                variance.append(np.zeros(len(crosses)))
+                variance.append(np.zeros(len(values)))
                 continue
-            before = expected[own] if side else 0.0
-            spread = _variance(process, left_out.points, noise=True)
+            own = side == number
             away, size = process.leave_one_out()
-            values[own], error[own] = process.values + before, process.error
-            mean[side, own] = values[own] + away
+            mean[number] = mean[number].copy()
+            mean[number][own] = values[own] + away
+            spread = _variance(process, left_out.points, noise=True)
             spread[own] = size**2 - process.error**2
             variance.append(spread)
         p, step = left_out.crossing, mean[1] - mean[0]

@@ -18,9 +18,9 @@ inelastic body (`inelastic.slug`) with E(L/W) its loss and μ(L/W) its apparent 
     g_C = ln 2m₁E + g′_C,   g_m = m₁μ + g′_m,
 
 with Gaussian processes g′ for what the beds differ by from it. Where the side is not known, the
-mean of both counts, and their distance belongs to the error (`sides`). A case crosses if it
-dissipates more than half of what the inelastic body would. Without the depth of the cell or the
-mass of the particles there is no closed form, and one process for all.
+mean of both counts, and their distance belongs to the error (`sides`). What a case dissipates over
+what the inelastic body would tells its side (`surface_cases.BETWEEN`). Without the depth of the
+cell or the mass of the particles there is no closed form, and one process for all.
 
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
 themselves reach (a single elastic sphere can exceed it).
@@ -389,7 +389,7 @@ class DampingSurface:
             crossing = self.jump.left_out()
         damping, _ = self.known(data.points, crossing)
         error, size = self.damping.leave_one_out(
-            data.crosses, damping, self.expected(data.points)[0]
+            data.log_damping, data.log_error, data.side, damping
         )
         return self.cases.assign(log_error=error, log_standard_error=size)
 

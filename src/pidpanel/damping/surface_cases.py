@@ -12,7 +12,7 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
-from pidpanel.damping.jump import Jump, reach
+from pidpanel.damping.jump import WHOLE, Jump, reach
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.sides import Sides
 from pidpanel.inelastic import LONGEST_GAP, slug
@@ -31,9 +31,11 @@ MOST_CASES = 2000
 LEAST_GAP = 0.02
 """Of the depth: the clear gap of a cell that is full."""
 
-CROSSES = 0.5
-"""Share of the loss of the inelastic body from which on a case is one that crosses: beds that ride
-next to the jump dissipate 0.07 to 0.2 of it, those that cross 0.85 and more."""
+BETWEEN = (0.3, 0.6)
+"""Shares of the loss of the inelastic body below which beds next to the jump ride and above which
+they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
+between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and nothing
+of its sides."""
 
 UNIT = 0.2
 """Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
@@ -112,8 +114,8 @@ class Taught:
         What the cases have in common.
     points
         (n, 3) `groups` of the cases.
-    crosses
-        (n,)
+    side
+        (n,) 1 of beds that cross, 0 of those that ride, 0.5 of those between.
     log_damping, log_error
         (n,) g_C and its error.
     mass, mass_error
@@ -122,7 +124,7 @@ class Taught:
 
     bed: Bed
     points: Array
-    crosses: Flags
+    side: Array
     log_damping: Array
     log_error: Array
     mass: Array
@@ -132,7 +134,7 @@ class Taught:
         """Return the jump that separates the cases; None where nothing is known of it."""
         if not self.bed.jumps:
             return None
-        return Jump(self.points[:, :2], self.bed.reached(self.points), self.crosses)
+        return Jump(self.points[:, :2], self.bed.reached(self.points), self.side)
 
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
@@ -172,13 +174,13 @@ class Taught:
                 *own, np.array(lengths), float(scale), float(scatter), centre, size
             )
 
-        rides = ~self.crosses
+        rides = self.side == 0
         if expected is None:
             return Sides(process(rides, values, None, 0))
         alone = None if rides.any() else (float(expected.mean()), unit)
         return Sides(
             process(rides, values, alone, 0),
-            process(self.crosses, values - expected, (0.0, UNIT * unit), 1),
+            process(self.side == 1, values - expected, (0.0, UNIT * unit), 1),
         )
 
 
@@ -193,21 +195,31 @@ def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
     rest = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
     mass, mass_error = cases[MASS].to_numpy(float), cases[MASS_ERROR].to_numpy(float)
     log_damping = np.log(value / (h * fill * frequency))
-    crosses = np.zeros(len(cases), bool)
+    side = np.zeros(len(cases))
     if bed.jumps:
-        expected, _ = bed.inelastic(points)
-        crosses = (bed.reached(points) > -np.log(LONGEST_GAP)) & (
-            log_damping > expected + np.log(CROSSES)
-        )
+        side = _side(np.exp(log_damping - bed.inelastic(points)[0]), bed.reached(points))
     return Taught(
         bed=bed,
         points=points,
-        crosses=crosses,
+        side=side,
         log_damping=log_damping,
         log_error=error / value,
         mass=(mass / fill - (1 - h) * rest) / h,
         mass_error=mass_error / (fill * h),
     )
+
+
+def _side(share: Array, reached: Array) -> Array:
+    """Side (n,) of cases by their share of the inelastic body's loss and u of `jump.reach`.
+
+    Below the least stroke with which that body meets both walls in every cycle beds ride, whatever
+    they dissipate, and from `jump.WHOLE` on there is no between.
+    """
+    low, high = BETWEEN
+    near = reached < np.log(WHOLE)
+    side = np.where(share > np.where(near, high, low), 1.0, 0.0)
+    side[near & (share > low) & (share <= high)] = 0.5
+    return np.where(reached > -np.log(LONGEST_GAP), side, 0.0)
 
 
 def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:

@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
+from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import of_layouts
@@ -211,7 +212,7 @@ def target_warnings(rounds: Sequence[Round]) -> list[str]:
 
 
 def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
-    """Return the cases of a coupon that are excluded or less accurate than requested.
+    """Return the cases of a coupon that are excluded, not steady or less accurate than requested.
 
     Parameters
     ----------
@@ -228,7 +229,8 @@ def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
             warnings.append(f"{len(rows)} of {len(cases)} coupon cases{of} {text}{names}.")
 
     for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
-        warn(rows, f"excluded ({status})")
+        drifts = "not steady: they count with errors that say so"
+        warn(rows, drifts if status in COUNTED else f"excluded ({status})")
     good = cases[cases["status"] == "ok"]
     value, error = good["equivalent_damping_n_s_m3"], good["equivalent_damping_error_n_s_m3"]
     missed = ~good["target_met"].astype(bool)
