@@ -10,6 +10,7 @@ POINTS = np.array([[0.2, 3.0, -3.0], [0.3, 3.4, -2.0], [0.5, 4.0, -1.0], [0.9, 5
 ASKED = np.array([[0.25, 3.2, -2.4], [0.3, 3.2, -2.3], [0.5, 3.2, -1.4], [0.5, 3.2, -1.2]])
 CROSSING = np.array([0.02, 0.3, 0.6, 0.95])
 EXPECTED = np.array([3.0, 3.1, 3.2, 3.1])
+RESTLESS = np.array([0.0, 0.1, 0.2, 0.2])
 LENGTHS = np.array([0.5, 2.0, 1.5])
 
 
@@ -46,7 +47,7 @@ def drawn(sides):
 def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
     # 200 000 draws: 5 standard errors of a covariance of numbers of spread 1.2 are 0.02
     # red: neither = 1 − both; d of the first point for both; the noise left out
-    at = sides.at(ASKED, CROSSING, EXPECTED)
+    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
     np.testing.assert_allclose(at.mean, drawn[0].mean(axis=0), atol=0.02)
     covariance = sides.covariance(at, at)
     np.testing.assert_allclose(covariance, np.cov(drawn[0].T), atol=0.02)
@@ -56,7 +57,7 @@ def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
 
 def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
     # red: together(one, other) − … without the product of the probabilities
-    at = sides.at(ASKED, CROSSING, EXPECTED)
+    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
     step = np.array([5.0, -4.0, 3.0, 6.0])
     other = drawn[1] * step  # known exactly on either side
     joint = np.cov(drawn[0].T, other.T)[:4, 4:]
@@ -65,7 +66,7 @@ def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
 
 def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
     # red: noise added in any case
-    at = sides.at(ASKED, CROSSING, EXPECTED)
+    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
     whole, without = (sides.covariance(at, at, noise=noise) for noise in (True, False))
     own = (1 - CROSSING) * 0.1**2 + CROSSING * 0.05**2
     np.testing.assert_allclose(np.diag(whole - without), own)
@@ -77,7 +78,7 @@ def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
 def test_a_further_case_narrows_its_own_side(sides):
     # the prior of the mean goes by the spread of the values: 1e-5 of its mean for one more
     # red: `not crosses` → `crosses` in with_case
-    at = sides.at(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3])
+    at = sides.at(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[2:3])
     for crosses, (narrowed, same) in (
         (True, ("crossing", "riding")),
         (False, ("riding", "crossing")),
@@ -100,7 +101,7 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
     )  # fmt: skip
     split, p = Sides(riding, crossing), np.array([0.1, 0.4, 0.5, 0.9])
     values = np.where(crosses, sides.crossing.values + EXPECTED, sides.riding.values)
-    at = split.at(POINTS, p, EXPECTED)
+    at = split.at(POINTS, p, EXPECTED, RESTLESS)
     error, size = split.leave_one_out(values, np.full(4, 0.05), crosses.astype(float), at)
     for i in range(4):
         of, own = ((riding, ~crosses), (crossing, crosses))[int(crosses[i])]
@@ -108,7 +109,7 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
         less = GaussianProcess(of.points[rest], of.values[rest], of.error[rest], of.lengths,
                                of.size, of.scatter, 0.3, 0.5)  # fmt: skip
         parts = Sides(riding, less) if crosses[i] else Sides(less, crossing)
-        at = parts.at(POINTS[[i]], p[[i]], EXPECTED[[i]])
+        at = parts.at(POINTS[[i]], p[[i]], EXPECTED[[i]], RESTLESS[[i]])
         value = of.values[~rest][0] + (EXPECTED[i] if crosses[i] else 0.0)
         assert error[i] == pytest.approx(at.mean[0] - value)
         assert size[i] == pytest.approx(np.sqrt(parts.variance(at)[0] + 0.05**2))

@@ -14,7 +14,8 @@ fill and Γ that is so, of others it is the largest correlation there can be. Tw
 jump together, ln C_e and m_a, err together by the last term.
 
 What the processes take for noise belongs to the error of g: it is the scatter between packings and
-what changes over less than the distance between cases. It is as wide as `GRAIN`.
+what changes over less than the distance between cases. It is as wide as `GRAIN`. Where beds that
+ride are known to be restless, further noise of theirs is told.
 """
 
 from __future__ import annotations
@@ -45,12 +46,15 @@ class At:
         (n,) p.
     riding, step
         (n,) ā, d.
+    restless
+        (n,) further noise of a, a standard deviation.
     """
 
     points: Array
     crossing: Array
     riding: Array
     step: Array
+    restless: Array
 
     @property
     def mean(self) -> Array:
@@ -73,7 +77,7 @@ class Sides:
     riding: GaussianProcess
     crossing: GaussianProcess | None = None
 
-    def at(self, points: Array, crossing: Array, expected: Array) -> At:
+    def at(self, points: Array, crossing: Array, expected: Array, restless: Array) -> At:
         """Return what is known at points (n, 3).
 
         Parameters
@@ -84,17 +88,23 @@ class Sides:
             (n,) p.
         expected
             (n,) what is known of b beforehand.
+        restless
+            (n,) further noise of a, a standard deviation.
         """
         riding = self.riding.mean(points)
         if self.crossing is None:
-            return At(points, np.zeros(len(points)), riding, np.zeros(len(points)))
-        return At(points, crossing, riding, expected + self.crossing.mean(points) - riding)
+            return At(points, np.zeros(len(points)), riding, np.zeros(len(points)), restless)
+        step = expected + self.crossing.mean(points) - riding
+        return At(points, crossing, riding, step, restless)
 
     def covariance(self, one: At, other: At, *, noise: bool = True) -> Array:
         """Return the covariance (n, m) of g between points, with what is taken for noise or not."""
         both = together(one, other)
         neither = 1 - one.crossing[:, None] - other.crossing + both
         result = neither * _process(self.riding, one.points, other.points, noise=noise)
+        if noise:
+            restless = np.outer(one.restless, other.restless)
+            result += neither * restless * _grain(one.points, other.points)
         if self.crossing is not None:
             result += both * _process(self.crossing, one.points, other.points, noise=noise)
         return result + common(one, other, one.step, other.step)
@@ -103,6 +113,8 @@ class Sides:
         """Return the diagonal (n,) of `covariance`."""
         p = at.crossing
         result = (1 - p) * _variance(self.riding, at.points, noise=noise)
+        if noise:
+            result += (1 - p) * at.restless**2
         if self.crossing is not None:
             result += p * _variance(self.crossing, at.points, noise=noise)
         return np.asarray(result + p * (1 - p) * at.step**2)
@@ -148,6 +160,8 @@ class Sides:
             mean[number] = mean[number].copy()
             mean[number][own] = values[own] + away
             spread = _variance(process, left_out.points, noise=True)
+            if process is self.riding:
+                spread = spread + left_out.restless**2
             spread[own] = size**2 - process.error**2
             variance.append(spread)
         p, step = left_out.crossing, mean[1] - mean[0]
@@ -169,9 +183,14 @@ def common(one: At, other: At, step: Array, other_step: Array) -> Array:
 def _process(process: GaussianProcess, one: Array, other: Array, *, noise: bool) -> Array:
     result = process.covariance(one, other)
     if noise:
-        near = np.maximum(1 - np.abs(one[:, None] - other[None]) / GRAIN, 0.0).prod(axis=2)
-        result = result + process.scatter**2 * near
+        result = result + process.scatter**2 * _grain(one, other)
     return result
+
+
+def _grain(one: Array, other: Array) -> Array:
+    """How far noise (n, m) is common to points (n, 3) and (m, 3)."""
+    near = np.maximum(1 - np.abs(one[:, None] - other[None]) / GRAIN, 0.0)
+    return np.asarray(near.prod(axis=2))
 
 
 def _variance(process: GaussianProcess, points: Array, *, noise: bool) -> Array:

@@ -166,8 +166,10 @@ class DampingSurface:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
         return (
-            self.damping.at(points, crossing, log_damping),
-            None if self.mass is None else self.mass.at(points, crossing, mass),
+            self.damping.at(points, crossing, log_damping, self.bed.restless(points)),
+            None
+            if self.mass is None
+            else self.mass.at(points, crossing, mass, np.zeros(len(points))),
         )
 
     def expected(self, points: Array) -> tuple[Array, Array]:

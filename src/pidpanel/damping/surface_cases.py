@@ -37,6 +37,14 @@ they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 an
 between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and nothing
 of its sides."""
 
+RESTLESS = 0.1
+"""Scatter of ln C_e of beds that ride next to the jump, beside that of packings: they go through
+several motions there, and tones a few per cent apart in f or Γ differ by 10 to 25 %."""
+
+QUIET, NEXT_TO = 0.1, 0.2
+"""W/L up to which beds ride quietly, and from which they are as restless as `RESTLESS`; linear in
+ln(W/L) between."""
+
 UNIT = 0.2
 """Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
 over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells."""
@@ -95,6 +103,13 @@ class Bed:
         """u (n,) of `jump.reach` at `groups` (n, 3)."""
         return reach(self.log_stroke(points), points[:, 1], self.onset_g)
 
+    def restless(self, points: Array) -> Array:
+        """Further scatter (n,) of ln C_e of beds that ride, at `groups` (n, 3); see `RESTLESS`."""
+        if not self.jumps:
+            return np.zeros(len(points))
+        away = (self.log_stroke(points) - np.log(QUIET)) / np.log(NEXT_TO / QUIET)
+        return RESTLESS * np.clip(away, 0.0, 1.0)
+
     def inelastic(self, points: Array) -> tuple[Array, Array]:
         """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
 
@@ -116,8 +131,8 @@ class Taught:
         (n, 3) `groups` of the cases.
     side
         (n,) 1 of beds that cross, 0 of those that ride, 0.5 of those between.
-    log_damping, log_error
-        (n,) g_C and its error.
+    log_damping, log_error, riding_error
+        (n,) g_C, its error, and that with which it teaches what beds that ride do on average.
     mass, mass_error
         (n,) g_m and its error.
     """
@@ -127,6 +142,7 @@ class Taught:
     side: Array
     log_damping: Array
     log_error: Array
+    riding_error: Array
     mass: Array
     mass_error: Array
 
@@ -139,18 +155,20 @@ class Taught:
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
-        return self._sides(self.log_damping, self.log_error, expected, 1.0, constants)
+        errors = self.riding_error, self.log_error
+        return self._sides(self.log_damping, errors, expected, 1.0, constants)
 
     def mass_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_m, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[1] if self.bed.jumps else None
         unit = self.bed.mass_per_fill
-        return self._sides(self.mass, self.mass_error, expected, unit, constants)
+        errors = self.mass_error, self.mass_error
+        return self._sides(self.mass, errors, expected, unit, constants)
 
     def _sides(
         self,
         values: Array,
-        error: Array,
+        errors: tuple[Array, Array],
         expected: Array | None,
         unit: float,
         constants: Constants | None,
@@ -165,7 +183,7 @@ class Taught:
         def process(
             of: Flags, values: Array, prior: tuple[float, float] | None, side: int
         ) -> GaussianProcess:
-            own = (self.points[of], values[of], error[of])
+            own = (self.points[of], values[of], errors[side][of])
             centre, size = prior or (None, None)
             if constants is None:
                 return gaussian_process.fit(*own, axes=axes, centre=centre, unit=size)
@@ -204,6 +222,7 @@ def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
         side=side,
         log_damping=log_damping,
         log_error=error / value,
+        riding_error=np.hypot(error / value, bed.restless(points)),
         mass=(mass / fill - (1 - h) * rest) / h,
         mass_error=mass_error / (fill * h),
     )
