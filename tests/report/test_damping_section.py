@@ -10,7 +10,7 @@ from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
-from pidpanel.report import style
+from pidpanel.report import damping_figures, style
 from pidpanel.report.damping_section import damping_section, target_table
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
@@ -104,3 +104,9 @@ def test_the_rounds_of_tones_say_how_many_cases_are_tones():
     assert table.caption.endswith(
         "1 of 3 cases are tones at the fills and motions of the scenarios themselves."
     )
+
+
+def test_figures_are_at_the_values_of_the_sweep_not_of_single_tones():
+    # red: np.unique without the counts
+    values = pd.Series([4.0] * 6 + [20.0] * 5 + [29.1, 31.3, 31.3])
+    np.testing.assert_array_equal(damping_figures.swept(values), [4.0, 20.0])

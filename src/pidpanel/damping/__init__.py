@@ -2,8 +2,10 @@
 
 `readings`
     The question, and what an answer holds.
-`surface`, `gaussian_process`
+`surface`, `surface_cases`, `surface_files`
     The answer of simulated cases: C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors.
+`gaussian_process`, `jump`, `sides`
+    What it is made of: smooth functions, where beds begin to cross the gap, both put together.
 `tables`, `table_files`, `interpolation`
     Measured or foreign damping as CSV, read as it stands; refused line by line.
 `constants`

@@ -53,7 +53,7 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
         Two of `AXES`. The third takes the values of the cases, `MAPS` of them at most.
     """
     (fixed,) = set(AXES) - {across, up}
-    values = few(np.unique(surface.cases[fixed]), MAPS)
+    values = few(swept(surface.cases[fixed]), MAPS)
     axes_of = {name: _fine(surface, name) for name in (across, up)}
     x, y = axes_of[across], axes_of[up]
     grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
@@ -101,6 +101,12 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
     return figure
 
 
+def swept(values: pd.Series) -> Array:
+    """Return the values (n,) that many cases share: those of the sweep, not of single tones."""
+    found, count = np.unique(values, return_counts=True)
+    return np.asarray(found[2 * count >= count.max()])
+
+
 def _fine(surface: DampingSurface, axis: str) -> Array:
     low, high = (bound[AXES.index(axis)] for bound in (surface.low, surface.high))
     return np.linspace(low, high, FINE) if axis == FILL else np.geomspace(low, high, FINE)
@@ -115,8 +121,8 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
 
     Axes for each acceleration of the cases, a colour for each fill.
     """
-    accelerations = few(np.unique(surface.cases[ACCELERATION]), 6)
-    fills = few(np.unique(surface.cases[FILL]), 5)
+    accelerations = few(swept(surface.cases[ACCELERATION]), 6)
+    fills = few(swept(surface.cases[FILL]), 5)
     columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
     rows = -(-len(accelerations) // columns)
     figure = Figure(figsize=(WIDTH, 3.1 * rows + 0.6), layout="constrained")

@@ -25,7 +25,7 @@ FORM_NAMES = {
     "paper_level": "the same times Γ^c",
     "groups": "η = h A r^p Γ^−q (W/L)^s",
     "two_regimes": "η = h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)], x = W/L",
-    "surface": "the surface (Gaussian process)",
+    "surface": "the surface (Gaussian processes)",
 }
 """Names of the forms of ``damping/forms.csv``."""
 
@@ -43,7 +43,9 @@ def damping_section(results: DampingResults) -> Section:
         Paragraph(
             f"{len(surface.cases)} cases give C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors "
             "by Gaussian processes in r, Γ and stroke over clear gap W/L, weighted by the errors "
-            "of the cases. Below the onset "
+            "of the cases: one for beds that ride on the floor, one about the perfectly inelastic "
+            "body for those that cross the gap. Where it is not known which of them a bed does, "
+            "the error is that of not knowing. Below the onset "
             f"Γ₀ = {surface.onset_g:g} nothing is dissipated, and C_e is limited to the bound of "
             "an inelastic bed. When each case is predicted from the others, the error of ln C_e "
             f"is {rms:.2f} rms (a factor of {np.exp(rms):.2f}), and "
