@@ -200,6 +200,22 @@ class Liggghts:
         """Run so many steps and write a restart there, from which a deck can continue."""
         return self._execute(f"run {steps}\nwrite_restart {restart}", steps=steps)
 
+    def run_from_files(self, steps: int, every: int, variables: tuple[str, ...]) -> Instant:
+        """Run so many steps; every few of them variables of style ``file`` take their next line.
+
+        Parameters
+        ----------
+        steps, every
+            Steps to run, and of each line; a whole number of lines.
+        variables
+            Names of the variables, whose files have a line more than are used.
+        """
+        # the log would have five lines for each line of the files
+        return self._execute(
+            f"log none\nrun 0\nrun {steps} pre no post no every {every} "
+            f'"next {" ".join(variables)}"'
+        )
+
     def run_and_dump(
         self, steps: int, every: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
     ) -> Instant:
