@@ -18,6 +18,7 @@ if HAS_PANEL:
     include: "workflow/rules/sound.smk"
     include: "workflow/rules/damping.smk"
     include: "workflow/rules/response.smk"
+    include: "workflow/rules/random.smk"
     include: "workflow/rules/design.smk"
     include: "workflow/rules/report.smk"
 

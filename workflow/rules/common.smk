@@ -8,10 +8,11 @@ from snakemake.exceptions import WorkflowError
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon.batches import Batch, batches_of
-from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct_cases
+from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.panel.from_study import damper_masses
 from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
+from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
@@ -50,6 +51,16 @@ HAS_PANEL = isinstance(STUDY, Study)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
 HAS_ROUNDS = HAS_PANEL and (HAS_TARGET or STUDY.damping.tones is not None)
 
+# coupons that are driven at random with the motion of their patches (random.smk): by the number of
+# the drive their damper, and by number and seed their bed
+RANDOM_COUPONS = STUDY.random_coupons() if HAS_PANEL else ()
+RANDOM_DAMPERS = {str(n): filling.damper for n, (_, filling, _) in enumerate(RANDOM_COUPONS)}
+RANDOM_BEDS = {
+    (str(number), str(seed)): bed_at(coupon, filling.fill_fraction, seed)
+    for number, (_, filling, coupon) in enumerate(RANDOM_COUPONS)
+    for seed in range(1, STUDY.damping.random.seeds + 1)
+}
+
 PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
 
 
@@ -80,6 +91,11 @@ def coupon_file(stage, damper, name):
 def coupon_digest(damper):
     """Hash of one coupon: what rests on another does not run again when it changes."""
     return values_digest(STUDY.coupons[damper].model_dump())
+
+
+def damper_digest(damper):
+    """Hash of one coupon whether or not its sweep is run, without what only the sweep needs."""
+    return values_digest(STUDY.coupon_of(damper).model_dump(exclude={"sweep", "accuracy"}))
 
 
 def code(script):
@@ -160,3 +176,37 @@ def outcomes_of_round(wildcards):
     """What the cases of a round leave."""
     found = checkpoints.design.get(round=wildcards.round).output[0]
     return outcomes_of(cases_of_round(found), results("coupon/cases.csv"))
+
+
+def random_round_file(number):
+    """A round of the random drive, once it is there."""
+    return checkpoints.random_round.get(round=number).output[0]
+
+
+def random_before(wildcards):
+    """The rounds of the random drive before one, and their records."""
+    files = [random_round_file(number) for number in range(int(wildcards.round))]
+    rounds = [RandomRound.read(Path(file)) for file in files]
+    records = records_of(rounds, STUDY.damping.random.seeds)
+    return [*files, *(results(f"random/{name}") for name in records)]
+
+
+def bed_of_leg(wildcards):
+    """The bed in which a leg of the random drive begins."""
+    return f"results/coupon/bed/{RANDOM_BEDS[wildcards.drive, wildcards.seed].label}/bed.json"
+
+
+def leg_before(wildcards):
+    """What a leg of the random drive continues from: the one before, or the bed."""
+    if wildcards.leg == "0":
+        return bed_of_leg(wildcards)
+    before = int(wildcards.leg) - 1
+    return results(f"random/leg{before}/{wildcards.drive}_s{wildcards.seed}.npz")
+
+
+def last_impedance(wildcards):
+    """What the last round of the random drive has found."""
+    number = 0
+    while not RandomRound.read(Path(random_round_file(number))).is_last:
+        number += 1
+    return results(f"random/impedance{number}.csv")

@@ -7,7 +7,9 @@
 COUPON_CASES = cases_by_coupon(STUDY)
 DISTINCT_CASES = distinct_cases(STUDY)
 CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
-BEDS, PACKINGS, BATCHES, BATCH_OF = {}, {}, {}, {}
+BATCHES, BATCH_OF = {}, {}
+BEDS = {bed.label: bed for bed in RANDOM_BEDS.values()}
+PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
 
 
 def add_batch(batch):

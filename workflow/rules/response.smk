@@ -3,7 +3,7 @@
 SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and that of cases change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones"}}
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "random"}}
 SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
 # coupons come as surfaces
 DAMPERS = values_digest(
@@ -23,6 +23,7 @@ rule response:
         section=results("panel/section.csv"),
         surfaces=SURFACES,
         air=AIR,
+        random=last_impedance if RANDOM_COUPONS else [],
     output:
         results("response/psd.nc"),
         results("response/summary.csv"),
@@ -36,13 +37,15 @@ rule response:
     params:
         damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
         air=AIR or "none",
+        random=lambda wildcards, input: input.random or "none",
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
         dampers=DAMPERS,
         scenarios=SCENARIOS,
         code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {input.section} {params.damping} {params.air} {output} 2> {log}"
+        " {input.plate} {input.section} {params.damping} {params.air} {params.random} {output}"
+        " 2> {log}"
 
 
 rule maps:

@@ -10,11 +10,12 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, modal_force.nc, plate.nc, section.csv, damping, air or none; outputs."""
-    study, modes, modal_force, plate, section, damping, air, *outputs = arguments
+    """Study, modes.nc, modal_force.nc, plate.nc, section.csv, damping, air, random or none; outputs."""
+    study, modes, modal_force, plate, section, damping, air, random, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
     output = ResponseFiles(*map(Path, outputs))
-    write_response(load_study(study), files, Path(plate), Path(section), optional(damping), output)
+    paths = Path(plate), Path(section), optional(damping), output, optional(random)
+    write_response(load_study(study), files, *paths)
 
 
 if __name__ == "__main__":

@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact, summary
+from pidpanel.coupon import coding, contact, summary
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
+from pidpanel.coupon.liggghts.failures import RunFailed
+from pidpanel.coupon.preparation import read_bed
+from pidpanel.coupon.random_runs import Record, RandomRun, random_run, shake_at_random, sine_of
+from pidpanel.coupon.records import LoosenOutcome
+from pidpanel.random_round import PatchDrive
 from pidpanel.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
-    from pidpanel.study import CouponStudy
+    from pidpanel.study import CouponStudy, Study
     from pidpanel.study.coupon import Coupon
 
 Point = tuple[float, float, float]
@@ -84,6 +89,71 @@ def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
         name: tuple(case for label, case in cases.items() if of_first[label] == name)
         for name, cases in found.items()
     }
+
+
+def bed_at(coupon: Coupon, fill_fraction: float, seed: int) -> Bed:
+    """Return the bed of a coupon at a fill, which need not be one of its sweep."""
+    return _bed(coupon, _packing(coupon, coupon.diameters[0], seed), fill_fraction)
+
+
+def random_run_of(
+    coupon: Coupon, bed: Bed, tone: Tone, band: tuple[float, float], period: float, phases: int
+) -> RandomRun:
+    """Return one leg of a bed under a random motion.
+
+    Parameters
+    ----------
+    coupon
+        Of the bed.
+    bed, band, period, phases
+        As of `RandomRun`.
+    tone
+        The sine with the rms acceleration and velocity of the motion, for which the contacts are
+        softened.
+    """
+    constants = _constants(coupon, bed.packing, tone)
+    return random_run(bed, constants, band, period, phases, coupon.time_step_rayleigh)
+
+
+def shake_random_leg(
+    study: Study, drive: PatchDrive, seed: int, bed_file: Path, before: Path | None, file: Path
+) -> None:
+    """Run one leg of a coupon driven at random and write its record.
+
+    Parameters
+    ----------
+    study, drive
+        The study, and the motion of one of its patches.
+    seed
+        Of the packing.
+    bed_file
+        ``bed.json`` of its bed.
+    before
+        Record of the leg before; None for the first.
+    file
+        The record, beside a folder of the same name with its deck and log.
+
+    Raises
+    ------
+    RunFailed
+        If there is no bed.
+    SolverFailure
+        Named after what went wrong.
+    """
+    coupon = study.coupon_of(drive.damper)
+    bed = bed_at(coupon, drive.fill_fraction, seed)
+    if before is None:
+        loosened = coding.read(LoosenOutcome, bed_file)
+        if loosened.found is None:
+            raise RunFailed(loosened.status, f"{bed_file}: {loosened.status}")
+        spheres = read_bed(bed_file.parent)
+    else:
+        spheres = Record.read(before).spheres
+    motion = drive.motion
+    band = (float(motion[0][0]), float(motion[0][-1]))
+    tone = sine_of(motion)
+    run = random_run_of(coupon, bed, tone, band, drive.period, drive.phases)
+    shake_at_random(run, motion, spheres, file.with_suffix("")).write(file)
 
 
 def write_table(

@@ -21,6 +21,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupon import contact, geometry
 from pidpanel.coupon.cases import Bed, Constants
+from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
@@ -114,6 +115,20 @@ def random_run(
     sample = period / math.ceil(SAMPLES_PER_PERIOD * band[1] * period)
     steps = math.ceil(sample / longest)
     return RandomRun(bed, constants, band, period, phases, sample / steps, steps)
+
+
+def sine_of(motion: tuple[Array, Array]) -> Tone:
+    """Return the sine with the rms acceleration and the rms velocity of a random motion.
+
+    Parameters
+    ----------
+    motion
+        (m,) frequencies [Hz] and the PSD of the acceleration there [(m/s²)²/Hz].
+    """
+    frequency, psd = motion
+    acceleration = math.sqrt(float(np.trapezoid(psd, frequency)))
+    velocity = math.sqrt(float(np.trapezoid(psd / (2 * np.pi * frequency) ** 2, frequency)))
+    return Tone(acceleration / velocity / (2 * math.pi), math.sqrt(2) * acceleration)
 
 
 @dataclass(frozen=True)

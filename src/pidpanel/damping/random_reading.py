@@ -97,6 +97,18 @@ class RandomReading:
         """Return the same damping with m_a = 0."""
         return replace(self, with_mass=False)
 
+    @property
+    def of_packings_alone(self) -> RandomReading:
+        """The same with no other errors than those of few packings."""
+        none = np.zeros(len(self.bands.frequency))
+        bands = replace(
+            self.bands,
+            equivalent_damping=self._damping,
+            equivalent_damping_error=none,
+            apparent_mass_error=none,
+        )
+        return replace(self, bands=bands)
+
     def common_force_psd(self, frequency: Array) -> Array:
         """Return the PSD (n,) of the force that all cells of a patch share [Pa²/Hz]."""
         return self._psd(frequency, self.bands.common_psd)

@@ -13,6 +13,8 @@ READINGS = {
     "stated": "As stated",
     "bare": "Bare panel",
     "dem": "DEM",
+    "random": "DEM, driven at random",
+    "random_with_source": "DEM, driven at random, with the particles' own force",
     "paper_corrected": "The paper's law, corrected",
     "paper_printed": "The paper's law, as printed",
     "table": "The study's table",

@@ -6,7 +6,7 @@ files of the stage, `rounds` the rounds of a target.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,11 +16,13 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.damping.from_study import reading_of, reading_of_damper
+from pidpanel.damping.random_reading import RandomReading, read_random
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
+from pidpanel.plane_mesh import cell_areas
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
@@ -30,12 +32,14 @@ from pidpanel.response.power import power_balance
 from pidpanel.response.radiation import Air
 from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
 from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
+from pidpanel.response.source import force_psd, patch_integrals
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import air_tables, modal_force_tables, spectrum_of
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Filling, Scenario, Study
+from pidpanel.study.damping import RANDOM
 from pidpanel.study.response import Radiation
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
@@ -118,6 +122,8 @@ class Filled:
         Its damping.
     fill_fraction
         Fill at which that is read.
+    source_force
+        Whose force that is not linear in the motion acts on the panel; None for none.
     """
 
     patch: int
@@ -125,6 +131,7 @@ class Filled:
     source: str
     reading: DampingReading
     fill_fraction: float
+    source_force: RandomReading | None = None
 
     @property
     def mass_per_area(self) -> float:
@@ -207,6 +214,9 @@ class Readings:
         What the reading ``stated`` takes for each damper, by the name of the damper.
     names
         Names of all readings of the study in order.
+    at_random
+        Of coupons driven at random, by scenario and patch; patches without one are read as
+        ``stated`` in those readings.
     """
 
     def __init__(
@@ -214,15 +224,25 @@ class Readings:
         names: Sequence[str],
         of_all: Mapping[str, DampingReading],
         of_dampers: Mapping[str, DampingReading],
+        at_random: Mapping[tuple[str, str], RandomReading] | None = None,
     ) -> None:
         self.names = tuple(names)
+        self._at_random = at_random or {}
         self._of_all = of_all
         self._of_dampers = of_dampers
 
-    def of(self, name: str, filling: Filling, patch: int, carrier: int) -> Filled:
-        """Return how a filled patch, or an element of it, is read."""
+    def of(self, name: str, scenario: str, filling: Filling, patch: int, carrier: int) -> Filled:
+        """Return how a filled patch of a scenario, or an element of it, is read."""
         # constants have no fill, and are asked at that of a full cell
         fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
+        if name in RANDOM:
+            random = self._at_random.get((scenario, filling.patch))
+            if random is not None:
+                # each patch has its own motion, and its own errors
+                source = f"{filling.damper} on {filling.patch}"
+                own = name == "random_with_source"
+                return Filled(patch, carrier, source, random, fill, random if own else None)
+            name = "stated"
         if name == "stated":
             damper = str(filling.damper)
             return Filled(patch, carrier, damper, self._of_dampers[damper], fill)
@@ -230,7 +250,7 @@ class Readings:
         return Filled(patch, carrier, source, self._of_all[name], fill)
 
 
-def readings_of(study: Study, folder: Path | None) -> Readings:
+def readings_of(study: Study, folder: Path | None, random: Path | None = None) -> Readings:
     """Return the readings of a study.
 
     Parameters
@@ -239,12 +259,15 @@ def readings_of(study: Study, folder: Path | None) -> Readings:
         The study.
     folder
         Of the surfaces, ``results/<study>/damping``; None for a study without any.
+    random
+        Table of the coupons driven at random; None for a study without any.
 
     Raises
     ------
     DampingError
         As `reading_of` and `reading_of_damper`.
     """
+    at_random = {} if random is None else read_random(random)
 
     def surface(damper: str) -> Path | None:
         if folder is None or damper not in study.surfaces:
@@ -254,15 +277,16 @@ def readings_of(study: Study, folder: Path | None) -> Readings:
     of_all: dict[str, DampingReading] = {
         name: reading_of(name, study, surface(SECTION))
         for name in study.damping.readings or ("dem",)
-        if name in study.readings and name != "stated"
+        if name in study.readings and name not in ("stated", *RANDOM)
     }
     stated = {
         name: reading_of_damper(study.all_dampers[name], surface(name))
-        for name in study.used_dampers
+        for name in study.stated_dampers
     }
     if not study.response.damper_mass:
         stated = {name: reading.without_mass() for name, reading in stated.items()}
-    return Readings(study.readings, of_all, stated)
+        at_random = {key: reading.without_mass() for key, reading in at_random.items()}
+    return Readings(study.readings, of_all, stated, at_random)
 
 
 def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
@@ -516,8 +540,11 @@ class PanelInSound:
     def solved(self, solver: Solver, asked: Asked) -> list[SolvedScenario]:
         """Return the responses that are asked for."""
         layouts = asked.layouts
-        answers = solve_layouts(solver, list(layouts.values()))
-        found = dict(zip(layouts, answers, strict=True))
+        plain = {key: one for key, one in layouts.items() if one.source is None}
+        found = dict(zip(plain, solve_layouts(solver, list(plain.values())), strict=True))
+        for key, one in layouts.items():
+            if one.source is not None:
+                (found[key],) = solve_layouts(self.with_source(solver, one), [one])
         return [
             SolvedScenario(
                 scenario=scenario,
@@ -535,12 +562,48 @@ class PanelInSound:
             )
         ]
 
+    def with_source(self, solver: Solver, layout: Layout) -> Solver:
+        """Return a solver of the panel in its sound and under the source of a layout."""
+        if layout.source is None:
+            return solver
+        source, factor = layout.source, layout.pressure_factor
+
+        def force(frequency: Array) -> Array | Complexes:
+            # the solver multiplies by the pressure, and the answer by the factor
+            sound = factor * self.psd(frequency)
+            share = np.divide(1.0, sound, out=np.zeros_like(sound), where=sound > 0)
+            return self.force(frequency) + share[:, None, None] * source(frequency)
+
+        return solver.in_field(replace(solver.panel, modal_force=force))
+
+    def _source(self, filled: Sequence[Filled]) -> Callable[[Array], Array] | None:
+        """Return the PSD of the modal forces of the particles; None where they have none."""
+        sources = {one.patch: one.source_force for one in filled if one.source_force is not None}
+        if not sources:
+            return None
+        basis, patches = self.basis, list(sources)
+        integrals = patch_integrals(
+            basis.shape_at_vertices,
+            basis.cells,
+            cell_areas(basis.vertex_position, basis.cells),
+            basis.cell_in_patch,
+        )[patches]
+
+        def psd(frequency: Array) -> Array:
+            common = np.stack([one.common_force_psd(frequency) for one in sources.values()])
+            own = np.stack([one.own_force_psd(frequency) for one in sources.values()])
+            return force_psd(common, own, integrals, basis.patch_overlap[patches])
+
+        return psd
+
     def _filled(self, scenario: Scenario, readings: Readings, name: str) -> tuple[Filled, ...]:
         found = []
         for filling in scenario.fillings:
             patch = self.basis.patch_names.index(filling.patch)
             carriers = np.flatnonzero(self.carriers == patch).tolist()
-            found += [readings.of(name, filling, patch, carrier) for carrier in carriers]
+            found += [
+                readings.of(name, scenario.label, filling, patch, carrier) for carrier in carriers
+            ]
         return tuple(found)
 
     def _layout(self, filled: Sequence[Filled], factor: float) -> Layout:
@@ -549,7 +612,8 @@ class PanelInSound:
             for one in filled
         )
         with_slope = any(one.reading.nodes is not None for one in filled)
-        return Layout(loads, factor, self.study.damping.level.acceleration_g, with_slope)
+        stated = self.study.damping.level.acceleration_g
+        return Layout(loads, factor, stated, with_slope, source=self._source(filled))
 
     def power_balance_error(self, one: ScenarioResponse, factor: float) -> float:
         """Return the largest error of the power balance of a scenario over some lines [1].

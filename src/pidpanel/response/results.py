@@ -73,6 +73,7 @@ def write_response(
     section: Path,
     damping: Path | None,
     output: ResponseFiles,
+    random: Path | None = None,
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario in every reading.
 
@@ -90,6 +91,8 @@ def write_response(
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     output
         What to write.
+    random
+        Table of the coupons driven at random; None for a study without any.
 
     Raises
     ------
@@ -98,7 +101,7 @@ def write_response(
     ValueError
         As the stages upstream have it.
     """
-    readings = readings_of(study, damping)
+    readings = readings_of(study, damping, random)
     start = read_panel_in_sound(study, files, study.response.radiation)
     checked = checked_responses(start, plate, readings)
     panel = checked.panel

@@ -7,7 +7,7 @@ the simulated range is carried along.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +60,9 @@ class Layout:
         Whether `ScenarioResponse.slope` is wanted, for `uncertainty`.
     with_motion
         Whether the motions of the patches that come out are wanted; they are NaN otherwise.
+    source
+        PSD (nf, n, n) [N²/Hz] of modal forces beside those of the sound, at frequencies (nf,)
+        [Hz]; the solver has to be one in that field. None for none.
     """
 
     loads: Sequence[Load]
@@ -67,6 +70,7 @@ class Layout:
     stated_acceleration_g: float | None = None
     with_slope: bool = False
     with_motion: bool = True
+    source: Callable[[Array], Array] | None = None
 
     @property
     def patches(self) -> tuple[int, ...]:

@@ -155,6 +155,13 @@ class PanelWithLayouts(ABC):
             other.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
         return other
 
+    def in_field(self, panel: PanelInField) -> Self:
+        """Return a solver on the same lines in another field; the bare panel stays in this one."""
+        other = type(self)(panel, self.frequency, self._points, self.search_frequency)
+        other._carriers = self._carriers
+        other.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
+        return other
+
     @abstractmethod
     def prepare(self, layouts: Sequence[Loaded]) -> None:
         """Make the motions of several sets of patches ready together."""

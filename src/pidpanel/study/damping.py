@@ -14,7 +14,11 @@ from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 
-Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table"]
+Reading = Literal[
+    "stated", "dem", "random", "random_with_source", "paper_corrected", "paper_printed", "table"
+]
+RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
+"""Readings for which coupons are driven at random."""
 
 
 class Level(Model):
@@ -70,18 +74,46 @@ class Tones(Model):
     most: Annotated[int, Field(ge=1)] = 32
 
 
+class RandomDrive(Model):
+    """How long coupons are driven at random with the motion of their own patch.
+
+    Rounds of the coupon and the panel follow each other until no rms acceleration moves by more
+    than 1 % and all are known to ``relative_error``.
+    """
+
+    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    """Wanted of every rms acceleration, as far as the damping makes it uncertain."""
+    seeds: Annotated[int, Field(ge=2, le=50)] = 2
+    """Packings that are driven alike; two and more tell what of their force they share."""
+    time_s: Annotated[float, Field(ge=0.2, le=60)] = 1.0
+    """Record of the first round, of each packing [s]; its inverse is from line to line."""
+    max_time_s: Annotated[float, Field(ge=0.2, le=1000)] = 20.0
+    """Most record of all rounds together, of each packing [s]."""
+    max_rounds: Annotated[int, Field(ge=2, le=30)] = 8
+    """Most rounds."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a time that does not hold two rounds."""
+        if self.max_time_s < 2 * self.time_s:
+            yield Mistake(("max_time_s",), f"must be at least twice time_s = {self.time_s:g}")
+
+
 class Damping(Model):
     """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
     """``stated``: every patch as ``dampers`` states it. The others are of all patches alike:
-    ``dem`` the section ``coupon``, ``table`` the key below, the rest the paper's law. By default
-    ``stated`` in a study with ``dampers``, else ``dem``."""
+    ``dem`` the section ``coupon``, ``table`` the key below, the rest the paper's law. ``random``:
+    as ``stated``, but every coupon is driven at random with the motion of its own patch;
+    ``random_with_source``: the force that is not linear in that motion acts on the panel besides.
+    By default ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
+    random: RandomDrive = RandomDrive()
+    """For the readings ``random`` and ``random_with_source``."""
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
@@ -98,3 +130,5 @@ class Damping(Model):
             yield Mistake(("tones",), "not allowed together with target")
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")
+        if "random" in self.model_fields_set and not set(readings) & set(RANDOM):
+            yield Mistake(("random",), f"only allowed with the reading {' or '.join(RANDOM)}")

@@ -11,7 +11,7 @@ from pidpanel.paths import SECTION
 from pidpanel.study.base import Model, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import Damping
+from pidpanel.study.damping import RANDOM, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
@@ -104,23 +104,30 @@ class Study(CouponStudy):
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
-        """Names of the dampers that the reading ``stated`` needs."""
+        """Names of the dampers that are filled in with the reading ``stated`` or at random."""
         fillings = (f for s in self.all_scenarios() for f in s.fillings)
         named = {filling.damper for filling in fillings}
         used = tuple(name for name in self.all_dampers if name in named)
-        return used if "stated" in self.readings else ()
+        return used if {"stated", *RANDOM} & set(self.readings) else ()
+
+    @property
+    def stated_dampers(self) -> tuple[str, ...]:
+        """Names of those that are read as the study states them: at random all but coupons."""
+        if "stated" in self.readings:
+            return self.used_dampers
+        return tuple(name for name in self.used_dampers if self.all_dampers[name].coupon is None)
 
     @property
     def coupons(self) -> Mapping[str, Coupon]:
         """Coupons to simulate by the names of their dampers, that of the section first."""
         of_section = super().coupons
-        used = {name: self.all_dampers[name].coupon for name in self.used_dampers}
+        used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
         return {**of_section, **{name: one for name, one in used.items() if one is not None}}
 
     @property
     def surfaces(self) -> tuple[str, ...]:
         """Names of the coupons whose cases become a surface of C_e and m_a that is read."""
-        read = set(self.used_dampers) | ({SECTION} if "dem" in self.readings else set())
+        read = set(self.stated_dampers) | ({SECTION} if "dem" in self.readings else set())
         return tuple(name for name in self.coupons if name in read)
 
     @property
@@ -131,6 +138,32 @@ class Study(CouponStudy):
         if self.damping.readings is None:
             return ("stated",) if self.dampers else ("dem",)
         return self.damping.readings
+
+    def random_coupons(self) -> tuple[tuple[Scenario, Filling, Coupon], ...]:
+        """Return every filled patch of every scenario whose coupon is driven at random."""
+        if not set(self.readings) & set(RANDOM):
+            return ()
+        return tuple(
+            (scenario, filling, coupon)
+            for scenario in self.all_scenarios()
+            for filling in scenario.fillings
+            if filling.damper is not None
+            for coupon in (self.all_dampers[filling.damper].coupon,)
+            if coupon is not None
+        )
+
+    def coupon_of(self, damper: str) -> Coupon:
+        """Return the coupon of a damper, whether or not its sweep is simulated.
+
+        Raises
+        ------
+        ValueError
+            If the damper has none.
+        """
+        found = self.all_dampers[damper].coupon if damper in self.all_dampers else None
+        if found is None:
+            raise ValueError(f"{self.name}: no coupon of the name {damper!r}")
+        return found
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
         for name in self.dampers:
@@ -150,6 +183,11 @@ class Study(CouponStudy):
                 yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
         if "stated" in self.readings and not self.all_dampers:
             yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
+        if set(self.readings) & set(RANDOM) and not any(
+            damper.coupon for damper in self.all_dampers.values()
+        ):
+            says = "missing; required for the reading 'random' of damping"
+            yield Mistake(("coupon",), says)
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
@@ -232,7 +270,7 @@ class Study(CouponStudy):
     def _needs_fill(self, damper: str | None) -> Iterator[str]:
         """Yield what of a patch with a damper asks for its fill."""
         for reading in self.readings:
-            if reading != "stated":
+            if reading != "stated" and reading not in RANDOM:
                 yield f"the reading '{reading}' of damping"
             elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"

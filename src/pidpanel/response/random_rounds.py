@@ -1,0 +1,370 @@
+"""The rounds of the random drive: the panel decides how its coupons are shaken next.
+
+Round 0 drives every coupon with the motion of its patch on a panel with `STARTING_LOSS_FACTOR`.
+Each further one computes the responses with the best linear approximation of all records whose
+motion was about that of the last (`damping.best_linear`), and drives the coupons with the motions
+that come out, for as long as the wanted accuracy takes.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon.random_runs import Record
+from pidpanel.damping.best_linear import Leg, approximate
+from pidpanel.damping.constants import ConstantDamper
+from pidpanel.damping.from_study import reading_of_damper
+from pidpanel.damping.random_reading import RandomReading, to_rows
+from pidpanel.damping.readings import DampingReading
+from pidpanel.random_round import PatchDrive, RandomRound, record_name
+from pidpanel.response.from_study import (
+    PanelFiles,
+    PanelInSound,
+    Readings,
+    SolvedScenario,
+    read_panel_in_sound,
+)
+from pidpanel.response.linearisation import LinearisationError
+from pidpanel.response.model import UnstableDamping
+from pidpanel.response.results import standard_errors
+from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.study import Study, StudyError
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.damping import RANDOM, RandomDrive
+from pidpanel.third_octaves import edge_frequency
+
+STARTING_LOSS_FACTOR = 0.2
+"""η of the particles for the first motion: tones dissipate 0.1 to 1. The rounds correct it."""
+
+MOVED = 0.01
+"""Change of an rms acceleration from round to round below which motion and damping agree [1]."""
+
+ALIKE = 0.1
+"""Change of ln of a patch's rms acceleration up to which records count together: C_e falls about
+as fast as the motion rises, and an rms acceleration changes by a quarter of that."""
+
+Key = tuple[str, str]
+"""Scenario and patch."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What a scenario does with its coupons as they were driven.
+
+    Attributes
+    ----------
+    motions
+        By patch, frequencies (nf,) [Hz] and mean PSD of its acceleration [(m/s²)²/Hz].
+    rms_g
+        Of points and patches [g].
+    relative_error, of_packings
+        Largest standard error of the rms acceleration of a point, and the part of it that more
+        time does not reduce [1]; None without errors.
+    """
+
+    motions: Mapping[str, tuple[Array, Array]]
+    rms_g: dict[str, float]
+    relative_error: float | None
+    of_packings: float | None
+
+
+def first_round(study: Study, panel: PanelInSound) -> RandomRound:
+    """Return round 0: motions on a panel whose coupons have `STARTING_LOSS_FACTOR`."""
+    solved = solve(study, panel, {})
+    drives = [
+        PatchDrive(
+            label=str(number),
+            scenario=scenario.label,
+            patch=filling.patch,
+            damper=str(filling.damper),
+            fill_fraction=_fill(filling.fill_fraction),
+            period=study.damping.random.time_s,
+            phases=number,
+            **_as_values(solved[scenario.label].motions[filling.patch]),
+        )
+        for number, (scenario, filling, _) in enumerate(study.random_coupons())
+    ]
+    return RandomRound(0, tuple(drives), {label: one.rms_g for label, one in solved.items()})
+
+
+def next_round(
+    rounds: Sequence[RandomRound],
+    study: Study,
+    panel: PanelInSound,
+    readings: Mapping[Key, RandomReading],
+) -> RandomRound:
+    """Return the round after some others.
+
+    Parameters
+    ----------
+    rounds
+        All before, in order.
+    study, panel
+        The study, and its panel in the sound.
+    readings
+        Of every coupon, from the records so far.
+    """
+    before, wanted = rounds[-1], study.damping.random
+    solved = solve(study, panel, readings)
+    drives = []
+    for drive in before.drives:
+        own = solved[drive.scenario]
+        was = before.acceleration_rms_g[drive.scenario]
+        moved = max(abs(own.rms_g[name] / was[name] - 1) for name in was)
+        spent = sum(one.drive(drive.label).period for one in rounds)
+        error = own.relative_error or 0.0
+        good = moved <= MOVED and error <= wanted.relative_error
+        period = 0.0 if good else next_period(before.round + 1, wanted, spent)
+        if not good and not period:
+            print(f"{drive.scenario}, {drive.patch}: {_short(own, moved, wanted)}", file=sys.stderr)
+        drives.append(
+            replace(
+                drive,
+                period=period,
+                phases=drive.phases + len(before.drives),
+                moved=moved,
+                relative_error=error,
+                reached=good,
+                **_as_values(own.motions[drive.patch]),
+            )
+        )
+    rms = {label: one.rms_g for label, one in solved.items()}
+    return RandomRound(before.round + 1, tuple(drives), rms)
+
+
+def next_period(number: int, wanted: RandomDrive, spent: float) -> float:
+    """Return the record of a round [s], twice that of the one before; 0 where no time is left.
+
+    It does not depend on the accuracy, so that a tighter one continues with the same records.
+
+    Parameters
+    ----------
+    number
+        Of the round, from 0; the first motion is a guess, and the second no longer than it.
+    wanted
+        Of the study.
+    spent
+        Records so far [s].
+    """
+    period = min(wanted.time_s * 2 ** max(number - 1, 0), wanted.max_time_s - spent)
+    # whole hundredths of a second have whole numbers of samples, and round lines
+    period = math.floor(100 * period + 1e-6) / 100
+    return period if period >= wanted.time_s and number < wanted.max_rounds else 0.0
+
+
+def _short(own: Solved, moved: float, wanted: RandomDrive) -> str:
+    error, packings = own.relative_error or 0.0, own.of_packings or 0.0
+    says = f"rms accelerations known to {error:.1%}, moved by {moved:.1%} in the last round"
+    if packings > wanted.relative_error:
+        return f"{says}; {packings:.1%} is of the packings: raise damping.random.seeds"
+    return f"{says}; raise damping.random.max_time_s or max_rounds"
+
+
+def solve(
+    study: Study, panel: PanelInSound, readings: Mapping[Key, RandomReading]
+) -> dict[str, Solved]:
+    """Return what every scenario with a coupon does, by its label."""
+    name = RANDOM["random_with_source" in study.readings]
+    dampers = {
+        damper: _start(study.all_dampers[damper].coupon)
+        or reading_of_damper(study.all_dampers[damper], None)
+        for damper in study.used_dampers
+    }
+    if not study.response.damper_mass:
+        dampers = {damper: reading.without_mass() for damper, reading in dampers.items()}
+        readings = {key: reading.without_mass() for key, reading in readings.items()}
+    of_all = Readings([name], {}, dampers, readings)
+    solver = panel.solver(rms_only=True)
+    wanted = {scenario.label for scenario, _, _ in study.random_coupons()}
+    return {
+        case.scenario.label: _solved(panel, solver, case)
+        for case in panel.responses(solver, of_all, dead_weight=False)
+        if case.scenario.label in wanted
+    }
+
+
+def _start(coupon: Coupon | None) -> DampingReading | None:
+    if coupon is None:
+        return None
+    mass = coupon.largest_mass_per_area
+    return ConstantDamper(loss_mass=STARTING_LOSS_FACTOR * mass, weight=mass)
+
+
+def _solved(panel: PanelInSound, solver: Solver, case: SolvedScenario) -> Solved:
+    found = case.found
+    if isinstance(found, UnstableDamping):
+        raise LinearisationError(f"{case.scenario.label}: {found}")
+    motions = _patch_motions(panel, solver, case, found)
+    points = found.response.acceleration_rms / STANDARD_GRAVITY
+    rms = dict(zip(panel.basis.point_names, points.tolist(), strict=True))
+    rms = {name: value for name, value in rms.items() if value > 0}  # not of points that are held
+    for patch, (frequency, psd) in motions.items():
+        rms[f"patch {patch}"] = float(np.sqrt(np.trapezoid(psd, frequency))) / STANDARD_GRAVITY
+    error, of_packings = (_error(panel, one, found) for one in (case, _noiseless(case)))
+    return Solved(motions, rms, error, of_packings)
+
+
+def _error(panel: PanelInSound, case: SolvedScenario, found: ScenarioResponse) -> float | None:
+    errors = standard_errors(panel, case, found)
+    return None if errors is None else float(errors.log_rms.max())
+
+
+def _noiseless(case: SolvedScenario) -> SolvedScenario:
+    """The same scenario, only its packings known with an error."""
+    filled = [
+        replace(one, reading=one.reading.of_packings_alone)
+        if isinstance(one.reading, RandomReading)
+        else one
+        for one in case.filled
+    ]
+    return replace(case, filled=filled)
+
+
+def _patch_motions(
+    panel: PanelInSound, solver: Solver, case: SolvedScenario, found: ScenarioResponse
+) -> dict[str, tuple[Array, Array]]:
+    """Mean motion of every filled patch, on the lines of the search."""
+    layout = case.layout
+    lines = solver.search_frequency
+    values = [load.damping(lines, math.nan) for load in layout.loads]
+    motions = panel.with_source(solver, layout).motions(layout.patches)
+    psd = case.pressure_factor * motions.acceleration_psd(
+        np.stack([value for value, _, _ in values]), np.stack([mass for _, mass, _ in values])
+    )
+    patch = np.array([one.patch for one in case.filled])
+    area = panel.load_area(found)
+    return {
+        panel.basis.patch_names[own]: (
+            lines,
+            np.asarray(area[patch == own] @ psd[patch == own] / area[patch == own].sum()),
+        )
+        for own in dict.fromkeys(patch.tolist())
+    }
+
+
+def _fill(fill_fraction: float | None) -> float:
+    if fill_fraction is None:  # the study asks for it with a coupon
+        raise StudyError("a coupon without a fill fraction")
+    return fill_fraction
+
+
+def _as_values(motion: tuple[Array, Array]) -> dict[str, tuple[float, ...]]:
+    frequency, psd = motion
+    return {
+        "frequency": tuple(frequency.tolist()),
+        "acceleration_psd": tuple(psd.tolist()),
+    }
+
+
+# --------------------------------------------------------------------------------- records
+
+
+def reading_of_records(
+    drive: Sequence[PatchDrive], records: Sequence[Sequence[Record]], band: tuple[float, float]
+) -> RandomReading:
+    """Return what the records of one patch say whose motion was about that of the last.
+
+    Parameters
+    ----------
+    drive
+        Of every round that has records, in order.
+    records
+        Of each of these rounds those of all packings.
+    band
+        Lowest and highest frequency [Hz].
+    """
+    last = drive[-1].acceleration_rms
+    alike = [
+        own
+        for one, own in zip(drive, records, strict=True)
+        if abs(math.log(one.acceleration_rms / last)) <= ALIKE
+    ]
+    legs = [
+        Leg(own[0].frequency, own[0].velocity, np.stack([one.force for one in own]))
+        for own in alike
+    ]
+    newest = alike[-1]
+    return RandomReading(
+        approximate(legs, band_edges(band)),
+        weight=float(np.mean([one.mass_per_area for one in newest])),
+        area=newest[0].area,
+    )
+
+
+def band_edges(band: tuple[float, float]) -> Array:
+    """Return edges of third octaves within a band [Hz], its ends among them.
+
+    A third octave that reaches less than a quarter of itself into the band joins the next.
+    """
+    low, high = band
+    numbers = np.arange(math.floor(10 * math.log10(low)), math.ceil(10 * math.log10(high)) + 1)
+    edges = edge_frequency(numbers)[:, 0]
+    quarter = 10 ** (1 / 40)
+    inner = edges[(edges > low * quarter) & (edges < high / quarter)]
+    return np.concatenate([[low], inner, [high]])
+
+
+def write_round(
+    study: Study,
+    files: PanelFiles,
+    folder: Path,
+    before: int,
+    output: Path,
+    impedance: Path,
+) -> None:
+    """Write a round of the random drive and, after the first, what the records say.
+
+    Parameters
+    ----------
+    study
+        With a reading that drives coupons at random.
+    files
+        Of the stages upstream.
+    folder
+        ``random``: rounds and records so far.
+    before
+        How many rounds there are before.
+    output, impedance
+        ``random/round<n>.json`` and ``random/impedance<n>.csv``.
+
+    Raises
+    ------
+    StudyError
+        For a study without such a coupon.
+    """
+    if not study.random_coupons():
+        raise StudyError(f"{study.name}: damping.readings: no coupon to drive at random")
+    panel = read_panel_in_sound(study, files, study.response.radiation)
+    if not before:
+        first_round(study, panel).write(output)
+        impedance.write_text("")
+        return
+    rounds = [RandomRound.read(folder / f"round{number}.json") for number in range(before)]
+    seeds = range(1, study.damping.random.seeds + 1)
+    readings = {}
+    for drive in rounds[0].drives:
+        driven = [one for one in rounds if one.drive(drive.label).period > 0]
+        readings[drive.scenario, drive.patch] = reading_of_records(
+            [one.drive(drive.label) for one in driven],
+            [
+                [Record.read(folder / record_name(one.round, drive.label, seed)) for seed in seeds]
+                for one in driven
+            ],
+            study.response.frequency_hz,
+        )
+    rows = [
+        row
+        for (scenario, patch), reading in readings.items()
+        for row in to_rows(reading, {"scenario": scenario, "patch": patch})
+    ]
+    pd.DataFrame(rows).to_csv(impedance, index=False, float_format="%.8g")
+    next_round(rounds, study, panel, readings).write(output)

@@ -1,0 +1,53 @@
+# Coupons driven at random with the motion of their own patches: rounds of the coupon and the panel
+# until both agree. This loop from the response back to the coupon is here and nowhere else.
+
+# what changes no motion of a patch
+NOT_FOR_RANDOM = {"response": {"maps", "radiation_beside"}, "damping": {"target"}}
+
+
+wildcard_constraints:
+    round=r"\d+",
+    leg=r"\d+",
+    drive=r"\d+",
+    seed=r"\d+",
+
+
+checkpoint random_round:
+    input:
+        before=random_before,
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        air=AIR,
+    output:
+        results("random/round{round}.json"),
+        results("random/impedance{round}.csv"),
+    log:
+        results("random/round{round}.log"),
+    params:
+        folder=results("random"),
+        air=AIR or "none",
+        study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RANDOM),
+        dampers=DAMPERS,
+        scenarios=SCENARIOS,
+        code=code("random_round"),
+    shell:
+        'python -m scripts.random_round "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
+        " {params.air} {params.folder} {wildcards.round} {output} 2> {log}"
+
+
+rule random_leg:
+    input:
+        round=results("random/round{leg}.json"),
+        start=leg_before,
+    output:
+        results("random/leg{leg}/{drive}_s{seed}.npz"),
+    log:
+        results("random/leg{leg}/{drive}_s{seed}.log"),
+    params:
+        bed=bed_of_leg,
+        before=lambda wildcards, input: "none" if wildcards.leg == "0" else input.start,
+        coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
+        code=code("random_leg"),
+    shell:
+        'python -m scripts.random_leg "$PIDPANEL_STUDY" {input.round} {wildcards.drive}'
+        " {wildcards.seed} {params.bed} {params.before} {output} 2> {log}"
