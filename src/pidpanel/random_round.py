@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -49,11 +49,16 @@ class PatchDrive:
     fill_fraction: float
     period: float
     phases: int
-    frequency: tuple[float, ...]
-    acceleration_psd: tuple[float, ...]
+    frequency: tuple[float, ...] = ()
+    acceleration_psd: tuple[float, ...] = ()
     moved: float | None = None
     relative_error: float | None = None
     reached: bool = False
+
+    def with_motion(self, frequency: Array, acceleration_psd: Array) -> PatchDrive:
+        """Return the drive with another motion; see `motion`."""
+        values = tuple(frequency.tolist()), tuple(acceleration_psd.tolist())
+        return replace(self, frequency=values[0], acceleration_psd=values[1])
 
     @property
     def motion(self) -> tuple[Array, Array]:
@@ -62,7 +67,7 @@ class PatchDrive:
 
     @property
     def acceleration_rms(self) -> float:
-        """[m/s²]"""
+        """Of the patch [m/s²]."""
         frequency, psd = self.motion
         return math.sqrt(float(np.trapezoid(psd, frequency)))
 

@@ -18,7 +18,9 @@ def complex_noise(rng, psd, shape=()):
     return np.sqrt(psd / 2) * (rng.standard_normal(size) + 1j * rng.standard_normal(size))
 
 
-def stand_in(rng, damping, mass, *, common=0.0, own=0.0, packings=2, spread=0.0, periods=(1.0, 2.0)):
+def stand_in(
+    rng, damping, mass, *, common=0.0, own=0.0, packings=2, spread=0.0, periods=(1.0, 2.0)
+):
     """Legs of dashpots with mass: with a resonance in the motion, and forces of their own."""
     factor = 1 + spread * rng.standard_normal(packings)[:, None]
     legs = []

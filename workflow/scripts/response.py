@@ -10,7 +10,7 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, modal_force.nc, plate.nc, section.csv, damping, air, random or none; outputs."""
+    """Study, four files of the panel and the sound, damping, air, random or none; outputs."""
     study, modes, modal_force, plate, section, damping, air, random, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
     output = ResponseFiles(*map(Path, outputs))

@@ -14,7 +14,7 @@ from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Targ
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts.failures import RunFailed
 from pidpanel.coupon.preparation import read_bed
-from pidpanel.coupon.random_runs import Record, RandomRun, random_run, shake_at_random, sine_of
+from pidpanel.coupon.random_runs import RandomRun, Record, random_run, shake_at_random, sine_of
 from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.random_round import PatchDrive
 from pidpanel.round import Round

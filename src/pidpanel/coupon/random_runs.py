@@ -265,7 +265,8 @@ def spectra(
         Of the particles [kg], and of the cells [m²].
     """
     rate = 2j * np.pi * motion.frequency
-    return (rate * momentum + mass * motion.acceleration) / area, motion.acceleration / rate
+    force: Complexes = (rate * momentum + mass * motion.acceleration) / area
+    return force, np.asarray(motion.acceleration / rate, dtype=np.complex128)
 
 
 def _settled(motion: Multisine) -> tuple[Array, int]:

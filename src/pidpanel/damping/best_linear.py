@@ -174,7 +174,7 @@ def _bands(lines: _Lines, edges: Array) -> list[tuple[float, float]]:
         part = lines.only(_within(lines, low, end))
         if part.frequency.size < 2:
             continue
-        # the error over C_e of a wider band: that over its own would end where it happens to be high
+        # over C_e of a wider band: over its own, bands would end where that happens to be high
         about = lines.only(_within(lines, low / 2, 2 * end))
         wide = _fit(about, about.force.mean(axis=0)).damping
         own = _fit(part, part.force.mean(axis=0))

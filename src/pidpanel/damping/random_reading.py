@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -172,10 +172,9 @@ def to_rows(reading: RandomReading, what: dict[str, Any]) -> list[dict[str, Any]
 
 def from_rows(rows: pd.DataFrame) -> RandomReading:
     """Return the reading of the rows of one patch; the inverse of `to_rows`."""
-    columns = {
-        one.name: rows[UNITS[one.name]].to_numpy(float) for one in fields(LinearApproximation)
-    }
-    bands = LinearApproximation(**{**columns, "packing_error": float(rows["packing_error"].iloc[0])})
+    columns: dict[str, Any] = {name: rows[column].to_numpy(float) for name, column in UNITS.items()}
+    columns["packing_error"] = float(rows["packing_error"].iloc[0])
+    bands = LinearApproximation(**columns)
     return RandomReading(
         bands,
         weight=float(rows["particle_mass_per_area_kg_m2"].iloc[0]),

@@ -89,8 +89,7 @@ def first_round(study: Study, panel: PanelInSound) -> RandomRound:
             fill_fraction=_fill(filling.fill_fraction),
             period=study.damping.random.time_s,
             phases=number,
-            **_as_values(solved[scenario.label].motions[filling.patch]),
-        )
+        ).with_motion(*solved[scenario.label].motions[filling.patch])
         for number, (scenario, filling, _) in enumerate(study.random_coupons())
     ]
     return RandomRound(0, tuple(drives), {label: one.rms_g for label, one in solved.items()})
@@ -134,8 +133,7 @@ def next_round(
                 moved=moved,
                 relative_error=error,
                 reached=good,
-                **_as_values(own.motions[drive.patch]),
-            )
+            ).with_motion(*own.motions[drive.patch])
         )
     rms = {label: one.rms_g for label, one in solved.items()}
     return RandomRound(before.round + 1, tuple(drives), rms)
@@ -255,14 +253,6 @@ def _fill(fill_fraction: float | None) -> float:
     if fill_fraction is None:  # the study asks for it with a coupon
         raise StudyError("a coupon without a fill fraction")
     return fill_fraction
-
-
-def _as_values(motion: tuple[Array, Array]) -> dict[str, tuple[float, ...]]:
-    frequency, psd = motion
-    return {
-        "frequency": tuple(frequency.tolist()),
-        "acceleration_psd": tuple(psd.tolist()),
-    }
 
 
 # --------------------------------------------------------------------------------- records
