@@ -12,6 +12,7 @@ them and by the inertia of the motion, so that in all, gravity aside,
 from __future__ import annotations
 
 import math
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,9 @@ SETTLING = 0.2
 FELT = 1e-4
 """Share of its largest value by which the inertia that the particles felt may differ from the one
 asked for: rows have six digits."""
+
+ROUNDED = 2e-5
+"""Share by which p² may be above 2 M E_kin where all spheres move alike: six digits of each."""
 
 HEADER = ["# Time-averaged data for fix record", "# TimeStep v_p v_inertia c_ke"]
 
@@ -182,8 +186,9 @@ class Record:
         try:
             with np.load(path) as stored:
                 found = {name: stored[name] for name in Record.__dataclass_fields__}
-        except (OSError, ValueError, KeyError, EOFError) as error:
-            raise LogTruncated(f"{path}: not a record of a random motion ({error})") from None
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            says = f"{path}: not a record of a random motion; delete it to run it again"
+            raise LogTruncated(f"{says} ({error})") from None
         scalars = {"period": float, "cells": int, "area": float, "mass_per_area": float}
         return Record(**{k: scalars[k](v) if k in scalars else v for k, v in found.items()})
 
@@ -265,8 +270,9 @@ def spectra(
         Of the particles [kg], and of the cells [m²].
     """
     rate = 2j * np.pi * motion.frequency
-    force: Complexes = (rate * momentum + mass * motion.acceleration) / area
-    return force, np.asarray(motion.acceleration / rate, dtype=np.complex128)
+    force = (rate * momentum + mass * motion.acceleration) / area
+    velocity = motion.acceleration / rate
+    return np.asarray(force, np.complex128), np.asarray(velocity, np.complex128)
 
 
 def _settled(motion: Multisine) -> tuple[Array, int]:
@@ -335,5 +341,5 @@ def check_rows(rows: Array, inertia: Array, mass: float, source: str) -> None:
         raise NotFinite(f"{source}: the particles felt another motion, {off:.2g} of its largest")
     energy = 2 * mass * rows[:, 3]
     square = rows[:, 1] ** 2
-    if (square > energy * (1 + 1e-5) + 1e-12 * energy.max()).any():
+    if (square > energy * (1 + ROUNDED)).any():
         raise NotFinite(f"{source}: p² above 2 M E_kin")
