@@ -10,11 +10,12 @@ from pathlib import Path
 
 from pidpanel.check import checked_study
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import cpu_seconds
-from pidpanel.coupon.from_study import distinct_cases
+from pidpanel.coupon.estimate import cpu_seconds, random_seconds
+from pidpanel.coupon.from_study import cases_of, distinct_cases
 from pidpanel.coupon.liggghts.failures import SolverFailure
 from pidpanel.coupon.probe import probe
 from pidpanel.paths import SNAKEFILE
+from pidpanel.response.random_rounds import expected_legs
 from pidpanel.study import CouponStudy, Study, StudyError
 
 
@@ -107,13 +108,16 @@ def _summary(study: CouponStudy) -> str:
 
 def _estimate(study: CouponStudy, results: Path, jobs: int) -> str:
     """Return how many cases of a study are still to be run, and how long that takes."""
-    cases = _cases(study)
     folder = results / "coupon"
+    cases = _cases(study)
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
-    if not left:
+    legs, rounds = expected_legs(study, results)
+    if not left and not legs:
         return f"{study.name}: no LIGGGHTS runs left, {len(cases)} coupon cases are complete"
-    seconds = cpu_seconds(left, probe(left), folder)
+    costs = probe(left or cases_of(study.random_coupons()[0][2]))
+    seconds = cpu_seconds(left, costs, folder) + random_seconds(legs, rounds, costs, folder)
+    driven = f" and {len(legs)} packings to drive at random, in {rounds} rounds" if legs else ""
     return (
-        f"{study.name}: {len(left)} of {len(cases)} coupon cases to run, about "
+        f"{study.name}: {len(left)} of {len(cases)} coupon cases to run{driven}, about "
         f"{seconds / 60:.1f} min of CPU time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
     )

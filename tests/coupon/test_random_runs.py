@@ -66,7 +66,9 @@ def test_a_sphere_on_a_spring_and_a_dashpot_has_the_impedance_of_its_equation(tm
     stiffness, drag = mass * 1000.0**2, 2 * 0.33 * mass * 1000.0
     template = tmp_path / "element.in.j2"
     template.write_text(
-        ELEMENT.replace("{{ stiffness }}", f"{stiffness:.12g}").replace("{{ drag }}", f"{drag:.12g}")
+        ELEMENT.replace("{{ stiffness }}", f"{stiffness:.12g}").replace(
+            "{{ drag }}", f"{drag:.12g}"
+        )
     )
     # the drag of a step is that of half a step before: ω Δt/2 of it, 3e-4 at 1 µs
     run = leg(0.4, time_step=1e-6)
@@ -87,7 +89,9 @@ def test_a_sphere_on_a_spring_and_a_dashpot_has_the_impedance_of_its_equation(tm
 
 
 @pytest.mark.liggghts
-def test_a_sphere_that_touches_nothing_feels_no_force_and_the_next_leg_begins_where_it_was(tmp_path):
+def test_a_sphere_that_touches_nothing_feels_no_force_and_the_next_leg_begins_where_it_was(
+    tmp_path,
+):
     # red: `last` → `spheres[:, :3]` in shake_at_random
     first = shake_at_random(leg(0.2), MOTION, spheres(10e-3), tmp_path / "one")
     # against M a, which it would feel as dead weight; rows have six digits
@@ -98,9 +102,10 @@ def test_a_sphere_that_touches_nothing_feels_no_force_and_the_next_leg_begins_wh
     assert abs(moved[0]) > 1e-5
     again = shake_at_random(leg(0.2, phases=2), MOTION, first.spheres, tmp_path / "two")
     assert abs(again.spheres[0, 2] - first.spheres[0, 2]) > 1e-6
-    assert abs(np.vdot(first.velocity, again.velocity)) < 0.5 * np.vdot(
-        first.velocity, first.velocity
-    ).real
+    assert (
+        abs(np.vdot(first.velocity, again.velocity))
+        < 0.5 * np.vdot(first.velocity, first.velocity).real
+    )
     first.write(tmp_path / "one.npz")
     read = Record.read(tmp_path / "one.npz")
     assert (read.force == first.force).all()
@@ -162,7 +167,7 @@ def test_rows_of_another_motion_or_against_physics_are_refused():
     rows, mass = rows_of(), 1e-3
     rows[:, 1] = np.sqrt(2 * mass * rows[:, 3]) * (1 - 1e-7)
     check_rows(rows, rows[:, 2], mass, "here")
-    with pytest.raises(NotFinite, match="here: the particles felt another motion, 0.032"):
+    with pytest.raises(NotFinite, match=r"felt another motion, 0\.032"):
         check_rows(rows, rows[:, 2] + [0, 0, 0.1, 0, 0], mass, "here")
     rows[1, 1] *= 1.001
     with pytest.raises(NotFinite, match="here: p² above 2 M E_kin"):
@@ -172,5 +177,5 @@ def test_rows_of_another_motion_or_against_physics_are_refused():
 def test_a_record_that_is_cut_is_named(tmp_path):
     # red: `except (OSError, …)` without BadZipFile
     (tmp_path / "cut.npz").write_bytes(b"PK\x03\x04 nothing")
-    with pytest.raises(LogTruncated, match="cut.npz: not a record of a random motion"):
+    with pytest.raises(LogTruncated, match=r"cut\.npz: not a record of a random motion"):
         Record.read(tmp_path / "cut.npz")

@@ -21,7 +21,8 @@ def values(**changes):
     found["scenarios"].pop("pots")
     found["damping"] = {
         "readings": READINGS,
-        "random": {"relative_error": 0.3, "time_s": 0.3, "max_time_s": 1.2, "max_rounds": 4} | changes,
+        "random": {"relative_error": 0.3, "time_s": 0.3, "max_time_s": 1.2, "max_rounds": 4}
+        | changes,
     }
     return found
 

@@ -53,7 +53,7 @@ HAS_ROUNDS = HAS_PANEL and (HAS_TARGET or STUDY.damping.tones is not None)
 
 # coupons that are driven at random with the motion of their patches (random.smk): by the number of
 # the drive their damper, and by number and seed their bed
-RANDOM_COUPONS = STUDY.random_coupons() if HAS_PANEL else ()
+RANDOM_COUPONS = STUDY.random_coupons()
 RANDOM_DAMPERS = {str(n): filling.damper for n, (_, filling, _) in enumerate(RANDOM_COUPONS)}
 RANDOM_BEDS = {
     (str(number), str(seed)): bed_at(coupon, filling.fill_fraction, seed)

@@ -14,6 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
+from pidpanel.coupon.random_runs import SETTLING, RandomRun
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 
 BULK_FRACTION = 0.45
@@ -31,6 +32,12 @@ by half, and one in twenty takes eight times as long."""
 
 PER_JOB = 0.4
 """CPU time of a process besides LIGGGHTS [s]: Python and its imports."""
+
+PER_LEG = 1.5
+"""CPU time of a job besides LIGGGHTS that reads the study and writes a record [s]."""
+
+PER_SAMPLE = 2e-5
+"""CPU time of a line of a random drive in LIGGGHTS, besides its steps [s]."""
 
 PER_RUN = 0.15
 """CPU time of a run in that process [s]: its decks, its rows, its energy balance."""
@@ -148,10 +155,25 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
                 continue
             spheres = spheres_in(run.packing, run.fill_fraction)
             total += PER_RUN + run_steps(run, case) * step.of(spheres, travel(run))
-            if not (results / "bed" / run.bed.label / "bed.json").exists():
-                beds.add(run.bed)
+            beds.add(run.bed)
+    return total + bed_seconds(beds, costs, results)
+
+
+def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
+    """CPU time of the beds that are not yet in ``results/coupon``, and of their packings [s].
+
+    Parameters
+    ----------
+    beds
+        Each once.
+    costs, results
+        As of `cpu_seconds`.
+    """
+    step, total = costs.step, 0.0
     packings: set[Packing] = set()
     for bed in beds:
+        if (results / "bed" / bed.label / "bed.json").exists():
+            continue
         loose = loosening(bed)
         spheres = spheres_in(bed.packing, bed.fill_fraction)
         steps = LOOSENING.cycles * loose.steps_per_cycle
@@ -163,3 +185,27 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
         sphere = costs.poured_sphere * costs.diameter / packing.diameter
         total += PER_JOB + spheres_in(packing, 1.4) * sphere
     return total
+
+
+def random_seconds(
+    legs: Iterable[tuple[RandomRun, float]], rounds: int, costs: Costs, results: Path
+) -> float:
+    """CPU time of coupons that are driven at random [s].
+
+    Parameters
+    ----------
+    legs
+        Of each packing of each patch one leg, and the time of all its records [s].
+    rounds
+        Legs of each.
+    costs, results
+        As of `cpu_seconds`.
+    """
+    total, beds = 0.0, set()
+    for run, record in legs:
+        time = record + rounds * SETTLING
+        spheres = spheres_in(run.bed.packing, run.bed.fill_fraction)
+        a_sample = run.steps_per_sample * costs.step.of(spheres) + PER_SAMPLE
+        total += rounds * PER_LEG + time / (run.time_step * run.steps_per_sample) * a_sample
+        beds.add(run.bed)
+    return total + bed_seconds(beds, costs, results)

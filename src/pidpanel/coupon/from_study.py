@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -113,6 +114,25 @@ def random_run_of(
     """
     constants = _constants(coupon, bed.packing, tone)
     return random_run(bed, constants, band, period, phases, coupon.time_step_rayleigh)
+
+
+def random_legs(study: Study) -> list[RandomRun]:
+    """Return a leg of the first length for each packing of each patch driven at random.
+
+    Its contacts are as soft as the study allows: which ones the motion takes is not known before.
+    """
+    wanted = study.damping.random
+    legs = []
+    for _, filling, coupon in study.random_coupons():
+        soft = min((*coupon.stiffness.choices, coupon.particles.youngs_modulus))
+        for seed in range(1, wanted.seeds + 1):
+            bed = bed_at(coupon, filling.fill_fraction or 1.0, seed)
+            constants = replace(bed.constants, youngs_modulus=soft, wall_youngs_modulus=soft)
+            band = study.response.frequency_hz
+            legs.append(
+                random_run(bed, constants, band, wanted.time_s, 0, coupon.time_step_rayleigh)
+            )
+    return legs
 
 
 def shake_random_leg(

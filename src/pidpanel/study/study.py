@@ -59,6 +59,10 @@ class CouponStudy(Model):
         """Coupons to simulate by name, that of the section first."""
         return {SECTION: self.coupon} if self.coupon else {}
 
+    def random_coupons(self) -> tuple[tuple[Scenario, Filling, Coupon], ...]:
+        """Return what is driven at random; see `Study`."""
+        return ()
+
 
 class Study(CouponStudy):
     """All that a run of the whole workflow depends on."""
