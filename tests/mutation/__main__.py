@@ -44,14 +44,15 @@ from mutants import Mutant, mutants_of
 
 FORMULAS = {
     "": "cells inelastic plane_mesh plane_waves polygon sizes third_octaves",
-    "coupon": "balance contact cycles drive geometry packings rows",
-    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
-    "surface surface_cases tables",
+    "coupon": "balance contact cycles drive geometry multisine packings rows",
+    "damping": "best_linear constants design fit forms gaussian_process interpolation jump laws "
+    "random_reading readings sides surface surface_cases tables",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
-    "model motions power radiation scenarios search solvers stress tabdmp1 tables uncertainty",
+    "model motions power radiation scenarios search solvers source stress tabdmp1 tables "
+    "uncertainty",
 }
 """Modules with formulas, by stage; first those of all stages."""
 

@@ -75,14 +75,15 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "arrays check cli constants fingerprint paths round script stamp verification",
-    "coupon": "attempts batches cases coding estimate from_study preparation probe records "
-    "runs summary window",
+    "": "arrays check cli constants fingerprint paths random_round round script stamp verification",
+    "coupon": "attempts batches cases coding estimate from_study preparation probe random_runs "
+    "records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",
-    "response": "export from_study map_files nastran refinement results rounds verification "
+    "response": "export from_study map_files nastran random_rounds refinement results rounds "
+    "verification "
     "verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
