@@ -47,7 +47,9 @@ rule random_leg:
         bed=bed_of_leg,
         before=lambda wildcards, input: "none" if wildcards.leg == "0" else input.start,
         coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
-        code=code("random_leg"),
+        deck=content(*(TEMPLATES / name for name in ("random.in.j2", "header.j2", "contacts.j2"))),
+        # not of the study's models: legs are expensive
+        code=code_digest("pidpanel.coupon.random_runs"),
     shell:
         'python -m scripts.random_leg "$PIDPANEL_STUDY" {input.round} {wildcards.drive}'
         " {wildcards.seed} {params.bed} {params.before} {output} 2> {log}"

@@ -97,6 +97,10 @@ class RandomReading:
         """Return the same damping with m_a = 0."""
         return replace(self, with_mass=False)
 
+    def with_packing_error(self, packing_error: float) -> RandomReading:
+        """Return the same with another error of its packings [1]."""
+        return replace(self, bands=replace(self.bands, packing_error=packing_error))
+
     @property
     def of_packings_alone(self) -> RandomReading:
         """The same with no other errors than those of few packings."""

@@ -121,8 +121,8 @@ def next_tones(
     chosen = design.next_cases(surface, wanted, left, case_error, tones.relative_error, room)
     more = tuple((float(r), float(f), float(gamma)) for r, f, gamma in left[chosen])
     tones_so_far = (*before.tones, *more)
-    one = Round(before.round + 1, before.cases, len(chosen), tones=tones_so_far, of="tones")
-    return _stating(one, tones, panel, surface, found)
+    onward = Round(before.round + 1, before.cases, len(chosen), tones=tones_so_far, of="tones")
+    return _stating(onward, tones, panel, surface, found)
 
 
 def _stating(

@@ -148,7 +148,7 @@ def _factors(rows: Array | Complexes, pivots: Index, square: Array) -> Array | C
     """Return L (nf, n, r) of rows (nf, r, n) of G and its diagonal (nf, n); see `factors_at`."""
     least = LEAST_FORCE * square.max(axis=1, keepdims=True)
     scale = np.sqrt(np.maximum(square, least))[:, pivots]
-    factors = np.empty_like(rows)
+    factors: Array | Complexes = np.empty_like(rows)
     for line, own in enumerate(rows):
         scaled = own / scale[line][:, None]
         try:
@@ -159,7 +159,8 @@ def _factors(rows: Array | Complexes, pivots: Index, square: Array) -> Array | C
     left = square - np.sum(np.abs(factors) ** 2, axis=1)
     if np.any(np.abs(left) > SLACK * FACTOR_TOLERANCE * np.maximum(square, least)):
         return None
-    return np.ascontiguousarray(factors.swapaxes(1, 2).conj())
+    turned: Array | Complexes = np.ascontiguousarray(factors.swapaxes(1, 2).conj())
+    return turned
 
 
 def constant_table(wavenumber_max: float, matrix: Array) -> WavenumberTable:

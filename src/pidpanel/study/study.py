@@ -190,8 +190,8 @@ class Study(CouponStudy):
         if set(self.readings) & set(RANDOM) and not any(
             damper.coupon for damper in self.all_dampers.values()
         ):
-            says = "missing; required for the reading 'random' of damping"
-            yield Mistake(("coupon",), says)
+            says = "a section coupon or a damper with a coupon is required to drive it at random"
+            yield Mistake(("damping", "readings"), says)
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
