@@ -112,7 +112,7 @@ def random_run_of(
         The sine with the rms acceleration and velocity of the motion, for which the contacts are
         softened.
     """
-    constants = _constants(coupon, bed.packing, tone)
+    constants = _constants(coupon, bed.packing, tone, bed.stroke_per_gap(tone))
     return random_run(bed, constants, band, period, phases, coupon.time_step_rayleigh)
 
 

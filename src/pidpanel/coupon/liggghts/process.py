@@ -213,7 +213,8 @@ class Liggghts:
         # the log would have five lines for each line of the files
         return self._execute(
             f"log none\nrun 0\nrun {steps} pre no post no every {every} "
-            f'"next {" ".join(variables)}"'
+            f'"next {" ".join(variables)}"',
+            steps=every,  # the start of each line of the files is told
         )
 
     def run_and_dump(
