@@ -50,9 +50,10 @@ def test_errors_are_those_of_the_bands_and_of_the_packings():
     assert covariance[2, 2] == pytest.approx(0.3**2 + 0.09**2)
     assert covariance[2, 3] == pytest.approx(0.09 * 0.03)
     assert (covariance[:2, 2:] == 0).all()
-    assert (READING.cross_covariance(BANDS.frequency, (0.5, 1), (0.3, 2)) == READING.covariance(
-        BANDS.frequency, 0.5, 1
-    )).all()
+    assert (
+        READING.cross_covariance(BANDS.frequency, (0.5, 1), (0.3, 2))
+        == READING.covariance(BANDS.frequency, 0.5, 1)
+    ).all()
 
 
 def test_without_mass_it_is_a_dashpot_of_the_same_weight():

@@ -57,6 +57,7 @@ def heavy(lines, damping=2000.0, mass=30.0):
 def checked(panel, basis, shapes, lines, scenarios):
     ratio = damping_ratios(basis, ZETA, CUTOFF)
     modal = ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+
     def of_basis(frequency):
         return uniform(frequency, basis)[None]
 

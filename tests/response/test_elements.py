@@ -102,9 +102,7 @@ def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(elements, "MOST_STEPS", 0)
     found = panel(tmp_path)
     for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
-        np.testing.assert_allclose(
-            motion.whole, found.dense(one), rtol=1e-6, atol=1e-12
-        )
+        np.testing.assert_allclose(motion.whole, found.dense(one), rtol=1e-6, atol=1e-12)
 
 
 def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):

@@ -142,9 +142,7 @@ def test_stated_errors_of_rms_accelerations_are_true(made, panel, tmp_path):
         folder.mkdir()
         looped(made, folder, common=0.3, own=0.1, draw=draw)
         (last,) = sorted(folder.glob("impedance*.csv"))[-1:]
-        readings = {
-            key: one.with_packing_error(0.0) for key, one in read_random(last).items()
-        }
+        readings = {key: one.with_packing_error(0.0) for key, one in read_random(last).items()}
         found = solve(study, panel, readings)["both"]
         points = [name for name in expected if not name.startswith("patch")]
         off = max(abs(found.rms_g[name] / expected[name] - 1) for name in points)
@@ -165,7 +163,9 @@ def test_records_of_another_motion_do_not_count(made, tmp_path):
     record = Record.read(path)
     Record(**{**vars(record), "force": 5 * record.force}).write(path)
     study, files = made
-    write_round(study, files, tmp_path, len(rounds) - 1, tmp_path / "again.json", tmp_path / "a.csv")
+    write_round(
+        study, files, tmp_path, len(rounds) - 1, tmp_path / "again.json", tmp_path / "a.csv"
+    )
     assert RandomRound.read(tmp_path / "again.json") == rounds[-1]
 
 

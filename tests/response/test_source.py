@@ -53,7 +53,10 @@ def test_modal_forces_of_independent_cells_and_of_a_common_pressure(panel):
     forces = pressure @ shape * cell
     expected = forces.T @ forces / 4000
     found = force_psd(
-        np.array([[common]]), np.array([[own * area]]), exact(panel)[None], panel.overlap((0.75, 0.5))[None]
+        np.array([[common]]),
+        np.array([[own * area]]),
+        exact(panel)[None],
+        panel.overlap((0.75, 0.5))[None],
     )[0]
     # 4000 draws know a variance to 2.2 %; the middle of cells of 5 mm to 0.2 %
     assert np.abs(found - expected).max() < 0.1 * np.abs(expected).max()

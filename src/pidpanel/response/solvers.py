@@ -19,6 +19,7 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.response.dampers import acceleration_slope, attach_dampers
 from pidpanel.response.diagonal import DiagonalMotions, diagonal_response, diagonal_slope
 from pidpanel.response.direct import DirectMotions, DirectPanel
+from pidpanel.response.lines import root_mean_square
 from pidpanel.response.modal import (
     OVERLAP_CUTOFF,
     BarePanel,
@@ -30,7 +31,6 @@ from pidpanel.response.modal import (
     matrices_at,
     patch_motions_in_vacuum,
 )
-from pidpanel.response.lines import root_mean_square
 from pidpanel.response.model import ModalBasis, Patches, Response
 from pidpanel.response.motions import Motions, ReducedMotions
 

@@ -187,7 +187,8 @@ def papers_panel(
         lines = lines_to_try((28.0, HIGHEST), len(left_out), len(POINTS) * len(layouts), attempt)
         check = check_basis(
             wider, stored, joined_shapes(basis, stored, left_out).vectors, modal,
-            partial(of_shapes, wider), diffuse, ratio, cutoff, lines, [of_patches(list(patches), on, len(lines)) for on in layouts],
+            partial(of_shapes, wider), diffuse, ratio, cutoff, lines,
+            [of_patches(list(patches), on, len(lines)) for on in layouts],
         )  # fmt: skip
         if not check.left_out.shape[1]:
             break

@@ -148,19 +148,19 @@ def _factors(rows: Array | Complexes, pivots: Index, square: Array) -> Array | C
     """Return L (nf, n, r) of rows (nf, r, n) of G and its diagonal (nf, n); see `factors_at`."""
     least = LEAST_FORCE * square.max(axis=1, keepdims=True)
     scale = np.sqrt(np.maximum(square, least))[:, pivots]
-    factors: Array | Complexes = np.empty_like(rows)
+    factors = np.empty((len(rows), rows.shape[2], rows.shape[1]), rows.dtype)
     for line, own in enumerate(rows):
         scaled = own / scale[line][:, None]
         try:
             triangle = la.cholesky(scaled[:, pivots] / scale[line], lower=True)
         except la.LinAlgError:  # of rounding of the table
             return None
-        factors[line] = la.solve_triangular(triangle, scaled, lower=True, check_finite=False)
-    left = square - np.sum(np.abs(factors) ** 2, axis=1)
+        turned = la.solve_triangular(triangle, scaled, lower=True, check_finite=False)
+        factors[line] = turned.conj().T
+    left = square - np.sum(np.abs(factors) ** 2, axis=2)
     if np.any(np.abs(left) > SLACK * FACTOR_TOLERANCE * np.maximum(square, least)):
         return None
-    turned: Array | Complexes = np.ascontiguousarray(factors.swapaxes(1, 2).conj())
-    return turned
+    return factors
 
 
 def constant_table(wavenumber_max: float, matrix: Array) -> WavenumberTable:
