@@ -6,10 +6,11 @@ nodes than kL/2, with L the diameter of the panel.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
 
@@ -144,7 +145,7 @@ class WavenumberTable:
         return k
 
 
-def _factors(rows: Array | Complexes, pivots: Index, square: Array) -> Array | Complexes | None:
+def _factors(rows: NDArray[Any], pivots: Index, square: Array) -> NDArray[Any] | None:
     """Return L (nf, n, r) of rows (nf, r, n) of G and its diagonal (nf, n); see `factors_at`."""
     least = LEAST_FORCE * square.max(axis=1, keepdims=True)
     scale = np.sqrt(np.maximum(square, least))[:, pivots]
