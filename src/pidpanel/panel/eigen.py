@@ -65,7 +65,13 @@ def eigenpairs(
         found, shapes = _near(stiffness, mass, shift, low, high)
         values.append(found)
         vectors.append(shapes)
-    return np.concatenate(values), np.hstack(vectors)
+    together = np.empty((stiffness.shape[0], sum(map(len, values))))
+    start = 0
+    while vectors:  # each is let go once it is copied
+        part = vectors.pop(0)
+        together[:, start : start + part.shape[1]] = part
+        start += part.shape[1]
+    return np.concatenate(values), together
 
 
 def _slices(limit: float, count: int) -> Iterator[tuple[float, float, float]]:

@@ -61,6 +61,10 @@ LOADED_TOLERANCE = 1e-4
 # A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
 # is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
 RIGID = 1e-12
+# A plate has at most three rigid modes; they are looked for among so many of the lowest.
+MOST_RIGID = 16
+# Columns of which the energies are computed together, so that no copy of all is made.
+COLUMNS_AT_ONCE = 64
 # Of the elastic energy of a static answer: what the modes leave below it is rounding.
 ROUNDING = 1e-16
 
@@ -154,7 +158,7 @@ class Shapes:
         """
         K, M = plate.stiffness, plate.mass
         modes, residuals = self.modes, self.residuals
-        modal_mass = np.einsum("ki,ki->i", modes, M @ modes)
+        modal_mass = _squares(M, modes)
         unit = residuals / np.sqrt(np.einsum("ki,ki->i", residuals, K @ residuals))
         rest = more[:, ~_is_rigid(plate, more)]
         rest = rest / np.sqrt(np.einsum("ki,ki->i", rest, K @ rest))
@@ -201,7 +205,8 @@ def panel_shapes(
     """
     frequency, modes = normal_modes(plate, frequency_limit, LEAST_MODES)
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
-    shapes = Shapes(frequency, residual_frequency, _normalise(plate, np.hstack([modes, residuals])))
+    shapes = Shapes(frequency, residual_frequency, np.hstack([modes, residuals]))
+    del modes
     mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
     if not mass:
         return shapes
@@ -300,8 +305,10 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
     else:
         eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
     order = np.argsort(eigenvalue)
-    eigenvalue, modes = eigenvalue[order], modes[:, order]
-    eigenvalue[_is_rigid(plate, modes)] = 0.0
+    if np.any(np.diff(order) < 0):  # those of slices are in order, and many
+        eigenvalue, modes = eigenvalue[order], modes[:, order]
+    lowest = slice(MOST_RIGID)
+    eigenvalue[lowest][_is_rigid(plate, modes[:, lowest])] = 0.0
     frequency = np.sqrt(eigenvalue) / (2 * np.pi)
     found = int(np.sum(frequency < frequency_limit))
     if found != count:
@@ -315,9 +322,16 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
 
 def _is_rigid(plate: Matrices, modes: Array) -> Flags:
     """Return whether the elastic energy of each mode is rounding error only."""
-    energy = np.einsum("ki,ki->i", modes, plate.stiffness @ modes)
-    terms = np.einsum("ki,ki->i", abs(modes), abs(plate.stiffness) @ abs(modes))
-    return energy < RIGID * terms
+    return _squares(plate.stiffness, modes) < RIGID * _squares(abs(plate.stiffness), abs(modes))
+
+
+def _squares(matrix: sp.csr_array, vectors: Array) -> Array:
+    """Return vᵀ A v (n,) of columns (n_free, n)."""
+    found = np.empty(vectors.shape[1])
+    for start in range(0, found.size, COLUMNS_AT_ONCE):
+        some = slice(start, start + COLUMNS_AT_ONCE)
+        found[some] = np.einsum("ki,ki->i", vectors[:, some], matrix @ vectors[:, some])
+    return found
 
 
 def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> tuple[Array, Array]:
@@ -357,10 +371,11 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     if not plate.patch_overlap:
         return np.zeros(0), np.zeros((n_free, 0))
     forces = np.hstack([_forces(overlap, modes) for overlap in plate.patch_overlap.values()])
-    modal_mass = np.einsum("ki,ki->i", modes, plate.mass @ modes)
+    modal_mass = _squares(plate.mass, modes)
     invertible = plate.stiffness
-    if (rigid := _is_rigid(plate, modes)).any():
-        elastic = modes[:, ~rigid][:, :1]
+    lowest = modes[:, : MOST_RIGID + 1]
+    if (rigid := _is_rigid(plate, lowest)).any():
+        elastic = lowest[:, ~rigid][:, :1]
         first = (elastic.T @ (plate.stiffness @ elastic)) / (elastic.T @ (plate.mass @ elastic))
         invertible = invertible + first.item() * plate.mass
     static = factors(invertible).solve(forces)
