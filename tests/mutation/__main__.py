@@ -52,7 +52,7 @@ FORMULAS = {
     "sound": "added_mass face field spectrum table wavenumber_table",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
     "model motions power radiation scenarios search solvers source stress tabdmp1 tables "
-    "uncertainty",
+    "uncertainty verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""
 

@@ -84,7 +84,7 @@ OTHERS = {
     "sound": "field_files from_study verification",
     "response": "export from_study map_files nastran random_rounds refinement results rounds "
     "verification "
-    "verification_layouts verification_panel",
+    "verdict_files verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

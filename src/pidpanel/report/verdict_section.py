@@ -1,0 +1,166 @@
+"""Which reading of the damping may be used when: every reading beside the coupled runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pidpanel.report import style
+from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.layout import WIDTH
+from pidpanel.report.text import READINGS, signed
+from pidpanel.response.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
+from pidpanel.response.verdict_files import BARE, DEAD_WEIGHT
+
+DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}
+"""What is no reading of the damping, in grey."""
+
+NAMES = {**READINGS, BARE: "Bare panel", DEAD_WEIGHT: "The same mass as dead weight"}
+
+HELD = {"yes": "holds", "no": "does not hold", "open": "open"}
+
+
+def worst(verdict: pd.DataFrame) -> pd.DataFrame:
+    """Return of each reading and scenario what is worst of its points.
+
+    Parameters
+    ----------
+    verdict
+        ``coupled/verdict.csv``.
+    """
+    rows = []
+    for (reading, scenario), here in verdict.groupby(["reading", "scenario"], sort=False):
+        band = here["band_difference_db"].abs().idxmax()
+        rms = here["difference"].abs().idxmax()
+        holds = set(here["holds"])
+        rows.append(
+            {
+                "reading": reading,
+                "scenario": scenario,
+                "oaspl_db": float(here["oaspl_db"].iloc[0]),
+                "difference": here.loc[rms, "difference"],
+                "rms_error": here.loc[rms, "coupled_g_rms_relative_error"],
+                "band_difference_db": here.loc[band, "band_difference_db"],
+                "band_error_db": here.loc[band, "band_error_db"],
+                "band_hz": here.loc[band, "band_hz"],
+                "holds": "no" if "no" in holds else "open" if "open" in holds else "yes",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def verdict_finding(found: pd.DataFrame) -> str:
+    """Return in how many scenarios each reading holds.
+
+    Parameters
+    ----------
+    found
+        From `worst`.
+    """
+    count = found["scenario"].nunique()
+    said = []
+    for reading in found["reading"].unique():
+        if reading in (BARE, DEAD_WEIGHT):
+            continue
+        here = found[found["reading"] == reading]
+        good, unsure = (int((here["holds"] == word).sum()) for word in ("yes", "open"))
+        text = f"{NAMES[reading]}: holds in {good} of {count}"
+        said.append(text + (f", open in {unsure}" if unsure else ""))
+    return (
+        f"A reading holds where g rms is within {RMS_LIMIT:.0%} of the coupled run and every third "
+        f"octave within {BAND_DEPTH:g} dB of the highest is within {BAND_LIMIT:g} dB, at every "
+        f"point. {'; '.join(said)}. Open: two standard errors of the coupled run reach across a "
+        "limit."
+    )
+
+
+def verdict_table(found: pd.DataFrame) -> Table:
+    """Return a row a reading and a column a scenario, with what is worst of its points.
+
+    Parameters
+    ----------
+    found
+        From `worst`.
+    """
+    scenarios = list(found["scenario"].unique())
+    cells = found.set_index(["reading", "scenario"])
+    rows = []
+    for reading in found["reading"].unique():
+        row = [NAMES[reading]]
+        for scenario in scenarios:
+            if (reading, scenario) not in cells.index:
+                row.append("–")
+                continue
+            one = cells.loc[(reading, scenario)]
+            row.append(
+                f"{signed(100 * one['difference'], 1)} ± {100 * one['rms_error']:.1f} %; "
+                f"{signed(one['band_difference_db'], 2)} ± {one['band_error_db']:.2f} dB at "
+                f"{one['band_hz']:.0f} Hz: {HELD[one['holds']]}"
+            )
+        rows.append(row)
+    return Table(
+        "Difference from the coupled run, worst of the points: g rms; third octave furthest off",
+        ["reading", *scenarios],
+        rows,
+    )
+
+
+def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
+    """Draw g rms over that of the coupled run against the level, a panel a point.
+
+    Parameters
+    ----------
+    verdict
+        ``coupled/verdict.csv``.
+    points
+        Names of the points in order.
+    """
+    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
+    panels = figure.subplots(1, len(points), sharey=True, squeeze=False)[0]
+    readings = [one for one in verdict["reading"].unique() if one not in DASHED]
+    for axes, point in zip(panels, points, strict=True):
+        here = verdict[verdict["point"] == point]
+        axes.axhspan(-100 * RMS_LIMIT, 100 * RMS_LIMIT, color="#eeeeee", lw=0, zorder=0)
+        for reading in here["reading"].unique():
+            own = here[here["reading"] == reading].sort_values("oaspl_db")
+            colour = DASHED.get(reading) or style.place_colour(reading, readings)
+            line = "--" if reading in DASHED else "-"
+            values = own["oaspl_db"], 100 * own["difference"]
+            axes.plot(*values, line, color=colour, marker="o", ms=3, label=NAMES[reading])
+        run = here.drop_duplicates("scenario").sort_values("oaspl_db")
+        axes.errorbar(
+            run["oaspl_db"], 0 * run["oaspl_db"], 200 * run["coupled_g_rms_relative_error"],
+            color=style.BARE, capsize=2.5, lw=1.1, label="Coupled run, ± two standard errors",
+        )  # fmt: skip
+        axes.set_title(f"point {point}", loc="left", fontweight="bold")
+        axes.set_xlabel("OASPL, dB re 20 µPa")
+    panels[0].set_ylabel("g rms over the coupled run, %")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def verdict_section(verdict: pd.DataFrame, points: Sequence[str]) -> Section:
+    """Return the finding, the figure over the level where there are several, and the table.
+
+    Parameters
+    ----------
+    verdict
+        ``coupled/verdict.csv`` (points as text).
+    points
+        Names of the points in order.
+    """
+    found = worst(verdict)
+    blocks: list[Block] = [Paragraph(verdict_finding(found))]
+    if found["oaspl_db"].nunique() > 1:
+        blocks.append(
+            Picture(
+                "verdict_level",
+                style.png(level_figure(verdict, points)),
+                "g rms of every reading over that of panel and particles in one time "
+                f"integration. Grey: within {RMS_LIMIT:.0%}.",
+            )
+        )
+    blocks.append(verdict_table(found))
+    return Section("verdict", "Which reading holds", blocks)

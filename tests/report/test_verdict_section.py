@@ -1,0 +1,61 @@
+"""Which reading holds, on the page."""
+
+import pandas as pd
+import pytest
+
+from pidpanel.report.verdict_section import verdict_section, worst
+from pidpanel.response.verdict_files import BARE, COLUMNS
+
+
+def row(reading, point, level, difference, band, holds):
+    values = (f"P_{level}", level, reading, point, 10.0, 11.0, 0.01, difference, 63.0, band, 0.1,
+              holds)  # fmt: skip
+    return dict(zip(COLUMNS, values, strict=True))
+
+
+@pytest.fixture
+def verdict():
+    return pd.DataFrame(
+        [
+            row(reading, point, level, difference * sign, band * sign, holds)
+            for level in (122.0, 136.7)
+            for reading, difference, band, holds in (
+                (BARE, 0.3, 3.0, "no"), ("dem", -0.1, -1.0, "no"), ("random", 0.01, 0.2, "yes"),
+            )
+            for point, sign in (("a", 1), ("b", -0.5))
+        ]
+    )  # fmt: skip
+
+
+def test_what_is_worst_of_the_points_counts(verdict):
+    # red: in worst, idxmax -> idxmin of the bands
+    verdict.loc[(verdict["reading"] == "random") & (verdict["point"] == "b"), "holds"] = "open"
+    found = worst(verdict).set_index(["reading", "scenario"])
+    assert found.loc[("dem", "P_122.0"), "difference"] == -0.1
+    assert found.loc[("dem", "P_122.0"), "band_difference_db"] == -1.0
+    assert found.loc[("random", "P_122.0"), "holds"] == "open"
+
+
+def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
+    # red: in verdict_finding, == "yes" -> != "no" (with the "open" below)
+    verdict.loc[(verdict["reading"] == "random") & (verdict["oaspl_db"] > 130), "holds"] = "open"
+    section = verdict_section(verdict, ["a", "b"])
+    text = section.blocks[0].text
+    assert "DEM: holds in 0 of 2;" in text
+    assert "DEM, driven at random: holds in 1 of 2, open in 1" in text
+    assert "Bare" not in text  # no reading
+
+
+def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
+    # red: ["reading", *scenarios[:1]]
+    table = verdict_section(verdict, ["a", "b"]).blocks[-1]
+    assert list(table.columns) == ["reading", "P_122.0", "P_136.7"]
+    assert len(table.rows) == 3
+    assert table.rows[1][1].startswith("−10.0 ± 1.0 %; −1.00 ± 0.10 dB at 63 Hz")
+
+
+def test_one_level_has_no_figure_over_the_level(verdict):
+    # red: nunique() > 0
+    one = verdict[verdict["oaspl_db"] == 122.0]
+    assert [block.kind for block in verdict_section(one, ["a"]).blocks] == ["paragraph", "table"]
+    assert "picture" in [block.kind for block in verdict_section(verdict, ["a"]).blocks]
