@@ -44,7 +44,7 @@ from mutants import Mutant, mutants_of
 
 FORMULAS = {
     "": "cells inelastic plane_mesh plane_waves polygon sizes third_octaves",
-    "coupon": "balance contact cycles drive geometry multisine packings rows",
+    "coupon": "balance contact cycles drive geometry multisine packings rows states",
     "damping": "best_linear constants design fit forms gaussian_process interpolation jump laws "
     "random_reading readings sides surface surface_cases tables",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
