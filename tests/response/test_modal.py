@@ -12,7 +12,7 @@ from scipy.signal import cont2discrete, lfilter
 from pidpanel.response.dampers import PatchMotion, attach_dampers
 from pidpanel.response.diagonal import DiagonalMotions, diagonal_response
 from pidpanel.response.lines import frequency_grid, root_mean_square
-from pidpanel.response.modal import bare_panels
+from pidpanel.response.modal import bare_panels, patch_motions_in_vacuum
 from pidpanel.response.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.response.radiation import air_resistance
 
@@ -186,6 +186,66 @@ def test_modal_force_may_be_one_matrix_one_a_line_or_a_function(panel, lines):
     one = attach_dampers(bare_of(panel, many, modal_force=lines.modal_force[0]), none, none)
     scaled = one.acceleration_psd * np.geomspace(1.0, 30.0, 300)[:, None]
     np.testing.assert_allclose(per_line.acceleration_psd, scaled, rtol=1e-12)
+
+
+class InColumns:
+    """G that is also known as L Lᴴ; without factors, as where there are not few."""
+
+    def __init__(self, factors, known=True):
+        self.columns, self.known = factors, known
+
+    def __call__(self, frequency):
+        whole = self.columns @ self.columns.conj().T
+        return np.broadcast_to(whole, (frequency.size, *whole.shape))
+
+    def factors(self, frequency):
+        if not self.known:
+            return None
+        return np.broadcast_to(self.columns, (frequency.size, *self.columns.shape))
+
+
+@pytest.mark.parametrize("in_air", [False, True])
+@pytest.mark.parametrize("phase", [0.0, 1.0])
+def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase):
+    # red: in _InAir.in_parts, turned.real @ factors, turned.real @ factors
+    n = panel.basis.natural_frequency.size
+    rng = np.random.default_rng(1)
+    columns = rng.standard_normal((n, 3)) * np.exp(1j * phase * rng.standard_normal((n, 3)))
+    columns = columns if phase else columns.real
+    air = None
+    if in_air:
+        coupled = rng.standard_normal((n, n))
+        air = (1 + 1j) * 1e3 * (coupled @ coupled.T)
+    whole, few = (
+        bare_of(panel, lines, modal_force=InColumns(columns, known), air_stiffness=air)
+        for known in (False, True)
+    )
+    np.testing.assert_allclose(few.receptance, whole.receptance, rtol=1e-13)
+    for name in ("patch_psd", "point_psd"):
+        one, other = getattr(few, name), getattr(whole, name)
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
+
+
+def test_fewer_columns_are_those_that_the_search_takes(panel, lines):
+    # red: in with_fewer, value > overlap_cutoff * value.min()
+    one = bare_of(panel, lines, one_patch(panel))
+    few = bare_of(panel, lines, one_patch(panel), overlap_cutoff=1e-4)
+    cut = one.with_fewer(1e-4)
+    assert cut.receptance.shape == few.receptance.shape < one.receptance.shape
+    np.testing.assert_allclose(cut.patch_psd, few.patch_psd, rtol=1e-12)
+    np.testing.assert_allclose(cut.receptance, few.receptance, rtol=1e-12)
+    np.testing.assert_array_equal(cut.coordinates.columns, few.coordinates.columns)
+
+
+def test_the_bare_patches_move_as_their_reduced_motions_say(panel, lines):
+    # red: in patch_motions_in_vacuum, square / patches.area[patch] without the pressure
+    found = patch_motions_in_vacuum(
+        lines.frequency, panel.basis, panel.patches, lines.pressure_psd, lines.modal_force
+    )
+    bare = bare_of(panel, lines)
+    width = bare.receptance.shape[2]
+    expected = np.einsum("pij,fji->fp", bare.coordinates.weight, bare.patch_psd[:, :width]).real
+    np.testing.assert_allclose(found, expected / panel.patches.area, rtol=1e-7)
 
 
 def test_response_follows_the_level_decibel_by_decibel_when_damping_is_fixed(panel, lines):
