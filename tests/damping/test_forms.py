@@ -18,7 +18,7 @@ def points():
                              indexing="ij")
     )  # fmt: skip
     omega = 2 * np.pi * f
-    stroke = level * 9.80665 / omega**2 / (0.025 * (1 - r))
+    stroke = level * 9.80665 / omega**2 / (0.025 * (1 - 0.94 * r))
     return Points(r, omega, level.astype(float), stroke, 1 - 1 / level**2, 13.9)
 
 

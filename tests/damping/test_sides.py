@@ -34,12 +34,13 @@ def drawn(sides):
     rng = np.random.default_rng(3)
     count = 200_000
 
-    def draw(of):
+    def draw(of, restless):
         near = np.maximum(1 - np.abs(ASKED[:, None] - ASKED[None]) / GRAIN, 0).prod(axis=2)
-        covariance = of.covariance(ASKED) + of.scatter**2 * near
+        covariance = of.covariance(ASKED) + (of.scatter**2 + np.outer(restless, restless)) * near
         return rng.multivariate_normal(of.mean(ASKED), covariance, count)
 
-    riding, crossing = draw(sides.riding), draw(sides.crossing) + EXPECTED
+    riding = draw(sides.riding, RESTLESS)
+    crossing = draw(sides.crossing, 0 * RESTLESS) + EXPECTED
     crosses = rng.uniform(size=(count, 1)) < CROSSING
     return np.where(crosses, crossing, riding), crosses, riding, crossing
 
@@ -68,7 +69,7 @@ def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
     # red: noise added in any case
     at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
     whole, without = (sides.covariance(at, at, noise=noise) for noise in (True, False))
-    own = (1 - CROSSING) * 0.1**2 + CROSSING * 0.05**2
+    own = (1 - CROSSING) * (0.1**2 + RESTLESS**2) + CROSSING * 0.05**2
     np.testing.assert_allclose(np.diag(whole - without), own)
     np.testing.assert_allclose(np.diag(without), sides.variance(at, noise=False))
     # points 2 and 3 are 0.2 of ln W/L apart, points 0 and 2 further than it reaches

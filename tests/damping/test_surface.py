@@ -158,8 +158,9 @@ def test_a_case_above_the_bound_lifts_it_to_its_own_share():
 
 def test_the_groups_do_not_change_where_stroke_and_gap_grow_alike():
     # half the gap and half the stroke (√2 times the frequency): the same W/L and Γ
+    half = (1 - (1 - 0.94 * 0.5) / 2) / 0.94
     one = groups(np.array([0.5]), np.array([100.0]), np.array([7.0]))[0]
-    other = groups(np.array([0.75]), np.array([100.0 * np.sqrt(2)]), np.array([7.0]))[0]
+    other = groups(np.array([half]), np.array([100.0 * np.sqrt(2)]), np.array([7.0]))[0]
     np.testing.assert_allclose(one[1:], other[1:])
 
 

@@ -134,11 +134,12 @@ def test_a_narrow_range_is_shown_with_all_values_and_has_two_nodes():
     np.testing.assert_allclose(data[AXES[2]], np.exp(surface.log_acceleration))
 
 
-def test_a_full_cell_has_a_gap_of_two_percent():
-    # red: another LEAST_GAP
-    fill = np.array([0.979, 0.98, 1.0])
+def test_a_full_cell_has_a_gap_of_six_percent():
+    # red: another PRESSED
+    fill = np.array([0.5, 0.98, 1.0])
     *_, stroke = groups(fill, np.full(3, 100.0), np.full(3, 20.0)).T
-    np.testing.assert_allclose(stroke[2] - stroke, [np.log(0.021 / 0.02), 0, 0], atol=1e-12)
+    gap = np.array([0.53, 0.0788, 0.06])
+    np.testing.assert_allclose(stroke[2] - stroke, np.log(gap / 0.06), rtol=1e-9)
 
 
 def test_one_case_without_mass_leaves_the_mass_of_the_others():

@@ -1,6 +1,6 @@
 """Closed forms for C_e(r, f, Γ) compared: how well each predicts cases left out of its fit.
 
-With η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and x = W/L, the stroke over the clear gap L = depth (1 − r):
+With η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and x = W/L, the stroke over the clear gap (`clear_gap`):
 
 - ``paper``: Eq. 5 and 6 with constants fitted anew, independent of Γ;
 - ``paper_level``: the same times Γ^c;
@@ -28,7 +28,7 @@ from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.laws import FREQUENCY_RANGE, paper_corrected
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.surface_cases import AXES, LEAST_GAP, PARTICLE_MASS, VALUE, onset
+from pidpanel.damping.surface_cases import AXES, PARTICLE_MASS, VALUE, clear_gap, onset
 
 FOLDS = 10
 
@@ -81,10 +81,11 @@ def _groups(c: Array, p: Points) -> Array:
 
 
 def _two_regimes(c: Array, p: Points) -> Array:
-    agitated = np.exp(c[0]) * p.fill_fraction ** c[1] * p.acceleration_g ** -c[2]
-    ratio = (p.stroke_over_gap / np.exp(c[5])) ** c[6]
-    as_one = np.exp(c[3]) * p.stroke_over_gap ** c[4] / (1 + ratio)
-    return np.log(p.onset) + np.log(agitated + as_one)
+    # in logarithms, since a search may try a power of hundreds
+    stroke = np.log(p.stroke_over_gap)
+    agitated = c[0] + c[1] * np.log(p.fill_fraction) - c[2] * np.log(p.acceleration_g)
+    as_one = c[3] + c[4] * stroke - np.logaddexp(0.0, c[6] * (stroke - c[5]))
+    return np.log(p.onset) + np.logaddexp(agitated, as_one)
 
 
 FORMS = (
@@ -135,7 +136,7 @@ def points_of(surface: DampingSurface, depth: float) -> tuple[Points, Array]:
     """
     r, f, level = surface.cases[list(AXES)].to_numpy(float).T
     omega = 2 * np.pi * f
-    stroke = level * STANDARD_GRAVITY / omega**2 / (depth * np.maximum(1 - r, LEAST_GAP))
+    stroke = level * STANDARD_GRAVITY / omega**2 / (depth * clear_gap(r))
     h = onset(level, surface.onset_g)
     points = Points(r, omega, level, stroke, h, surface.mass_per_fill)
     value = surface.cases[VALUE].to_numpy(float)

@@ -160,10 +160,8 @@ class Sides:
             mean[number] = mean[number].copy()
             mean[number][own] = values[own] + away
             spread = _variance(process, left_out.points, noise=True)
-            if process is self.riding:
-                spread = spread + left_out.restless**2
             spread[own] = size**2 - process.error**2
-            variance.append(spread)
+            variance.append(spread + (0 if number else left_out.restless**2))
         p, step = left_out.crossing, mean[1] - mean[0]
         spread = (1 - p) * variance[0] + p * variance[1] + p * (1 - p) * step**2 + error**2
         return mean[0] + p * step - values, np.sqrt(spread)

@@ -7,8 +7,10 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from pidpanel.coupon.from_study import cases_by_coupon
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.from_study import cases_at, cases_by_coupon
 from pidpanel.damping import surface_files
+from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.report import evidence
@@ -92,7 +94,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
     cases = pd.read_csv(table)
-    known = cases_by_coupon(study)[damper]
+    known = {**cases_by_coupon(study)[damper], **_tones(study, damper, cases)}
     if unknown := sorted(set(cases["case"]) - set(known)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
@@ -106,6 +108,15 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
         ],
         evidence.read_spheres(known[evidence.nearest_case(cases)], folder),
     )
+
+
+def _tones(study: CouponStudy, damper: str, cases: pd.DataFrame) -> dict[str, Case]:
+    """Return the cases of a table that are beside the sweep, where the study allows any."""
+    if not isinstance(study, Study) or study.damping.tones is None or damper != SECTION:
+        return {}
+    points = cases[list(AXES)].to_numpy(float).tolist()
+    found = cases_at(study.coupons[damper], [(r, f, gamma) for r, f, gamma in points])
+    return {case.label: case for case in found}
 
 
 def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
