@@ -29,8 +29,9 @@ MOST_CASES = 2000
 """The fit takes memory with the square and time with the cube of the number of cases."""
 
 PRESSED = 0.94
-"""Height of a bed that is pressed onto a wall over that as poured: what beds of r = 0.1 to 0.9 that
-cross dissipate is then that of the inelastic body within 4 % rms up to r = 0.7, 16 % at 0.9."""
+"""Height of a bed pressed onto a wall over that as poured: from W/L = 0.4 on beds that cross
+then dissipate what the inelastic body does within 12 % up to r = 0.7, and 12 % rms at 0.9 (19 cases
+of the paper's and launch studies; with 1 they are up to twice as lossy at 0.9)."""
 
 BETWEEN = (0.3, 0.6)
 """Shares of the loss of the inelastic body below which beds next to the jump ride and above which
