@@ -10,7 +10,7 @@ POINTS = np.array([[0.2, 3.0, -3.0], [0.3, 3.4, -2.0], [0.5, 4.0, -1.0], [0.9, 5
 ASKED = np.array([[0.25, 3.2, -2.4], [0.3, 3.2, -2.3], [0.5, 3.2, -1.4], [0.5, 3.2, -1.2]])
 CROSSING = np.array([0.02, 0.3, 0.6, 0.95])
 EXPECTED = np.array([3.0, 3.1, 3.2, 3.1])
-RESTLESS = np.array([0.0, 0.1, 0.2, 0.2])
+RESTLESS = np.array([[0.0, 0.1, 0.2, 0.2], [0.1, 0.1, 0.05, 0.0]])
 LENGTHS = np.array([0.5, 2.0, 1.5])
 
 
@@ -39,8 +39,8 @@ def drawn(sides):
         covariance = of.covariance(ASKED) + (of.scatter**2 + np.outer(restless, restless)) * near
         return rng.multivariate_normal(of.mean(ASKED), covariance, count)
 
-    riding = draw(sides.riding, RESTLESS)
-    crossing = draw(sides.crossing, 0 * RESTLESS) + EXPECTED
+    riding = draw(sides.riding, RESTLESS[0])
+    crossing = draw(sides.crossing, RESTLESS[1]) + EXPECTED
     crosses = rng.uniform(size=(count, 1)) < CROSSING
     return np.where(crosses, crossing, riding), crosses, riding, crossing
 
@@ -69,7 +69,7 @@ def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
     # red: noise added in any case
     at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
     whole, without = (sides.covariance(at, at, noise=noise) for noise in (True, False))
-    own = (1 - CROSSING) * (0.1**2 + RESTLESS**2) + CROSSING * 0.05**2
+    own = (1 - CROSSING) * (0.1**2 + RESTLESS[0] ** 2) + CROSSING * (0.05**2 + RESTLESS[1] ** 2)
     np.testing.assert_allclose(np.diag(whole - without), own)
     np.testing.assert_allclose(np.diag(without), sides.variance(at, noise=False))
     # points 2 and 3 are 0.2 of ln W/L apart, points 0 and 2 further than it reaches
@@ -79,7 +79,7 @@ def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
 def test_a_further_case_narrows_its_own_side(sides):
     # the prior of the mean goes by the spread of the values: 1e-5 of its mean for one more
     # red: `not crosses` → `crosses` in with_case
-    at = sides.at(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[2:3])
+    at = sides.at(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[:, 2:3])
     for crosses, (narrowed, same) in (
         (True, ("crossing", "riding")),
         (False, ("riding", "crossing")),
@@ -110,7 +110,7 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
         less = GaussianProcess(of.points[rest], of.values[rest], of.error[rest], of.lengths,
                                of.size, of.scatter, 0.3, 0.5)  # fmt: skip
         parts = Sides(riding, less) if crosses[i] else Sides(less, crossing)
-        at = parts.at(POINTS[[i]], p[[i]], EXPECTED[[i]], RESTLESS[[i]])
+        at = parts.at(POINTS[[i]], p[[i]], EXPECTED[[i]], RESTLESS[:, [i]])
         value = of.values[~rest][0] + (EXPECTED[i] if crosses[i] else 0.0)
         assert error[i] == pytest.approx(at.mean[0] - value)
         assert size[i] == pytest.approx(np.sqrt(parts.variance(at)[0] + 0.05**2))

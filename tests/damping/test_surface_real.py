@@ -16,6 +16,9 @@ from pidpanel.damping.surface_cases import AXES, ERROR, VALUE, groups, taught
 
 CASES = pd.read_csv(Path(__file__).parent / "data" / "launch_cases.csv")
 SWEEP, TONES = (CASES[CASES["of"] == of] for of in ("sweep", "tones"))
+HELD_OUT = pd.read_csv(Path(__file__).parent / "data" / "held_out.csv")
+"""Run after all others at frequencies drawn at random, two at each of eight motions of scenarios."""
+
 DEPTH = 0.025
 
 APART = np.array(
@@ -91,7 +94,7 @@ def test_on_the_slice_of_a_scenario_the_sweep_alone_states_its_errors(swept):
     # red: `crossing` of the surface that returns zeros and ones
     away, z = at_slice(swept)
     assert rms(z) <= 1.2
-    assert rms(away[1:]) < 0.08
+    assert rms(away[2:]) < 0.08  # from 80 Hz on, W/L = 0.09
     one_away, _ = at_slice(made(SWEEP, np.nan))
     assert rms(one_away) > 0.5
 
@@ -113,7 +116,17 @@ def test_tones_left_out_are_found_by_the_rest(whole):
         away.append(a)
         z.append(b)
     assert 0.5 < rms(np.concatenate(z)) <= 1.2
-    assert np.median(np.abs(np.concatenate(away))) < 0.1
+    assert np.median(np.abs(np.concatenate(away))) < 0.15
+
+
+def test_tones_drawn_at_random_along_the_scenarios_are_within_the_stated_errors(swept, whole):
+    # one of them, r = 0.5, 62 Hz, 31 g, is in a state of its own, twice as lossy as its neighbours
+    # red: RESTLESS = 0.1; CROSSING_RESTLESS without effect
+    for surface in (swept, whole):
+        away, z = at_tones(surface, HELD_OUT)
+        assert 0.5 < rms(z) <= 1.2
+    assert np.median(np.abs(away)) < 0.12
+    assert rms(np.sort(np.abs(away))[:-1]) < 0.2
 
 
 def test_a_bed_that_crosses_has_the_mass_of_the_closed_form(whole):
@@ -138,7 +151,7 @@ def test_c_e_and_m_a_err_together_where_the_side_is_not_known(swept):
     correlation = covariance / np.outer(size, size)
     assert abs(correlation[0, 2]) > 0.5 and abs(correlation[1, 3]) < 1e-6
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
-    assert size[0] > 0.5 > 5 * size[1] / 2
+    assert size[0] > 0.5 > 4 * size[1]
 
 
 def test_a_further_case_near_the_jump_narrows_it(swept):

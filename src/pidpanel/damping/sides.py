@@ -14,8 +14,8 @@ fill and Γ that is so, of others it is the largest correlation there can be. Tw
 jump together, ln C_e and m_a, err together by the last term.
 
 What the processes take for noise belongs to the error of g: it is the scatter between packings and
-what changes over less than the distance between cases. It is as wide as `GRAIN`. Where beds that
-ride are known to be restless, further noise of theirs is told.
+what changes over less than the distance between cases. It is as wide as `GRAIN`. Where beds are
+known to be restless, further noise of theirs is told.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class At:
     riding, step
         (n,) ā, d.
     restless
-        (n,) further noise of a, a standard deviation.
+        (2, n) further noise of a and b, standard deviations.
     """
 
     points: Array
@@ -89,7 +89,7 @@ class Sides:
         expected
             (n,) what is known of b beforehand.
         restless
-            (n,) further noise of a, a standard deviation.
+            (2, n) further noise of a and b, standard deviations.
         """
         riding = self.riding.mean(points)
         if self.crossing is None:
@@ -103,8 +103,11 @@ class Sides:
         neither = 1 - one.crossing[:, None] - other.crossing + both
         result = neither * _process(self.riding, one.points, other.points, noise=noise)
         if noise:
-            restless = np.outer(one.restless, other.restless)
-            result += neither * restless * _grain(one.points, other.points)
+            riding, crossing = (
+                np.outer(a, b) for a, b in zip(one.restless, other.restless, strict=True)
+            )
+            grain = _grain(one.points, other.points)
+            result += (neither * riding + both * crossing) * grain
         if self.crossing is not None:
             result += both * _process(self.crossing, one.points, other.points, noise=noise)
         return result + common(one, other, one.step, other.step)
@@ -114,7 +117,7 @@ class Sides:
         p = at.crossing
         result = (1 - p) * _variance(self.riding, at.points, noise=noise)
         if noise:
-            result += (1 - p) * at.restless**2
+            result += (1 - p) * at.restless[0] ** 2 + p * at.restless[1] ** 2
         if self.crossing is not None:
             result += p * _variance(self.crossing, at.points, noise=noise)
         return np.asarray(result + p * (1 - p) * at.step**2)
@@ -161,7 +164,7 @@ class Sides:
             mean[number][own] = values[own] + away
             spread = _variance(process, left_out.points, noise=True)
             spread[own] = size**2 - process.error**2
-            variance.append(spread + (0 if number else left_out.restless**2))
+            variance.append(spread + left_out.restless[number] ** 2)
         p, step = left_out.crossing, mean[1] - mean[0]
         spread = (1 - p) * variance[0] + p * variance[1] + p * (1 - p) * step**2 + error**2
         return mean[0] + p * step - values, np.sqrt(spread)

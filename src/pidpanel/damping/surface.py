@@ -25,19 +25,7 @@ cell or the mass of the particles there is no closed form, and one process for a
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
 themselves reach (a single elastic sphere can exceed it).
 
-What is predicted of each case of the paper's study by the others (`DampingSurface.leave_one_out`;
-90 cases: 5 fills, 5 frequencies, 4 accelerations; error of ln C_e, and errors over stated ones):
-
-==========================================  =====  ======  =======  ====
-of ln C_e                                     rms  median  largest  rms z
-==========================================  =====  ======  =======  ====
-one process for all                          0.30    0.13     1.26  0.95
-a process on each side, closed form (this)   0.27    0.09     1.48  0.95
-==========================================  =====  ======  =======  ====
-
-What is left of the largest are the two cases next to the jump, whose stated errors are as large.
-On a slice that crosses it (r = 0.5, Γ = 29, nine tones from 45 to 1800 Hz run at those very
-points) the rms is 0.16 in place of 0.77, and errors over stated ones 0.6 in place of 4.3.
+How well that predicts cases and tones left out is counted in docs/theory.md.
 """
 
 from __future__ import annotations
@@ -169,7 +157,7 @@ class DampingSurface:
             self.damping.at(points, crossing, log_damping, self.bed.restless(points)),
             None
             if self.mass is None
-            else self.mass.at(points, crossing, mass, np.zeros(len(points))),
+            else self.mass.at(points, crossing, mass, np.zeros((2, len(points)))),
         )
 
     def expected(self, points: Array) -> tuple[Array, Array]:

@@ -43,12 +43,14 @@ LEAST = np.log(0.9 / LONGEST_GAP)
 """u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
 that just meets both walls in every cycle, less a tenth, to which the gap is known."""
 
-RESTLESS = 0.1
-"""Scatter of ln C_e of beds that ride next to the jump, beside that of packings: they go through
-several motions there, and tones a few per cent apart in f or Γ differ by 10 to 25 %."""
+RESTLESS = 0.25
+"""Scatter of ln C_e next to the jump, on either side, beside that of packings: beds have several
+motions there (every second or third cycle is not as the last), and 24 tones that differ by a few
+per cent in f, r or Γ, by 0.2 to 0.3 rms."""
 
-QUIET, NEXT_TO = 0.1, 0.2
-"""W/L up to which beds ride quietly, and from which they are as restless as `RESTLESS`; linear in
+RIDING_RESTLESS = (0.06, 0.15)
+CROSSING_RESTLESS = (0.45, 0.33)
+"""W/L at which beds are quiet, and from which on they are as restless as `RESTLESS`; linear in
 ln(W/L) between."""
 
 UNIT = 0.2
@@ -120,11 +122,14 @@ class Bed:
         return reach(self.log_stroke(points), points[:, 1], self.onset_g)
 
     def restless(self, points: Array) -> Array:
-        """Further scatter (n,) of ln C_e of beds that ride, at `groups` (n, 3); see `RESTLESS`."""
-        if not self.jumps:
-            return np.zeros(len(points))
-        away = (self.log_stroke(points) - np.log(QUIET)) / np.log(NEXT_TO / QUIET)
-        return RESTLESS * np.clip(away, 0.0, 1.0)
+        """Further scatter (2, n) of ln C_e of beds that ride and cross, at `groups` (n, 3)."""
+        result = np.zeros((2, len(points)))
+        if self.jumps:
+            stroke = self.log_stroke(points)
+            for side, (quiet, next_to) in enumerate((RIDING_RESTLESS, CROSSING_RESTLESS)):
+                away = (stroke - np.log(quiet)) / np.log(next_to / quiet)
+                result[side] = RESTLESS * np.clip(away, 0.0, 1.0)
+        return result
 
     def inelastic(self, points: Array) -> tuple[Array, Array]:
         """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
@@ -147,8 +152,10 @@ class Taught:
         (n, 3) `groups` of the cases.
     side
         (n,) 1 of beds that cross, 0 of those that ride, 0.5 of those between.
-    log_damping, log_error, riding_error
-        (n,) g_C, its error, and that with which it teaches what beds that ride do on average.
+    log_damping, log_error
+        (n,) g_C and its error.
+    side_error
+        (2, n) the error with which it teaches what beds that ride and cross do on average.
     mass, mass_error
         (n,) g_m and its error.
     """
@@ -158,7 +165,7 @@ class Taught:
     side: Array
     log_damping: Array
     log_error: Array
-    riding_error: Array
+    side_error: Array
     mass: Array
     mass_error: Array
 
@@ -171,20 +178,19 @@ class Taught:
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
-        errors = self.riding_error, self.log_error
-        return self._sides(self.log_damping, errors, expected, 1.0, constants)
+        return self._sides(self.log_damping, self.side_error, expected, 1.0, constants)
 
     def mass_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_m, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[1] if self.bed.jumps else None
         unit = self.bed.mass_per_fill
-        errors = self.mass_error, self.mass_error
+        errors = np.stack([self.mass_error, self.mass_error])
         return self._sides(self.mass, errors, expected, unit, constants)
 
     def _sides(
         self,
         values: Array,
-        errors: tuple[Array, Array],
+        errors: Array,
         expected: Array | None,
         unit: float,
         constants: Constants | None,
@@ -238,7 +244,7 @@ def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
         side=side,
         log_damping=log_damping,
         log_error=error / value,
-        riding_error=np.hypot(error / value, bed.restless(points)),
+        side_error=np.hypot(error / value, bed.restless(points)),
         mass=(mass / fill - (1 - h) * rest) / h,
         mass_error=mass_error / (fill * h),
     )
