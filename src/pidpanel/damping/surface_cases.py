@@ -53,6 +53,10 @@ CROSSING_RESTLESS = (0.45, 0.33)
 """W/L at which beds are quiet, and from which on they are as restless as `RESTLESS`; linear in
 ln(W/L) between."""
 
+LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
+"""Of ln C_e/(r f), and of m_a/(r m₁), of beds that ride: what they are taken to differ by where the
+cases do not say more (1.4 and 0.05 in the launch study)."""
+
 UNIT = 0.2
 """Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
 over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells."""
@@ -178,14 +182,16 @@ class Taught:
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
-        return self._sides(self.log_damping, self.side_error, expected, 1.0, constants)
+        return self._sides(
+            self.log_damping, self.side_error, expected, 1.0, LEAST_SPREAD, constants
+        )
 
     def mass_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_m, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[1] if self.bed.jumps else None
         unit = self.bed.mass_per_fill
         errors = np.stack([self.mass_error, self.mass_error])
-        return self._sides(self.mass, errors, expected, unit, constants)
+        return self._sides(self.mass, errors, expected, unit, LEAST_MASS_SPREAD, constants)
 
     def _sides(
         self,
@@ -193,12 +199,14 @@ class Taught:
         errors: Array,
         expected: Array | None,
         unit: float,
+        least: float,
         constants: Constants | None,
     ) -> Sides:
         """Return the processes of values whose ``expected`` is known where beds cross.
 
-        Lengths are measured by the points of both sides. Beds that ride are measured by their own
-        values, and where there are none in ``unit`` about those that cross.
+        Lengths are measured by the points of both sides, beds that ride by how their own values
+        spread, but no less than ``least``, in ``unit``; where there are none they are
+        expected about those that cross.
         """
         axes = gaussian_process.spreads(self.points)
 
@@ -217,9 +225,11 @@ class Taught:
         rides = self.side == 0
         if expected is None:
             return Sides(process(rides, values, None, 0))
-        alone = None if rides.any() else (float(expected.mean()), unit)
+        # few beds that ride may be alike by chance; C_e of others is up to a hundred times another
+        size = max(float(np.std(values[rides])), least * unit) if rides.any() else unit
+        centre = float(np.mean(values[rides])) if rides.any() else float(expected.mean())
         return Sides(
-            process(rides, values, alone, 0),
+            process(rides, values, (centre, size), 0),
             process(self.side == 1, values - expected, (0.0, UNIT * unit), 1),
         )
 
