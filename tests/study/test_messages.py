@@ -127,6 +127,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (PANEL_ALONE, "damping.readings", ["random"], "damping.readings", "damping.readings = [random]: a section coupon or a damper with a coupon is required to drive it at random"),
         (SMOKE, "damping.target", {"relative_error": 0.1, "start": 9, "max_cases": 8}, "damping.target.start", "damping.target.start = 9: must be at most max_cases = 8"),
         (SMOKE, "damping", {"target": {"relative_error": 0.1}, "tones": {}}, "damping.tones", "damping.tones = {}: not allowed together with target"),
+        (SMOKE, "damping", {"level": {"by": "element"}, "tones": {}}, "damping.level.by", "damping.level.by = element: must be patch with damping.tones"),
         (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: only allowed with the reading 'dem'"),
         (PANEL_ALONE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: only allowed with the reading 'dem'"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),

@@ -198,7 +198,11 @@ class Study(CouponStudy):
             yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
-        """Yield layouts whose errors are not those of one point of the sweep."""
+        """Yield layouts and elements whose errors are not those of one fill and motion."""
+        for key in ("target", "tones"):
+            if getattr(self.damping, key) is not None and self.damping.level.by == "element":
+                says = f"must be patch with damping.{key}"
+                yield Mistake(("damping", "level", "by"), says)
         for name, layout in self.layouts.items():
             for key in ("target", "tones"):
                 given = getattr(self.damping, key) and "dem" in self.readings
