@@ -379,7 +379,7 @@ def mass_of(run, count):
 
 
 def test_no_output_garbled_on_its_way_ends_without_a_name(listed):
-    # red: ids of contacts taken as they are (`read_contacts` without its check)
+    # red: `int(found[1])` of a head that has none; a number read by `float` without a `try`
     tried = 0
     for path, read in readings(listed).items():
         whole = path.read_bytes()

@@ -1,6 +1,7 @@
 """What the rows of a run say: read in order, of which energy, and when they are enough."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from pidpanel.coupon import rows
 from pidpanel.coupon.cycles import Estimate
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts.failures import LogTruncated
+from pidpanel.coupon.liggghts.failures import LogTruncated, Unphysical
 from pidpanel.study.coupon import Coupon
 
 
@@ -86,3 +87,129 @@ def test_the_smallest_error_is_a_share_of_the_bound_of_inelastic_mass():
     one = run()
     expected = 2e-4 * 8 * 0.7 / one.packing.area * 80
     assert rows.smallest_error(one, 0.7) == pytest.approx(expected, rel=1e-12)
+
+
+# ------------------------------------------------------------------ what no motion can have
+
+MASS, AMPLITUDE = 0.7, 2e-3
+
+
+def rigid(count=1, **changes):
+    """Rows of a bed that moves as one body, p = P sin(ωt + 1): its energy is just enough."""
+    p_sin, p_cos = (0.5 * AMPLITUDE * f(1.0) for f in (math.cos, math.sin))
+    row = {
+        "step": 0.0, "p_sin": p_sin, "p_cos": p_cos, "p_mean": 0.0,
+        "kinetic_energy": AMPLITUDE**2 / (4 * MASS), "rotational_energy": 0.0, "height": 12e-3,
+    }  # fmt: skip
+    return np.tile(list((row | changes).values()), (count, 1))
+
+
+def refused(what, **changes):
+    """Whether `check_physics` refuses the rows for one reason, in the cycle that it names."""
+    one = run(cell={"count": 1})
+    # so heavy a bed would not fit; of a density that makes it a third of the cell
+    volume = one.packing.area * one.packing.depth / 3
+    one = replace(one, bed=replace(one.bed, packing=replace(one.packing, density=MASS / volume)))
+    rows.check_physics(one, rigid(5), MASS, "there")
+    bad = np.concatenate([rigid(4), rigid(1, **changes)])
+    try:
+        rows.check_physics(one, bad, MASS, "there")
+    except Unphysical as failure:
+        assert f"there: cycle 5 has {what}" in str(failure)
+        return True
+    return False
+
+
+def test_the_harmonics_of_the_momentum_are_within_the_kinetic_energy():
+    # ⟨p²⟩ ≤ 2M⟨E⟩ is an equality for a rigid body; six digits are written, 1e-5 is allowed
+    # red: 2 * p_sin**2 → 3 *; + p_mean**2 → -; 2 * mass → 3 *; ROUNDING 1e-5 → 1e-3
+    energy = AMPLITUDE**2 / (4 * MASS)
+    what = "more momentum than its kinetic energy allows"
+    assert not refused(what, kinetic_energy=energy * (1 - 0.9e-5))
+    assert refused(what, kinetic_energy=energy * (1 - 1.2e-5))
+    assert refused(what, p_mean=0.01 * AMPLITUDE)
+    assert refused(what, p_sin=-0.5 * AMPLITUDE)
+    assert not refused(what, p_sin=0.5 * AMPLITUDE, p_cos=0.0)
+    assert not refused(what, p_sin=0.0, p_cos=-0.5 * AMPLITUDE)
+    assert not refused(what, p_sin=0.0, p_cos=0.0, p_mean=math.sqrt(0.5) * 0.999 * AMPLITUDE)
+
+
+def test_energies_have_the_sign_that_they_must():
+    # red: kinetic <= 0 → < 0; rotational < 0 → <= 0
+    still = {"p_sin": 0.0, "p_cos": 0.0, "p_mean": 0.0}
+    assert refused("a kinetic energy that is not positive", kinetic_energy=0.0, **still)
+    assert refused("a kinetic energy that is not positive", kinetic_energy=-1.0, **still)
+    assert refused("a negative energy of rotation", rotational_energy=-1e-12)
+
+
+def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it():
+    # a third of the cell is solid: at least 25/6 mm from floor and lid, less a tenth of that for
+    # the overlaps
+    # red: / 2 left out; (1 - OVERLAP) → (1 + …); packing.depth - lowest → + lowest
+    what = "a centre of mass where the cells have no room for it"
+    lowest = 0.9 * 25e-3 / 6
+    assert refused(what, height=0.999 * lowest) and not refused(what, height=1.001 * lowest)
+    assert refused(what, height=25e-3 - 0.999 * lowest)
+    assert not refused(what, height=25e-3 - 1.001 * lowest)
+
+
+def test_a_bed_returns_no_more_work_than_it_had():
+    # ½ M (ωW)² of the motion of the cells and M g L of the height; 10 g at 80 Hz, L = 25 mm
+    # red: speed**2 / 2 → * 2; gravity * depth → /; the sum of the rows for their running sum
+    speed = 98.0665 / (2 * math.pi * 80)
+    had = MASS * (0.5 * speed**2 + 9.80665 * 25e-3)
+    one = run(cell={"count": 1})
+    volume = one.packing.area * one.packing.depth / 3
+    one = replace(one, bed=replace(one.bed, packing=replace(one.packing, density=MASS / volume)))
+
+    def returned(work, start="rest"):
+        """Rows that return so much work in the first two cycles and get it back in the third."""
+        p_sin = np.array([-work / 2, -work / 2, work]) * 80 / 98.0665
+        read = rigid(3, kinetic_energy=10.0)
+        read[:, 1] = p_sin
+        rows.check_physics(replace(one, start=start), read, MASS, "there")
+
+    returned(0.999 * had)
+    with pytest.raises(
+        Unphysical, match="cycle 2 has more work returned up to it than the bed had"
+    ):
+        returned(1.001 * had)
+    # shaken at 2.5 times the acceleration before, it has at most twice the speed of the cells then
+    more = MASS * (0.5 * (5 * speed) ** 2 + 9.80665 * 25e-3)
+    returned(0.999 * more, "hard")
+    with pytest.raises(Unphysical):
+        returned(1.001 * more, "hard")
+
+
+def test_the_cells_together_have_the_momentum_of_the_run():
+    # red: sum(axis=1) → sum(axis=0); ROUNDING * → / ; .max(axis=1) → .min(axis=1)
+    cells = np.array([[[0.3, -0.2], [0.1, 0.05]], [[0.2, 0.1], [0.2, 0.3]]])
+    read = np.zeros((2, 7))
+    read[:, 1:3] = cells.sum(axis=1)
+    rows.check_cells(read, cells, "there")
+    for column in (1, 2):
+        for factor, good in ((0.9e-5, True), (1.1e-5, False)):
+            wrong = read.copy()
+            wrong[1, column] += factor * 0.8  # all that the cells have in the second cycle
+            if good:
+                rows.check_cells(wrong, cells, "there")
+                continue
+            with pytest.raises(Unphysical, match="there: cycle 2 has another momentum"):
+                rows.check_cells(wrong, cells, "there")
+
+
+def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share():
+    # red: mass / count → * count; area / count → area; half → 0; a cell without spheres kept
+    one = run(cell={"count": 3})
+    cells = np.zeros((48, 3, 2))
+    cells[:24, :2] = 7.0
+    cells[24:, 0] = (0.02, -0.01)
+    cells[24:, 1] = (0.04, 0.0)
+    first, second = rows.cell_estimates(one, cells, 3 * MASS)
+    area, omega = one.packing.cell_area, 2 * math.pi * 80
+    amplitude = 98.0665 / omega**2
+    assert first.damping == pytest.approx(2 * 0.02 / (amplitude * area))
+    assert second.damping == pytest.approx(2 * first.damping)
+    assert first.apparent_mass == pytest.approx((MASS - 2 * 0.01 / (omega * amplitude)) / area)
+    assert second.apparent_mass == pytest.approx(MASS / area)
+    assert first.error == pytest.approx(0, abs=1e-9)

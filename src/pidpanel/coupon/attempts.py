@@ -23,7 +23,12 @@ import numpy as np
 from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
 from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.failures import RunStopped, SolverFailure, SolverMissing
+from pidpanel.coupon.liggghts.failures import (
+    FilesFailed,
+    RunStopped,
+    SolverFailure,
+    SolverMissing,
+)
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
 from pidpanel.coupon.records import (
@@ -285,6 +290,8 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
             raise
         except SolverFailure as failure:
             status, message = type(failure).__name__, str(failure)
+        except OSError as error:
+            status, message = FilesFailed.__name__, f"{folder}: {error}"
         if status == OK or attempts == 2:
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime

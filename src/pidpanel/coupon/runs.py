@@ -168,5 +168,5 @@ def _continued(solver: Liggghts, run: Run, state: State, folder: Path, wanted: i
     )
     after.write(folder)
     if state.restart:
-        (folder / state.restart).unlink()
+        (folder / state.restart).unlink(missing_ok=True)
     return after

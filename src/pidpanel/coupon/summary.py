@@ -96,7 +96,7 @@ def problems_of(run: Run, read: Read, folder: Path) -> list[SolverFailure]:
             )
         )
     balance = read.found.balance
-    if balance is not None and abs(balance.closure) > CLOSURE_LIMIT:
+    if balance is not None and not abs(balance.closure) <= CLOSURE_LIMIT:  # nor if it is NaN
         problems.append(
             EnergyNotClosed(f"{folder}: {balance.closure:+.2%} of the work in the energy balance")
         )

@@ -229,3 +229,43 @@ def test_contacts_cut_anywhere_are_named():
 def test_garbled_contacts_are_named(line, instead, failure):
     with pytest.raises(failure, match=r"pairs\.dump"):
         output.read_local_dump(LOCAL.replace(line, instead), "pairs.dump", frames=3, columns=2)
+
+
+CONTACTS = (
+    "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    "ITEM: ENTRIES c_pairs[1] c_pairs[2] c_pairs[4] c_pairs[5] c_pairs[6] \n"
+    "1 2 0.1 0.2 0.3 \n3 1 0.4 0.5 0.6 \n"
+)
+
+
+def contacts(text, *, spheres=3, partners=3, with_wall=False):
+    return output.read_contacts(
+        text, "pairs.dump", frames=1, ids=(spheres, partners), with_wall=with_wall, rolling=False
+    )
+
+
+def test_contacts_are_those_of_spheres_counted_from_0():
+    # red: ids taken as they are; triangle and sphere exchanged
+    found = contacts(CONTACTS)
+    assert (found.first.tolist(), found.second.tolist()) == ([0, 2], [1, 0])
+    found = contacts(CONTACTS, spheres=2, partners=4, with_wall=True)  # of triangles 1 and 3
+    assert (found.first.tolist(), found.second.tolist()) == ([1, 0], [1, 3])
+
+
+@pytest.mark.parametrize("garbled", ["9 1 0.4", "0 1 0.4", "3 -1 0.4", "3 1.5 0.4", "3e9 1 0.4"])
+def test_a_contact_with_a_sphere_that_is_not_there_is_named(garbled):
+    # red: `read_contacts` without its check: Python counts from the end, or ends without a name
+    with pytest.raises(failures.ParticlesLost, match=r"pairs\.dump: contact 2 of"):
+        contacts(CONTACTS.replace("3 1 0.4", garbled))
+
+
+def test_frames_of_contacts_out_of_order_are_named():
+    # red: the steps of the frames not read
+    with pytest.raises(failures.LogTruncated, match="step '0' out of order"):
+        output.read_local_dump(
+            LOCAL.replace("TIMESTEP\n4", "TIMESTEP\n0"), "p", frames=3, columns=2
+        )
+    with pytest.raises(failures.LogTruncated, match="step 'x' out of order"):
+        output.read_local_dump(
+            LOCAL.replace("TIMESTEP\n4", "TIMESTEP\nx"), "p", frames=3, columns=2
+        )

@@ -26,6 +26,7 @@ from typing import IO, Literal, NamedTuple
 from pidpanel.constants import LIGGGHTS_VERSION as VERSION
 from pidpanel.coupon.liggghts import output, sphere_dump
 from pidpanel.coupon.liggghts.failures import (
+    NotFinite,
     ParticlesLost,
     RunHung,
     RunStopped,
@@ -367,11 +368,17 @@ class Liggghts:
                 mark = output.MARK.match(line.rstrip("\n"))
                 if mark:
                     self._spheres = int(mark[2])
-                    return Instant(int(mark[1]), self._spheres, float(mark[3]))
+                    return Instant(int(mark[1]), self._spheres, self._number(mark[3]))
                 said.append(line)
         except BrokenPipeError:
             pass
         raise self._failure(said)
+
+    def _number(self, word: str) -> float:
+        try:
+            return float(word)
+        except ValueError:
+            raise NotFinite(f"{self.log}: not a number, {word!r}") from None
 
     def _failure(self, said: list[str]) -> SolverFailure:
         """The failure that the exit status and the last words of the process tell of."""
