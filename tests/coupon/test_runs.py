@@ -429,3 +429,12 @@ def test_a_deck_of_the_users_own_begins_anew_only_for_more_cycles(tmp_path, bed_
     assert (found.legs, found.balance) == ((10,), None)  # that deck lists no contacts
     assert run_to(10) == (found, written)
     assert run_to(12)[0].legs == (12,)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path, bed_file):
+    # red: OSError not taken for a failure: the job ends there, and the cases after it with it
+    (tmp_path / "file").write_text("no folder")
+    (case,) = cases_of(coupon())
+    outcome = attempts.shake_run(case.point, case.target, bed_file, tmp_path / "file" / "s1")
+    assert (outcome.status, outcome.attempts) == ("FilesFailed", 2)
+    assert str(tmp_path / "file") in outcome.message

@@ -121,6 +121,43 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0
 
 
+def problems(folder, **changes):
+    """Names of what speaks against the golden run with other energies than in its balance."""
+    (case,) = recorded_case()
+    record(case, folder, **changes)
+    (file,) = case.outcomes(folder)
+    found = summary.problems_of(case.point, summary.read_run(case.point, file), file.parent)
+    return [type(problem).__name__ for problem in found]
+
+
+def test_a_closure_that_is_no_number_is_not_closed(tmp_path):
+    # red: `abs(balance.closure) > CLOSURE_LIMIT`, which NaN is not
+    assert "EnergyNotClosed" in problems(tmp_path, closure=math.nan)
+
+
+def test_losses_of_the_contacts_are_of_the_size_of_those_of_the_rows(tmp_path):
+    # the golden rows: 12 cycles, whose work is known
+    # red: the ratio upside down; `abs(ratio)`; the window's cycles or the area left out
+    p_sin = np.loadtxt(GOLDEN / "cycles_1.txt")[:, 1]
+    work = float(98.0665 * p_sin[4:].mean() / 200)
+
+    def balance(lost, given=work):
+        return Balance(given, 0.0, 0.0, 0.0, lost, 0.0, 0.0, 0.0, 0.0)
+
+    for name, energies, wrong in (
+        ("as large", balance(work), False),
+        ("ten times", balance(10 * work), False),
+        ("a cycle in flight", balance(0.01 * work), False),
+        ("in milli", balance(1e3 * work), True),
+        ("fifty times", balance(50 * work), True),
+        ("the wrong sign", balance(-work), True),
+        ("work in milli", balance(work, 1e3 * work), True),
+        ("work of the wrong sign", balance(work, -30 * work), True),
+    ):
+        found = problems(tmp_path / name, energies=energies)
+        assert ("LossesApart" in found) == wrong, name
+
+
 def table_of(*statuses):
     return [{"case": f"c{i}", "status": s, "message": "m"} for i, s in enumerate(statuses)]
 

@@ -188,3 +188,13 @@ def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
         assert solver._patience(steps) == pytest.approx(process.QUIET + of_a_cycle)
         assert solver._patience(1) == pytest.approx(process.QUIET + fixed + 3 * per_sphere)
         solver.finish(0, 3)
+
+
+def test_a_reading_that_is_no_number_is_named(begun):
+    # red: `float` alone
+    folder, _ = begun
+    with Liggghts(folder, "shake") as solver:
+        assert solver._number("1e-3") == 1e-3
+        with pytest.raises(failures.NotFinite, match=r"shake\.log: not a number, '1e-3x'"):
+            solver._number("1e-3x")
+        solver.finish()
