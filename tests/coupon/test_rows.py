@@ -10,6 +10,7 @@ from pidpanel.coupon import rows
 from pidpanel.coupon.cycles import Estimate
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts.failures import LogTruncated, Unphysical
+from pidpanel.coupon.records import Shaken
 from pidpanel.study.coupon import Coupon
 
 
@@ -183,7 +184,7 @@ def test_a_bed_returns_no_more_work_than_it_had():
 
 def test_the_cells_together_have_the_momentum_of_the_run():
     # red: sum(axis=1) → sum(axis=0); ROUNDING * → / ; .max(axis=1) → .min(axis=1)
-    cells = np.array([[[0.3, -0.2], [0.1, 0.05]], [[0.2, 0.1], [0.2, 0.3]]])
+    cells = np.array([[[0.3, -0.2], [0.1, 0.05]], [[-0.2, 0.1], [0.2, -0.3]]])
     read = np.zeros((2, 7))
     read[:, 1:3] = cells.sum(axis=1)
     rows.check_cells(read, cells, "there")
@@ -213,3 +214,70 @@ def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share()
     assert first.apparent_mass == pytest.approx((MASS - 2 * 0.01 / (omega * amplitude)) / area)
     assert second.apparent_mass == pytest.approx(MASS / area)
     assert first.error == pytest.approx(0, abs=1e-9)
+
+
+def write_cells(folder, leg, steps, values):
+    """A file of rows of two cells; the four columns hold the number of the row and ten of it."""
+    head = [
+        "# Time-averaged data for fix cycle_cells",
+        "# TimeStep v_p1_sin v_p1_cos v_p2_sin v_p2_cos",
+    ]
+    lines = [f"{s} {v} {v + 10} {v + 20} {v + 30}" for s, v in zip(steps, values, strict=True)]
+    (folder / f"cells_{leg}.txt").write_text("\n".join(head + lines) + "\n")
+
+
+def shaken(legs, count):
+    return Shaken(count, legs, 9, MASS, "accuracy", None, "")
+
+
+def test_the_cells_of_all_legs_follow_one_another(tmp_path):
+    # red: [:, 1:] → [:, 2:]; the columns of a cell taken for those of its neighbour
+    one = run(cell={"count": 2})
+    steps = one.steps_per_cycle * np.arange(1, 6)
+    for leg, part in ((1, slice(0, 2)), (2, slice(2, 5))):
+        write_cells(tmp_path, leg, steps[part], range(1, 6)[part])
+    read = rows.read_cells(one, tmp_path, shaken((2, 3), 4))
+    np.testing.assert_array_equal(read[:, 0], [[k, k + 10] for k in range(1, 5)])
+    np.testing.assert_array_equal(read[:, 1], [[k + 20, k + 30] for k in range(1, 5)])
+
+
+def test_a_single_cell_is_the_run(tmp_path):
+    # red: 1:3 → 2:4
+    one = run(cell={"count": 1})
+    steps = one.steps_per_cycle * np.arange(1, 3)
+    write(tmp_path, 1, steps, [1, 2])
+    text = (tmp_path / "cycles_1.txt").read_text().splitlines()
+    text[2:] = [f"{step} 1 2 3 4 5 6" for step in steps]
+    (tmp_path / "cycles_1.txt").write_text("\n".join(text) + "\n")
+    read = rows.read_cells(one, tmp_path, shaken((2,), 2))
+    np.testing.assert_array_equal(read, [[[1, 2]], [[1, 2]]])
+
+
+def test_the_hash_is_of_the_rows_that_count_and_of_nothing_else(tmp_path):
+    # red: the cells left out; rows after the last that counts kept; legs from 2; the header kept
+    one, lone = run(cell={"count": 2}), run(cell={"count": 1})
+    steps = one.steps_per_cycle * np.arange(1, 6)
+
+    def digests(values=(1, 2, 3, 4, 5), cells=(1, 2, 3, 4, 5)):
+        write(tmp_path, 1, steps[:2], values[:2])
+        write(tmp_path, 2, steps[2:], values[2:])
+        write_cells(tmp_path, 1, steps[:2], cells[:2])
+        write_cells(tmp_path, 2, steps[2:], cells[2:])
+        return [rows.digest(each, tmp_path, (2, 3), 4) for each in (one, lone)]
+
+    before = digests()
+    assert digests() == before
+    assert digests(values=(1, 2, 3, 4, 9)) == before == digests(cells=(1, 2, 3, 4, 9))
+    for place in range(4):
+        other = [9 if k == place else k + 1 for k in range(5)]
+        assert all(a != b for a, b in zip(digests(values=other), before, strict=True))
+        changed = digests(cells=other)
+        assert (changed[0] != before[0], changed[1] == before[1]) == (True, True)
+    digests()
+    # a row that a killed process wrote after the last restart of its leg
+    write(tmp_path, 1, steps[:3], [1, 2, 7])
+    assert [rows.digest(each, tmp_path, (2, 3), 4) for each in (one, lone)] == before
+    for name in ("cycles_2.txt", "cells_1.txt"):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("Time-averaged", "Other"))
+    assert [rows.digest(each, tmp_path, (2, 3), 4) for each in (one, lone)] == before

@@ -20,7 +20,8 @@ def test_values_apart_by_a_quarter_and_four_errors_are_of_two_states():
     # red: APART 0.25 → 0.5; ERRORS 4 → 2; the order of the values for that of their size
     assert split([3.0, 1.0, 3.1, 1.1], [0.1] * 4) == [[1, 3], [0, 2]]
     assert split([1.0, 1.25], [0.01] * 2) == [[0, 1]]  # less than a quarter of their mean
-    assert split([1.0, 1.35], [0.01] * 2) == [[0], [1]]
+    assert split([1.0, 1.3], [0.01] * 2) == [[0], [1]]
+    assert split([-1.1, -1.0], [0.001] * 2) == [[0, 1]]
     assert split([1.0, 2.0], [0.2, 0.2]) == [[0, 1]]  # less than four errors
     assert split([1.0, 2.0], [0.17, 0.17]) == [[0], [1]]
     assert split([2.0], [np.inf]) == [[0]]
@@ -41,6 +42,7 @@ def test_the_error_of_states_reaches_the_one_that_is_farthest():
     means = np.array([1.0, 1.0, 1.0, 5.0])
     found = states.states_of(means, np.full(4, 0.01))
     assert states.farthest(means, found) == 3.0
+    assert states.farthest(6 - means, found[::-1]) == 3.0  # below the mean
     assert states.farthest(means, [np.arange(4)]) == 0.0
 
 

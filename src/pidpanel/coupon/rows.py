@@ -130,10 +130,15 @@ def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
     return rows
 
 
+def files_of_rows(run: Run) -> list[Callable[[int], str]]:
+    """Names of the files of rows of a run, by leg."""
+    return [deck.cycles_file, deck.cells_file] if run.cells_listed else [deck.cycles_file]
+
+
 def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
     """Hash of the first rows of a run, and of those by cell, as they stand in its files."""
     lines: list[str] = []
-    for file_of in (deck.cycles_file, deck.cells_file)[: 2 if run.cells_listed else 1]:
+    for file_of in files_of_rows(run):
         own: list[str] = []
         for number, leg in enumerate(legs, 1):
             own += rows_text(folder / file_of(number)).splitlines()[2 : 2 + leg]

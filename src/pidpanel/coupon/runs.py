@@ -104,7 +104,7 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
     if state is None or state.run != run.identity:
         return None
     # rows that a killed process wrote after its last restart do not count
-    for file_of in (deck.cycles_file, deck.cells_file)[: 2 if run.cells_listed else 1]:
+    for file_of in rows.files_of_rows(run):
         path = folder / file_of(len(state.legs))
         lines = rows.rows_text(path).splitlines(keepends=True)
         if len(lines) > 2 + state.legs[-1]:
