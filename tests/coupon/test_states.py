@@ -83,11 +83,15 @@ def coupon(**changes):
 
 
 def test_beds_that_may_ride_or_cross_come_from_both_sides_and_have_a_reserve():
-    # red: every seed begun at rest; a reserve of every case
+    # red: every seed begun at rest; a reserve of every case; / 3 → / 2 in `least_cycles`
     (case,) = cases_of(coupon())
     assert [run.start for run in case.runs] == ["rest", "hard"]
     assert [run.packing.seed for run in case.reserve] == [3]
     assert case.with_reserve.label == case.label
+    # a third of the cycles of states, within those of the study
+    (short,) = cases_of(coupon(accuracy={"min_cycles": 10}))
+    (shorter,) = cases_of(coupon(accuracy={"min_cycles": 10, "max_cycles": 20}))
+    assert [one.least_cycles for one in (case, short, shorter)] == [60, 30, 20]
     (rides,) = cases_of(coupon(sweep={"acceleration_g": [20]}))
     assert (rides.reserve, rides.state_cycles) == ((), 0)
     assert {run.start for run in rides.runs} == {"rest"}

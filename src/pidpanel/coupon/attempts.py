@@ -209,10 +209,8 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
     if not case.state_cycles:
         return _shake_all(case, case.target, folder)
     target = case.target
-    first, most = (
-        max(target.min_cycles, min(target.max_cycles, cycles))
-        for cycles in (math.ceil(case.state_cycles / 3), case.state_cycles)
-    )
+    first = case.least_cycles
+    most = max(target.min_cycles, min(target.max_cycles, case.state_cycles))
     outcomes = _shake_all(case, replace(target, min_cycles=first, max_cycles=most), folder)
     if has_states(case, outcomes, folder):
         longer = replace(target, min_cycles=most, max_cycles=most)

@@ -619,6 +619,12 @@ class Case:
         return [folder / self.label / f"s{run.packing.seed}" for run in self.runs]
 
     @property
+    def least_cycles(self) -> int:
+        """Cycles of a run at least: a third of `state_cycles` where several states are possible."""
+        target = self.target
+        return max(target.min_cycles, min(target.max_cycles, math.ceil(self.state_cycles / 3)))
+
+    @property
     def with_reserve(self) -> Case:
         """The case with its reserve among its runs, in the folder of the same label."""
         whole = replace(self, runs=(*self.runs, *self.reserve), reserve=())

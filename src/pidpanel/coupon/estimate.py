@@ -122,7 +122,7 @@ def cycles_expected(run: Run, case: Case) -> float:
     """
     target = case.target
     needed = SCATTER**2 / (run.packing.count * target.relative_error**2)
-    return min(target.max_cycles, MISSED * max(target.min_cycles, needed))
+    return min(target.max_cycles, MISSED * max(case.least_cycles, needed))
 
 
 def run_steps(run: Run, case: Case) -> float:
