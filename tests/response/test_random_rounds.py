@@ -189,6 +189,8 @@ def test_bands_are_third_octaves_within_the_range():
     assert ratio[1:-1] == pytest.approx(10**0.1)
     assert 10**0.025 < ratio[0] < 10**0.125 and 10**0.025 < ratio[-1] < 10**0.125
     assert band_edges((100.0, 104.0)).tolist() == [100, 104]
+    # 1122 Hz is the edge of a third octave; above it 28 Hz are too few for a band
+    assert band_edges((900.0, 1150.0)).tolist() == [900, 1150]
 
 
 def test_what_a_study_will_take_grows_with_its_accuracy_and_is_nothing_once_done(made, tmp_path):
