@@ -169,16 +169,16 @@ def test_records_of_another_motion_do_not_count(made, tmp_path):
     assert RandomRound.read(tmp_path / "again.json") == rounds[-1]
 
 
-def test_times_double_until_there_is_none_left_whatever_the_accuracy():
-    # red: `max(number - 1, 0)` → `number`
+def test_times_double_once_the_motion_is_near_whatever_the_accuracy():
+    # red: `moved <= ALIKE` → `moved <= 1`; `sum(before)` → 0 in next_period
     wanted = RandomDrive(time_s=0.5, max_time_s=6.2, max_rounds=20)
-    spent, times = 0.0, []
-    while period := next_period(len(times), wanted, spent):
+    times, moves = [], iter([0.0, 0.6, 0.11, 0.09, 0.05, 0.02, 0.02, 0.02])
+    while period := next_period(wanted, times, next(moves)):
         times.append(period)
-        spent += period
-    assert times == pytest.approx([0.5, 0.5, 1, 2, 2.2])
-    assert next_period(3, RandomDrive(max_rounds=3), 1.0) == 0
-    assert next_period(3, RandomDrive(max_rounds=4), 1.0) > 0
+    assert times == pytest.approx([0.5, 0.5, 0.5, 1, 2, 1.7])
+    three = RandomDrive(max_rounds=3)
+    assert next_period(three, [1.0, 1.0], 0.5) == 1
+    assert next_period(three, [1.0, 1.0, 1.0], 0.5) == 0
 
 
 def test_bands_are_third_octaves_within_the_range():

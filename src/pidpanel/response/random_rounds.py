@@ -128,10 +128,10 @@ def next_round(
         own = solved[drive.scenario]
         was = before.acceleration_rms_g[drive.scenario]
         moved = max(abs(own.rms_g[name] / was[name] - 1) for name in was)
-        spent = sum(one.drive(drive.label).period for one in rounds)
+        spent = [one.drive(drive.label).period for one in rounds]
         error = own.relative_error or 0.0
         good = moved <= MOVED and error <= wanted.relative_error
-        period = 0.0 if good else next_period(before.round + 1, wanted, spent)
+        period = 0.0 if good or not spent[-1] else next_period(wanted, spent, moved)
         if not good and not period:
             print(f"{drive.scenario}, {drive.patch}: {_short(own, moved, wanted)}", file=sys.stderr)
         drives.append(
@@ -148,24 +148,27 @@ def next_round(
     return RandomRound(before.round + 1, tuple(drives), rms)
 
 
-def next_period(number: int, wanted: RandomDrive, spent: float) -> float:
-    """Return the record of a round [s], twice that of the one before; 0 where no time is left.
+def next_period(wanted: RandomDrive, before: Sequence[float], moved: float) -> float:
+    """Return the record of a round [s]; 0 where no time or no round is left.
 
-    It does not depend on the accuracy, so that a tighter one continues with the same records.
+    It is twice that of the round before once the motion is nearly found. It does not depend on
+    the accuracy, so that a tighter one continues with the same records.
 
     Parameters
     ----------
-    number
-        Of the round, from 0; the first motion is a guess, and the second no longer than it.
     wanted
         Of the study.
-    spent
-        Records so far [s].
+    before
+        Records of the rounds before [s].
+    moved
+        Largest change of an rms acceleration in the last of them [1].
     """
-    period = min(wanted.time_s * 2 ** max(number - 1, 0), wanted.max_time_s - spent)
+    last = before[-1] if before else wanted.time_s
+    longest = wanted.max_time_s - sum(before)
+    period = min(2 * last if before and moved <= ALIKE else last, longest)
     # whole hundredths of a second have whole numbers of samples, and round lines
     period = math.floor(100 * period + 1e-6) / 100
-    return period if period >= wanted.time_s and number < wanted.max_rounds else 0.0
+    return period if period >= wanted.time_s and len(before) < wanted.max_rounds else 0.0
 
 
 def expected_rounds(wanted: RandomDrive, cells: int) -> tuple[int, float]:
@@ -179,12 +182,13 @@ def expected_rounds(wanted: RandomDrive, cells: int) -> tuple[int, float]:
         Of a packing.
     """
     needed = (SCATTER / wanted.relative_error) ** 2 / (cells * wanted.seeds)
-    number, spent = 0, 0.0
-    while period := next_period(number, wanted, spent):
-        number, spent = number + 1, spent + period
-        if number >= AGREED and spent >= needed:
+    times: list[float] = []
+    # the answer to a guess moves far, the others little
+    while period := next_period(wanted, times, 1.0 if len(times) < 2 else 0.0):
+        times.append(period)
+        if len(times) >= AGREED and sum(times) >= needed:
             break
-    return number, spent
+    return len(times), sum(times)
 
 
 def expected_legs(study: CouponStudy, results: Path) -> tuple[list[tuple[RandomRun, float]], int]:
