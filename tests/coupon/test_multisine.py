@@ -59,6 +59,15 @@ def test_a_spectrum_of_samples_is_normalised_as_the_motion_is():
     assert motion.frequency[np.argmax(np.abs(found))] == 50
 
 
+def test_it_has_ten_samples_to_the_shortest_period_and_phases_all_round():
+    # red: `np.ceil(SAMPLES` → `np.floor(SAMPLES`; `rng.uniform(0.0,` → `rng.uniform(1.0,`
+    assert drawn(0.25).samples == 2250
+    assert drawn(0.2505).samples == 2255
+    angle = np.angle(drawn(4.0).acceleration)
+    # of 3500 phases none is missing over a twentieth of the circle
+    assert (np.histogram(angle, 20, (-np.pi, np.pi))[0] > 100).all()
+
+
 def test_phases_are_those_of_the_seed_and_of_no_other():
     # red: `rng.uniform(0.0, 2 * np.pi, …)` → zeros
     same, other = drawn(0.5), drawn(0.5, seed=2)

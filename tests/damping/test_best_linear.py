@@ -93,6 +93,30 @@ def test_the_force_is_split_into_what_packings_share_and_what_is_their_own():
     assert np.mean(found.own_psd) == pytest.approx(0.6, rel=0.1)
 
 
+def test_coherence_is_the_share_of_the_linear_part():
+    # red: `np.abs(linear) ** 2` → `np.abs(linear) * 2` in _coherence; `power + float` → `power - float`
+    f = np.arange(100.0, 200.0, 0.1)
+    rng = np.random.default_rng(7)
+    v = 1e-3 * np.exp(1j * rng.uniform(0, 2 * np.pi, f.size))
+    noise = complex_noise(rng, 0.3 * np.ones(f.size), (2,))
+    found = approximate([Leg(f, v, 700 * v + noise)], np.array([100.0, 200.0]))
+    # 0.7² of 0.7² + 0.3, known to 3 % from a thousand lines
+    assert found.coherence == pytest.approx(0.49 / 0.79, rel=0.05)
+
+
+def test_two_lines_make_a_band_and_one_joins_the_next():
+    # red: `part.frequency.size < 2` → `part.frequency.size < 3` in _bands, or `< 1`
+    f = np.array([100.0, 110.0, 140.0, 160.0, 170.0])
+    v = np.array([1.0, 1j, -1.0, 1.0, 1j])
+    found = approximate([Leg(f, v, 5 * v[None])], np.array([100.0, 130.0, 150.0, 200.0]))
+    assert found.low.tolist() == [100, 130]
+    assert found.high == pytest.approx([130, 200])
+    with pytest.raises(ValueError, match="no band with two lines between 300 and 400 Hz"):
+        approximate([Leg(f, v, 5 * v[None])], np.array([300.0, 400.0]))
+    (band,) = approximate([Leg(f[:2], v[:2], 5 * v[None, :2])], np.array([100.0, 110.0])).high
+    assert band == pytest.approx(110, rel=1e-6)  # its highest line belongs to it
+
+
 def test_of_one_packing_all_that_is_not_linear_counts_as_its_own():
     # red: `return 0.0` → `return 1.0` under `if count < 2`
     legs = stand_in(

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping.best_linear import LinearApproximation
-from pidpanel.damping.random_reading import LEAST, RandomReading, read_random, to_rows
+from pidpanel.damping.random_reading import RandomReading, read_random, to_rows
 from pidpanel.damping.readings import DampingError
 
 BANDS = LinearApproximation(
@@ -30,12 +30,14 @@ def test_between_bands_the_logarithm_of_the_damping_and_the_mass_are_linear_in_l
     assert values.equivalent_damping == pytest.approx([400, 400, 600, 900])
     assert values.apparent_mass == pytest.approx([3, 3, 2, 1])
     assert values.inside.tolist() == [False, True, True, True]
+    ends = READING(np.array([19.9, 20.0, 1000.0, 1000.1]), 0.5, np.nan)
+    assert ends.inside.tolist() == [False, True, True, False]
 
 
 def test_what_is_not_resolved_does_not_feed_the_panel():
     # red: `np.maximum(bands.equivalent_damping, …)` → the first of both
     (value,) = READING(np.array([800.0]), 0.5, np.nan).equivalent_damping
-    assert value == pytest.approx(LEAST * 200)
+    assert value == pytest.approx(100)
 
 
 def test_errors_are_those_of_the_bands_and_of_the_packings():
@@ -89,6 +91,17 @@ def test_it_comes_back_from_its_table(tmp_path):
     assert (found[1].weight, found[1].area) == (6.4, 1e-4)
     for name, value in vars(BANDS).items():
         assert np.array_equal(getattr(found[1].bands, name), value), name
+
+
+def test_a_table_of_one_band_is_a_table(tmp_path):
+    # red: `.iloc[0]` → `.iloc[1]` in from_rows
+    one = {n: v[:1] if isinstance(v, np.ndarray) else v for n, v in vars(BANDS).items()}
+    rows = to_rows(
+        RandomReading(LinearApproximation(**one), 6.4, 1e-4), {"scenario": 1, "patch": "b"}
+    )
+    pd.DataFrame(rows).to_csv(tmp_path / "impedance.csv", index=False)
+    found = read_random(tmp_path / "impedance.csv")["1", "b"]
+    assert found(np.array([30.0, 900.0]), 0.5, 1.0).equivalent_damping == pytest.approx([400, 400])
 
 
 def test_a_table_without_a_column_is_named(tmp_path):
