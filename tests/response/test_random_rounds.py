@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -20,6 +21,7 @@ from pidpanel.response.random_rounds import (
     expected_legs,
     expected_rounds,
     next_period,
+    next_round,
     solve,
     write_round,
 )
@@ -167,6 +169,23 @@ def test_records_of_another_motion_do_not_count(made, tmp_path):
         study, files, tmp_path, len(rounds) - 1, tmp_path / "again.json", tmp_path / "a.csv"
     )
     assert RandomRound.read(tmp_path / "again.json") == rounds[-1]
+
+
+def test_a_scenario_that_ran_out_of_time_is_not_found_to_agree_later(made, panel):
+    # red: without `if drive.scenario not in shaken` in next_round
+    study, _ = made
+    solved = solve(study, panel, {})["both"]
+    stuck = replace(a_drive(period=0.0), moved=0.2, relative_error=0.1)
+    other = a_drive("1").with_motion(*solved.motions["PID-1"])
+    before = RandomRound(
+        5, (stuck, replace(other, scenario="another")), {"both": solved.rms_g, "another": {}}
+    )
+    # the other scenario is one that this study does not have
+    with pytest.raises(KeyError, match="another"):
+        next_round([before], study, panel, {})
+    after = next_round([replace(before, drives=(stuck,))], study, panel, {})
+    assert after.drives == (stuck,)
+    assert after.is_last
 
 
 def test_times_double_once_the_motion_is_near_whatever_the_accuracy():
