@@ -1,0 +1,202 @@
+"""C_e, m_a and the bed's own force from a record of the coupled run.
+
+The sound is known, so what the patch would do under it with a linear damper, r, is known too and
+is independent of the bed's own force n: in a band
+
+    Z = Σ a σ r* / Σ a v r*,    σ = Z v + n,
+
+sums over its lines and over the stations. A ratio of σ to v alone would hold the panel's answer to
+n. The impedance is that of the best linear approximation at the motion that the panel has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Fourier coefficients of a window of a record, e^{iωt}, so scaled that |x|² is a PSD.
+
+    Attributes
+    ----------
+    frequency
+        (nf,) [Hz].
+    values
+        (nf, s) of each column.
+    """
+
+    frequency: Array
+    values: Complexes
+
+
+def taper(count: int, share: float = 0.1) -> Array:
+    """Return a window (count,) that rises and falls by a cosine over a share of its length.
+
+    Examples
+    --------
+    >>> taper(5, 0.25).tolist()
+    [0.0, 1.0, 1.0, 1.0, 0.0]
+    """
+    distance = np.minimum(np.arange(count), np.arange(count)[::-1]) / (share * (count - 1))
+    window: Array = 0.5 - 0.5 * np.cos(np.pi * np.minimum(distance, 1.0))
+    return window
+
+
+def spectra_of(rows: Array, interval: float) -> Spectra:
+    """Return the spectra of the columns of a record without their means.
+
+    Parameters
+    ----------
+    rows
+        (m, s).
+    interval
+        Between the rows [s].
+    """
+    window = taper(len(rows))
+    scale = np.sqrt(2 * interval / (window @ window))
+    values = np.fft.rfft((rows - rows.mean(axis=0)) * window[:, None], axis=0) * scale
+    return Spectra(np.fft.rfftfreq(len(rows), interval), values)
+
+
+def pressure_spectra(impulse: Array, interval: float) -> Spectra:
+    """Return the spectra of the force per area of which the rows are the impulse so far.
+
+    A difference of two rows is the mean over the time between them, sinc(fΔ) of a tone half an
+    interval later.
+
+    Parameters
+    ----------
+    impulse
+        (m + 1, s) [N s/m²].
+    interval
+        Δ between the rows [s].
+    """
+    mean = spectra_of(np.diff(impulse, axis=0) / interval, interval)
+    turn = np.exp(-1j * np.pi * mean.frequency * interval) / np.sinc(mean.frequency * interval)
+    return Spectra(mean.frequency, mean.values * turn[:, None])
+
+
+def band_sums(frequency: Array, values: Array | Complexes, edge: Array) -> Array | Complexes:
+    """Return the sums over the lines of each band, (bands, …).
+
+    Parameters
+    ----------
+    frequency, values
+        (nf,) rising [Hz] and (nf, …).
+    edge
+        (bands, 2) [Hz]; a line at an upper edge belongs to the next band.
+    """
+    upto = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
+    at = np.searchsorted(frequency, edge)
+    return upto[at[:, 1]] - upto[at[:, 0]]
+
+
+@dataclass(frozen=True)
+class BandImpedance:
+    """Cross-spectra of which Z of a band is the ratio; those of several records add up.
+
+    Attributes
+    ----------
+    force, velocity
+        (bands,) Σ a σ r* and Σ a v r*.
+    """
+
+    force: Complexes
+    velocity: Complexes
+
+    @property
+    def value(self) -> Complexes:
+        """(bands,) Z [N s/m³]."""
+        found: Complexes = self.force / self.velocity
+        return found
+
+    def __add__(self, other: BandImpedance) -> BandImpedance:
+        return BandImpedance(self.force + other.force, self.velocity + other.velocity)
+
+
+def band_impedance(
+    frequency: Array,
+    pressure: Complexes,
+    velocity: Complexes,
+    instrument: Complexes,
+    area: Array,
+    edge: Array,
+) -> BandImpedance:
+    """Return the cross-spectra of a record with an instrument.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    pressure, velocity, instrument
+        (nf, k) σ, v and r of the stations of one patch.
+    area
+        (k,) for which they stand [m²].
+    edge
+        (bands, 2) [Hz].
+    """
+    return BandImpedance(
+        np.asarray(band_sums(frequency, (pressure * instrument.conj()) @ area, edge)),
+        np.asarray(band_sums(frequency, (velocity * instrument.conj()) @ area, edge)),
+    )
+
+
+def over_frequency(frequency: Array, centre: Array, value: Complexes) -> Complexes:
+    """Return Z at (nf,) frequencies [Hz] from its bands: C_e and m_a linear over ln f.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    centre, value
+        (bands,) [Hz] and Z [N s/m³].
+    """
+    place, at = np.log(frequency), np.log(centre)
+    damping = np.interp(place, at, value.real)
+    mass = np.interp(place, at, value.imag / (2 * np.pi * centre))
+    found: Complexes = damping + 2j * np.pi * frequency * mass
+    return found
+
+
+@dataclass(frozen=True)
+class OwnForce:
+    """PSD of the part of the bed's force that is not linear in the motion.
+
+    Attributes
+    ----------
+    independent
+        (bands,) of the mean over the cells of one station, its part that differs from station to
+        station: falls with the number of cells [Pa²/Hz].
+    common
+        (bands,) the part that all stations share [Pa²/Hz].
+    """
+
+    independent: Array
+    common: Array
+
+
+def own_force(frequency: Array, own: Complexes, edge: Array) -> OwnForce:
+    """Return the PSDs of n = σ − Z v of the stations of a patch.
+
+    Parameters
+    ----------
+    frequency, own
+        (nf,) [Hz] and (nf, k) n, so scaled that |n|² is a PSD.
+    edge
+        (bands, 2) [Hz].
+    """
+    stations = own.shape[1]
+    every = np.sum(np.abs(own) ** 2, axis=1)
+    together = np.abs(own.sum(axis=1)) ** 2
+    lines = np.asarray(band_sums(frequency, np.ones((len(frequency), 1)), edge))[:, 0]
+    single = np.asarray(band_sums(frequency, every, edge)) / lines / stations
+    if stations == 1:
+        return OwnForce(single, np.zeros_like(single))
+    pairs = stations * (stations - 1)
+    common = np.asarray(band_sums(frequency, together - every, edge)) / lines / pairs
+    return OwnForce(single - common, common)

@@ -1,0 +1,147 @@
+"""Modal forces of a sound field as a record: a sum of tones with the field's cross-PSDs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+
+NODE_SPACING = 0.2
+"""Spacing of the nodes of G over 1/L in wavenumber, L the diameter of the panel: linear between
+them, G errs by (0.2)²/24 = 0.2 % of its largest value."""
+
+NODE_RATIO = 0.05
+"""Largest relative spacing of the nodes: G ∝ k^p errs by p (p − 1)/8 of its square."""
+
+FLOOR = 1e-3
+"""Least √G_ii over the largest to which a shape's own force is resolved [1]."""
+
+RIDGE = 1e-6
+"""Added to the diagonal of G over √(G_ii G_jj), which is not of full rank where waves are long:
+far below the 0.2 % of the nodes."""
+
+
+def force_nodes(low: float, high: float, speed_of_sound: float, diameter: float) -> Array:
+    """Return frequencies between which G is taken as linear, from ``low`` to ``high`` [Hz].
+
+    Parameters
+    ----------
+    low, high
+        [Hz]
+    speed_of_sound
+        c₀ [m/s].
+    diameter
+        L of the panel [m].
+    """
+    widest = NODE_SPACING * speed_of_sound / (2 * np.pi * diameter)
+    nodes = [low]
+    while nodes[-1] < high:
+        nodes.append(nodes[-1] + min(widest, NODE_RATIO * nodes[-1]))
+    nodes[-1] = high
+    return np.array(nodes)
+
+
+def draw_modal_force(
+    frequency: Array,
+    pressure_psd: Array,
+    modal_force: Callable[[Array], Array | Complexes],
+    nodes: Array,
+    rng: np.random.Generator,
+) -> Complexes:
+    """Draw the amplitudes of tones whose modal forces have the PSDs S_p G.
+
+    f(t) = Re Σ_j X_j exp(iω_j t), E[X_j X_jᴴ] = 2 S_p(f_j) G(f_j) Δf. Between two nodes a and b,
+    G = (1 − t) G_a + t G_b is the sum of two independent forces, so one factor a node suffices.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) evenly spaced [Hz], within the nodes.
+    pressure_psd
+        (nf,) S_p, one-sided [Pa²/Hz].
+    modal_force
+        G over frequency: (k,) [Hz] to (k, n, n) [m⁴].
+    nodes
+        (k,) rising [Hz].
+    rng
+        Draws the phases and sizes.
+
+    Returns
+    -------
+    (nf, n) X [N].
+    """
+    step = float(frequency[1] - frequency[0])
+    found: Complexes | None = None
+    upper = np.clip(np.searchsorted(nodes, frequency, side="right"), 1, len(nodes) - 1)
+    before: Array | Complexes = _factor(modal_force(nodes[:1])[0])
+    for index in range(1, len(nodes)):
+        after = _factor(modal_force(nodes[index : index + 1])[0])
+        lines = upper == index
+        part = (frequency[lines] - nodes[index - 1]) / (nodes[index] - nodes[index - 1])
+        part = np.clip(part, 0, 1)[:, None]
+        if found is None:
+            found = np.empty((len(frequency), len(after)), complex)
+        size = (int(lines.sum()), len(after))
+        found[lines] = np.sqrt(1 - part) * _pushed(before, size, rng)
+        found[lines] += np.sqrt(part) * _pushed(after, size, rng)
+        before = after
+    if found is None:
+        raise ValueError("one node of the modal force: two or more are needed")
+    return found * np.sqrt(2 * pressure_psd * step)[:, None]
+
+
+def _pushed(
+    factor: Array | Complexes, size: tuple[int, int], rng: np.random.Generator
+) -> Complexes:
+    """Return rows L ξ with independent ξ, E|ξ|² = 1."""
+    real, imaginary = (rng.standard_normal(size) @ factor.T for _ in range(2))
+    found: Complexes = (real + 1j * imaginary) / np.sqrt(2)
+    return found
+
+
+def _factor(matrix: Array | Complexes) -> Array | Complexes:
+    """Return L with L Lᴴ = G, whose eigenvalues below zero are errors of its table."""
+    size = np.sqrt(np.maximum(np.diagonal(matrix).real, 0.0))
+    size = np.maximum(size, FLOOR * size.max())
+    scaled = matrix / np.outer(size, size)
+    factor: Array | Complexes
+    try:
+        factor = size[:, None] * np.linalg.cholesky(scaled + RIDGE * np.eye(len(matrix)))
+    except np.linalg.LinAlgError:  # more costly
+        value, vector = np.linalg.eigh(scaled)
+        factor = size[:, None] * vector * np.sqrt(np.maximum(value, 0.0))
+    return factor
+
+
+def samples(amplitude: Complexes, first: int, count: int) -> Array:
+    """Return Re Σ_j X_j exp(2πi j m/count) of tones j = first, first + 1, …, (count, n).
+
+    Parameters
+    ----------
+    amplitude
+        (nf, n) X.
+    first
+        Number of the first tone, in periods of the record.
+    count
+        Samples of the record.
+    """
+    spectrum = np.zeros((count // 2 + 1, amplitude.shape[1]), complex)
+    spectrum[first : first + len(amplitude)] = amplitude
+    found: Array = np.fft.irfft(spectrum, count, axis=0) * (count / 2)
+    return found
+
+
+def before_hold(frequency: Array, interval: float) -> Array:
+    """Return 1/sinc²(f Δ), by which tones are enlarged that are joined linearly between samples.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    interval
+        Δ between samples [s].
+    """
+    factor: Array = 1 / np.sinc(frequency * interval) ** 2
+    return factor
