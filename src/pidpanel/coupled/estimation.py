@@ -10,7 +10,7 @@ what was recorded: a residual beyond its own scatter belongs to the error.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -57,9 +57,8 @@ def jackknife_error(left_out: Array) -> Array:
 
 def mean_impedances(parts: Sequence[BandImpedance]) -> list[BandImpedance]:
     """Return the sum of the cross-spectra of all records, then of all but each."""
-    force = leave_one_out([part.force for part in parts])
-    velocity = leave_one_out([part.velocity for part in parts])
-    return [BandImpedance(*pair) for pair in zip(force, velocity, strict=True)]
+    sums = [leave_one_out([getattr(part, f.name) for part in parts]) for f in fields(BandImpedance)]
+    return [BandImpedance(*one) for one in zip(*sums, strict=True)]
 
 
 def mean_own_forces(parts: Sequence[OwnForce]) -> list[OwnForce]:
