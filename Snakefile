@@ -22,6 +22,10 @@ if HAS_PANEL:
     include: "workflow/rules/design.smk"
     include: "workflow/rules/report.smk"
 
+    if STUDY.is_coupled:
+
+        include: "workflow/rules/coupled.smk"
+
 else:
 
     include: "workflow/rules/coupon_report.smk"
@@ -35,3 +39,4 @@ rule all:
     input:
         results("report.html"),
         results("response/export") if HAS_PANEL else [],
+        results("coupled/summary.csv") if HAS_PANEL and STUDY.is_coupled else [],

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-import math
-import resource
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import estimation, identification, integration, sound_record
+from pidpanel.coupled import integration, linear, sound_record
 from pidpanel.coupled.library import Spheres, load_library
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupled.record_files import read_record, write_record
-from pidpanel.coupled.results import CoupledResult, coupled_result
-from pidpanel.coupled.stations import Stations, stations_of
+from pidpanel.coupled.results import (
+    CoupledPanel,
+    CoupledPatch,
+    CoupledResult,
+    SettledRecord,
+    coupled_result,
+)
+from pidpanel.coupled.stations import stations_of
 from pidpanel.coupon import coding, contact, geometry, preparation
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.from_study import bed_of
@@ -30,30 +35,29 @@ from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
 from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.panel.plate_files import StoredPlate, read_plate
+from pidpanel.response.bands import third_octaves
 from pidpanel.response.basis_error import joined_shapes
 from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.dampers import coupon_of
 
 ROWS_PER_PERIOD = 10.0
 """Rows of a record in a period of the highest frequency: what is joined linearly between them is
-known to 3 %, and corrected for it."""
+3 % low there, for which the sound is corrected."""
 
 BALANCE_LIMIT = 0.01
 """Largest share of the sound's energy that may be missing in a run [1]."""
 
 FASTEST = 3.0
-"""Speeds at which contacts are held to their limits, over the rms of the bare patch: a Gaussian
-motion exceeds it for 0.3 % of the time."""
+"""Speed of the impacts by which the modulus is chosen, over the rms speed of the bare patch."""
 
 SILENCE_S, LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 120.0, 20.0, 600.0
-"""Longest silence of a run, and longest duration over what is estimated, on a machine that is
-shared."""
+"""Longest silence of a run, and its longest duration over what is estimated and in any case: a
+machine may be shared."""
 
-STEP_S, SPHERE_STEP_S = 45e-6, 90e-9
-"""CPU time of a step and of a sphere in it (16 cells, 752 spheres: 110 µs)."""
+STEP_S, SPHERE_STEP_S = 40e-6, 90e-9
+"""CPU time of a step, and of each sphere in it [s] (752 spheres: 110 µs)."""
 
 
 @dataclass(frozen=True)
@@ -74,30 +78,518 @@ class CoupledRun:
     seed: int
     beds: tuple[Bed, ...]
 
+    @property
+    def name(self) -> str:
+        """Folder and file below ``results/<study>/coupled``, without its ending."""
+        return f"{self.scenario.label}/seed{self.seed}"
+
 
 def coupled_runs(study: Study) -> dict[str, CoupledRun]:
-    """Return the runs of a study by their names, ``<scenario>/<seed>``."""
+    """Return the runs of a study by their names."""
     if not study.is_coupled:
         return {}
     keys = study.damping.coupled
-    return {
-        f"{scenario.label}/{seed}": CoupledRun(
+    runs = [
+        CoupledRun(
             scenario,
             seed,
             tuple(
-                bed_of(_coupon(study, scenario, k), fill, cells=keys.cells, seed=seed)
-                for k, fill in enumerate(_fills(scenario))
+                bed_of(coupon, fill, cells=keys.cells, seed=seed)
+                for coupon, fill in _fillings(study, scenario)
             ),
         )
         for scenario in study.all_scenarios()
         if not scenario.is_bare
         for seed in range(1, keys.seeds + 1)
+    ]
+    return {run.name: run for run in runs}
+
+
+def _fillings(study: Study, scenario: Scenario) -> list[tuple[Coupon, float]]:
+    """Return coupon and fill of each filled patch; the study refuses those without."""
+    found = []
+    for filling in scenario.fillings:
+        coupon = study.all_dampers[str(filling.damper)].coupon
+        if coupon is not None and filling.fill_fraction is not None:
+            found.append((coupon, filling.fill_fraction))
+    return found
+
+
+class CoupledFiles(NamedTuple):
+    """Files of the stages upstream."""
+
+    modes: Path
+    modal_force: Path
+    plate: Path
+
+
+@dataclass(frozen=True)
+class StudiedPanel:
+    """The panel of a study in its sound, with stations on its patches.
+
+    Attributes
+    ----------
+    study
+        The study.
+    panel
+        In its sound.
+    plate
+        Its elements.
+    """
+
+    study: Study
+    panel: PanelInSound
+    plate: StoredPlate
+
+    @staticmethod
+    def read(study: Study, files: CoupledFiles) -> StudiedPanel:
+        """Read what the stages upstream left."""
+        upstream = PanelFiles(files.modes, files.modal_force, None)
+        return StudiedPanel(
+            study, read_panel_in_sound(study, upstream, "none"), read_plate(files.plate)
+        )
+
+    @cached_property
+    def points(self) -> Array:
+        """(p, n) the shapes at the points."""
+        return self.panel.deflection_at_points[:, 0]
+
+    @property
+    def diameter(self) -> float:
+        """Of the panel [m]."""
+        return float(np.hypot(*np.ptp(self.panel.basis.vertex_position, axis=0)))
+
+    @cached_property
+    def _vectors(self) -> Array:
+        nothing = np.zeros((len(self.plate.shapes), 0))
+        return joined_shapes(self.panel.basis, self.plate, nothing).vectors
+
+    def patch(self, name: str, cell_area: float) -> CoupledPatch:
+        """Return a patch with its stations.
+
+        Parameters
+        ----------
+        name
+            Of the patch.
+        cell_area
+            Of one cell [m²].
+        """
+        basis, keys = self.panel.basis, self.study.damping.coupled
+        index = basis.patch_names.index(name)
+        per_cell = len(self.plate.quadrature_weight) // len(basis.cells)
+        cells = np.flatnonzero(basis.cell_in_patch[index])
+        rows = (cells[:, None] * per_cell + np.arange(per_cell)).ravel()
+        found = stations_of(
+            self.plate.quadrature_position[rows],
+            self.plate.quadrature_weight[rows],
+            keys.stations,
+        )
+        shape = np.asarray(self.plate.at_quadrature[rows[found.point]] @ self._vectors)
+        return CoupledPatch(
+            shape, found.area, keys.cells // keys.stations * cell_area, basis.patch_overlap[index]
+        )
+
+    def in_sound(self, run: CoupledRun) -> CoupledPanel:
+        """Return the panel with the patches of a run, at the level of its scenario."""
+        factor = self.panel.pressure_factor(run.scenario)
+        return CoupledPanel(
+            stiffness=self.panel.modal.dynamic_stiffness,
+            points=self.points,
+            patches=[
+                self.patch(filling.patch, bed.packing.cell_area)
+                for filling, bed in zip(run.scenario.fillings, run.beds, strict=True)
+            ],
+            pressure_psd=lambda frequency: factor * self.panel.psd(frequency),
+            modal_force=self.panel.force,
+        )
+
+    def moduli(self, run: CoupledRun, coupled: CoupledPanel) -> list[float]:
+        """Return Young's modulus of the contacts of each patch [Pa]."""
+        keys, frequency = self.study.damping.coupled, self.panel.coarse_frequency
+        if keys.youngs_modulus_mpa is not None:
+            return [keys.youngs_modulus_mpa * 1e6 for _ in run.beds]
+        omega = 2 * np.pi * frequency[:, None]
+        found = []
+        fillings = _fillings(self.study, run.scenario)
+        for (coupon, _), bed, patch in zip(fillings, run.beds, coupled.patches, strict=True):
+            psd = _bare_psd(coupled, patch.shape, frequency) @ patch.area / patch.area.sum()
+            squares = [np.trapezoid(omega[:, 0] ** k * psd, frequency) for k in (2, 4)]
+            speed, acceleration = np.sqrt(squares)
+            stiffness = coupon.stiffness
+            found.append(
+                contact.softest_modulus(
+                    stiffness.choices,
+                    coupon.particles.youngs_modulus,
+                    radius=bed.packing.sizes.largest / 2,
+                    density=bed.packing.density,
+                    poissons_ratio=coupon.particles.poissons_ratio,
+                    speed=FASTEST * speed,
+                    frequency=acceleration / (2 * np.pi * speed),
+                    contact_time_per_period=stiffness.contact_time_per_period,
+                    overlap_per_radius=stiffness.overlap_per_radius,
+                )
+            )
+        return found
+
+
+def _bare_psd(coupled: CoupledPanel, seen: Array, frequency: Array) -> Array:
+    """Return the PSDs (nf, s) of motions of the bare panel [m²/Hz]."""
+    n = seen.shape[1]
+    nothing = np.zeros((1, n, n))
+    (found,) = linear.point_psds(
+        frequency,
+        coupled.stiffness(frequency),
+        np.zeros((n, 1)),
+        [np.zeros((len(frequency), 1, 1), complex)],
+        seen,
+        coupled.pressure_psd(frequency),
+        coupled.modal_force,
+        [lambda _: nothing],
+    )
+    return found
+
+
+# ------------------------------------------------------------------------------- one run
+
+
+def write_run(
+    study: Study, files: CoupledFiles, name: str, bed_files: Sequence[Path], output: Path
+) -> None:
+    """Integrate panel and particles of a run and write the record.
+
+    Parameters
+    ----------
+    study, files
+        The study, and files of the stages upstream.
+    name
+        One of `coupled_runs`.
+    bed_files
+        ``bed.json`` of each filled patch.
+    output
+        The ``.nc`` file.
+
+    Raises
+    ------
+    SolverFailure
+        If a bed failed, LIGGGHTS stops or hangs, or the energy does not balance.
+    """
+    run, studied = coupled_runs(study)[name], StudiedPanel.read(study, files)
+    coupled = studied.in_sound(run)
+    moduli = studied.moduli(run, coupled)
+    time_step = min(
+        coupon.time_step_rayleigh * _rayleigh_time(bed, modulus)
+        for (coupon, _), bed, modulus in zip(
+            _fillings(study, run.scenario), run.beds, moduli, strict=True
+        )
+    )
+    low, high = study.response.frequency_hz
+    steps_per_row = 2 * max(1, int(0.5 / (ROWS_PER_PERIOD * high * time_step)))
+    interval = steps_per_row * time_step
+    keys = study.damping.coupled
+    settled, rows = (
+        round(duration / interval) for duration in (keys.settle_s, keys.settle_s + keys.duration_s)
+    )
+    first = int(np.ceil(low * rows * interval))
+    frequency = np.arange(first, int(high * rows * interval) + 1) / (rows * interval)
+    amplitude = sound_record.draw_modal_force(
+        frequency,
+        coupled.pressure_psd(frequency),
+        coupled.modal_force,
+        sound_record.force_nodes(low, high, study.sound.speed_m_s, studied.diameter),
+        np.random.default_rng([run.seed, *run.scenario.label.encode()]),
+    )
+    held = amplitude * sound_record.before_hold(frequency, interval)[:, None]
+    force = sound_record.samples(held, first, rows)
+    bare = amplitude / coupled.stiffness(frequency)
+    start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
+    modal = studied.panel.modal
+    shapes = integration.PanelShapes(
+        modal.angular_frequency,
+        modal.damping_ratio,
+        modal.modal_mass,
+        coupled.at_stations,
+        coupled.points,
+    )
+    outcomes = [coding.read(LoosenOutcome, file) for file in bed_files]
+    for outcome in outcomes:
+        if outcome.found is None:
+            raise RunFailed(outcome.status, outcome.message)
+    spheres = sum(outcome.found.spheres for outcome in outcomes if outcome.found)
+    estimate = rows * steps_per_row * cpu_per_step(spheres)
+    print(
+        f"{name}: {spheres} spheres, {rows * interval:.2f} s in {rows * steps_per_row} steps, "
+        f"about {estimate:.0f} s of CPU time",
+        file=sys.stderr,
+    )
+    folders = [file.parent for file in bed_files]
+
+    def work(progress: Progress) -> integration.Record:
+        with tempfile.TemporaryDirectory() as folder:
+            library = load_library()
+            particles = [
+                _spheres(library, bed, modulus, time_step, beds, Path(folder) / str(k), keys.stations)
+                for k, (bed, modulus, beds) in enumerate(
+                    zip(run.beds, moduli, folders, strict=True)
+                )
+            ]
+            return integration.integrate(
+                shapes,
+                particles,
+                coupled.area,
+                np.concatenate([np.full(len(p.area), p.cell_area) for p in coupled.patches]),
+                np.concatenate([force, force[:1]]),
+                start,
+                time_step=time_step,
+                steps_per_row=steps_per_row,
+                settled=settled,
+                progress=lambda row: progress((row + 1) / rows),
+            )
+
+    record = in_child(
+        work,
+        name,
+        silence_s=SILENCE_S,
+        limit_s=max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * estimate),
+        progress=_Told(name),
+    )
+    error = record.balance.error
+    if not abs(error) <= BALANCE_LIMIT:
+        raise EnergyNotClosed(
+            f"{name}: {100 * error:.2g} % of the sound's energy is missing; allowed is "
+            f"{100 * BALANCE_LIMIT:g} %"
+        )
+    write_record(
+        output,
+        SettledRecord(
+            frequency,
+            amplitude,
+            first,
+            rows,
+            settled,
+            interval,
+            record.at_stations,
+            record.at_points,
+            record.impulse,
+        ),
+        {
+            **stamp(study),
+            "balance_error": error,
+            "share_of_particles": record.balance.particles / record.balance.sound,
+            "youngs_modulus_pa": " ".join(f"{modulus:g}" for modulus in moduli),
+            "time_step_s": time_step,
+        },
+    )
+
+
+class _Told:
+    """Tells every tenth of a run, with the time that is left."""
+
+    def __init__(self, name: str) -> None:
+        self._name, self._begun, self._told = name, time.monotonic(), 0
+
+    def __call__(self, share: float) -> None:
+        if int(10 * share) > self._told:
+            self._told = int(10 * share)
+            left = (time.monotonic() - self._begun) * (1 - share) / share
+            print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)
+
+
+def cpu_per_step(spheres: int) -> float:
+    """Return the CPU time of a step with so many spheres [s]."""
+    return STEP_S + SPHERE_STEP_S * spheres
+
+
+def _rayleigh_time(bed: Bed, modulus: float) -> float:
+    packing = bed.packing
+    return contact.rayleigh_time(
+        packing.sizes.smallest / 2, packing.density, modulus, packing.poissons_ratio
+    )
+
+
+def _spheres(
+    library: object,
+    bed: Bed,
+    modulus: float,
+    time_step: float,
+    bed_folder: Path,
+    folder: Path,
+    stations: int,
+) -> Spheres:
+    """Return the spheres of a bed in LIGGGHTS, the cells shared out among the stations."""
+    packing, constants = bed.packing, bed.constants
+    spheres = preparation.read_bed(bed_folder)
+    cell = cell_of(spheres[:, :2], packing.centres)
+    # cells one after the other, so many to a station
+    station = cell * stations // packing.count
+    order = np.argsort(station, kind="stable")
+    spheres, station = spheres[order], station[order]
+    preparation.write_start(folder, packing, spheres, bed_folder)
+    softer = modulus / constants.youngs_modulus
+    values = {
+        **replace(
+            constants,
+            youngs_modulus=modulus,
+            wall_youngs_modulus=constants.wall_youngs_modulus * softer,
+        ).deck_values,
+        "data_file": folder / deck.START_FILE,
+        "walls_file": folder / deck.WALLS_FILE,
+        "skin": 0.3 * packing.diameter,
+        "gravity": bed.gravity,
+        "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
+        "time_step": time_step,
     }
+    mass = np.bincount(
+        station, geometry.masses(spheres[:, 3], packing.density), minlength=stations
+    )
+    weight = mass * bed.gravity * bed.gravity_direction[2]
+    return Spheres(library, deck.render("coupled.in.j2", values), station, weight)
 
 
-def _fills(scenario: Scenario) -> list[float]:
-    return [float(filling.fill_fraction or math.nan) for filling in scenario.fillings]
+def cell_of(position: Array, centres: Array) -> Index:
+    """Return the cell of each sphere: that with the nearest centre.
+
+    Parameters
+    ----------
+    position, centres
+        (n, 2) of the spheres and (c, 2) of the cells, in the plane of the panel [m].
+    """
+    apart = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
+    found: Index = np.argmin(apart, axis=1)
+    return found
 
 
-def _coupon(study: Study, scenario: Scenario, patch: int) -> Coupon:
-    return coupon_of(study.all_dampers, scenario.fillings[patch].damper)
+# ------------------------------------------------------------------------- all of a study
+
+
+def write_coupled(
+    study: Study,
+    files: CoupledFiles,
+    records: Sequence[Path],
+    summary_csv: Path,
+    bands_csv: Path,
+    impedance_csv: Path,
+    psd_csv: Path,
+) -> None:
+    """Write what the records of all runs tell.
+
+    Parameters
+    ----------
+    study, files
+        The study, and files of the stages upstream.
+    records
+        Of all runs, in the order of `coupled_runs`.
+    summary_csv, bands_csv, impedance_csv, psd_csv
+        Rms values by scenario and point; third octaves; C_e, m_a and own force; PSDs.
+    """
+    studied = StudiedPanel.read(study, files)
+    paths = dict(zip(coupled_runs(study).values(), records, strict=True))
+    tables: list[list[pd.DataFrame]] = [[], [], [], []]
+    for label in dict.fromkeys(run.scenario.label for run in paths):
+        runs = [run for run in paths if run.scenario.label == label]
+        result, frequency = _result_of(studied, runs[0], [read_record(paths[run]) for run in runs])
+        for rows, table in zip(
+            (_summary, _bands, _impedances, _psds), tables, strict=True
+        ):
+            table.append(rows(studied, runs[0], result, frequency))
+    for path, parts in zip(
+        (summary_csv, bands_csv, impedance_csv, psd_csv), tables, strict=True
+    ):
+        pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
+
+
+def _result_of(
+    studied: StudiedPanel, run: CoupledRun, records: Sequence[SettledRecord]
+) -> tuple[CoupledResult, Array]:
+    frequency = studied.panel.frequency
+    low, high = studied.study.response.frequency_hz
+    centre, edge = third_octaves(low, high)
+    edge[0, 0], edge[-1, 1] = low, high
+    return coupled_result(studied.in_sound(run), records, frequency, centre, edge), frequency
+
+
+def _db(ln_mean_square: Array) -> Array:
+    found: Array = 10 / np.log(10) * ln_mean_square
+    return found
+
+
+def _summary(
+    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
+) -> pd.DataFrame:
+    coupled = studied.in_sound(run)
+    omega4 = (2 * np.pi * frequency[:, None]) ** 4
+    bare = np.trapezoid(
+        omega4 * _bare_psd(coupled, coupled.points, frequency), frequency, axis=0
+    )
+    g = STANDARD_GRAVITY
+    return pd.DataFrame(
+        {
+            "scenario": run.scenario.label,
+            "point": studied.panel.basis.point_names,
+            "bare_g_rms": np.sqrt(bare) / g,
+            "g_rms": np.sqrt(result.mean_square) / g,
+            "g_rms_error": np.sqrt(result.mean_square) / g * result.mean_square_error / 2,
+            "linear_g_rms": np.sqrt(result.linear_mean_square) / g,
+            "residual_db": _db(result.mean_square_residual),
+            "simulated_own_share": result.simulated_own,
+        }
+    )
+
+
+def _bands(
+    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
+) -> pd.DataFrame:
+    names = studied.panel.basis.point_names
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "scenario": run.scenario.label,
+                "point": name,
+                "frequency_hz": result.centre,
+                "g_rms": np.sqrt(result.band_squares[:, p]) / STANDARD_GRAVITY,
+                "error_db": _db(result.band_error[:, p]),
+                "residual_db": _db(result.band_residual[:, p]),
+            }
+        )
+        for p, name in enumerate(names)
+    )
+
+
+def _impedances(
+    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
+) -> pd.DataFrame:
+    keys = studied.study.damping.coupled
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "scenario": run.scenario.label,
+                "patch": filling.patch,
+                "frequency_hz": result.centre,
+                "equivalent_damping_n_s_m3": result.equivalent_damping[p],
+                "equivalent_damping_error_n_s_m3": result.equivalent_damping_error[p],
+                "apparent_mass_kg_m2": result.apparent_mass[p],
+                "apparent_mass_error_kg_m2": result.apparent_mass_error[p],
+                "own_psd_of_a_cell_pa2_hz": result.independent[p] * keys.cells / keys.stations,
+                "own_psd_in_common_pa2_hz": result.common[p],
+            }
+        )
+        for p, filling in enumerate(run.scenario.fillings)
+    )
+
+
+def _psds(
+    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
+) -> pd.DataFrame:
+    scale = (2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "scenario": run.scenario.label,
+                "point": name,
+                "frequency_hz": frequency,
+                "acceleration_psd_g2_hz": scale * result.displacement_psd[:, p],
+                "error_db": _db(result.ln_error[:, p]),
+                "linear_acceleration_psd_g2_hz": scale * result.linear_psd[:, p],
+            }
+        )
+        for p, name in enumerate(studied.panel.basis.point_names)
+    )

@@ -137,6 +137,8 @@ class CoupledResult:
         (nf, p) PSD of the whole panel at its points [m²/Hz], and the standard error of its ln.
     linear_psd
         (nf, p) the same without the beds' own force.
+    band_squares
+        (bands, p) mean square of the acceleration in each third octave [(m/s²)²].
     band_error
         (bands, p) standard error of ln of the mean square of the acceleration.
     band_residual
@@ -162,6 +164,7 @@ class CoupledResult:
     displacement_psd: Array
     ln_error: Array
     linear_psd: Array
+    band_squares: Array
     band_error: Array
     band_residual: Array
     mean_square: Array
@@ -251,6 +254,7 @@ def coupled_result(
         displacement_psd=psds[0],
         ln_error=_ln_error(np.array(psds)),
         linear_psd=linear_psd,
+        band_squares=bands[0],
         band_error=np.hypot(_ln_error(bands), of_bands.excess),
         band_residual=of_bands.value,
         mean_square=squares[0],

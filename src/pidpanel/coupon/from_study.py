@@ -40,6 +40,22 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
     )
 
 
+def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Bed:
+    """A bed of a coupon with another number of cells, of the first of its diameters.
+
+    Parameters
+    ----------
+    coupon
+        The coupon.
+    fill_fraction
+        r [1].
+    cells, seed
+        Of its packing.
+    """
+    packing = replace(_packing(coupon, coupon.diameters[0], seed), count=cells)
+    return _bed(coupon, packing, fill_fraction)
+
+
 def cases_at(coupon: Coupon, points: Iterable[Point]) -> tuple[Case, ...]:
     """Return cases at other points than those of the sweep.
 

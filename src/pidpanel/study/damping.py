@@ -10,12 +10,14 @@ from pydantic import Field
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import Model, Positive
+from pidpanel.study.coupon import Modulus
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 
 Reading = Literal[
-    "stated", "dem", "random", "random_with_source", "paper_corrected", "paper_printed", "table"
+    "stated", "dem", "random", "random_with_source", "paper_corrected", "paper_printed", "table",
+    "coupled",
 ]
 RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
 """Readings for which coupons are driven at random."""
@@ -98,15 +100,43 @@ class RandomDrive(Model):
             yield Mistake(("max_time_s",), f"must be at least twice time_s = {self.time_s:g}")
 
 
+class Coupled(Model):
+    """How panel and particles are integrated together, for the reading ``coupled``.
+
+    Every scenario is run ``seeds`` times, each with packings and a sound of its own, for
+    ``settle_s`` and then ``duration_s``.
+    """
+
+    duration_s: Annotated[float, Field(ge=0.1, le=100)] = 2.0
+    """Of motion that counts [s]."""
+    settle_s: Annotated[float, Field(ge=0, le=10)] = 0.5
+    """Of motion before it [s]."""
+    seeds: Annotated[int, Field(ge=2, le=50)] = 4
+    """Runs of each scenario; errors come from their differences."""
+    stations: Annotated[int, Field(ge=1, le=100)] = 16
+    """Places of a patch that have a motion and cells of their own."""
+    cells: Annotated[int, Field(ge=1, le=200)] = 16
+    """Cells of a patch that are simulated, the same number at every station."""
+    youngs_modulus_mpa: Modulus | None = None
+    """Of the contacts [MPa]; by default the softest of ``coupon.stiffness`` whose contacts are
+    short and shallow at the motion of the bare patch."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield cells that cannot be shared out evenly."""
+        if self.cells % self.stations:
+            yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
+
+
 class Damping(Model):
     """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
     """``stated``: every patch as ``dampers`` states it. The others are of all patches alike:
-    ``dem`` the section ``coupon``, ``table`` the key below, the rest the paper's law. ``random``:
-    as ``stated``, but every coupon is driven at random with the motion of its own patch;
-    ``random_with_source``: the force that is not linear in that motion acts on the panel besides.
-    By default ``stated`` in a study with ``dampers``, else ``dem``."""
+    ``dem`` the section ``coupon``, ``table`` the key below, ``paper_…`` the paper's law.
+    ``random``: as ``stated``, but every coupon is driven at random with the motion of its own
+    patch; ``random_with_source``: the force that is not linear in that motion acts on the panel
+    besides. With ``coupled`` beside another reading, panel and particles are integrated together
+    too. By default ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
@@ -114,6 +144,7 @@ class Damping(Model):
     """Between the rows of the table: log (by default) or linear."""
     random: RandomDrive = RandomDrive()
     """For the readings ``random`` and ``random_with_source``."""
+    coupled: Coupled = Coupled()
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
@@ -124,6 +155,10 @@ class Damping(Model):
         readings = self.readings or ()
         if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a reading more than once")
+        if readings == ("coupled",):
+            yield Mistake(("readings",), "must contain another reading beside 'coupled'")
+        if "coupled" not in readings and self.coupled != Coupled():
+            yield Mistake(("coupled",), "only allowed with the reading 'coupled'")
         if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
         if self.tones is not None and self.target is not None:

@@ -32,6 +32,9 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
 """Of what names folders: studies and dampers."""
 
+COUPLED = "coupled"
+"""The reading in which panel and particles are integrated together."""
+
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
 
@@ -136,12 +139,18 @@ class Study(CouponStudy):
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Readings of the damping; ``bare`` alone for a study of the bare panel."""
+        """Readings of the damping by which panel and dampers are computed apart; ``bare`` alone
+        for a study of the bare panel."""
         if not self.scenarios:
             return (BARE,)
         if self.damping.readings is None:
             return ("stated",) if self.dampers else ("dem",)
-        return self.damping.readings
+        return tuple(name for name in self.damping.readings if name != COUPLED)
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether panel and particles are integrated together too."""
+        return bool(self.scenarios) and COUPLED in (self.damping.readings or ())
 
     def random_coupons(self) -> tuple[tuple[Scenario, Filling, Coupon], ...]:
         """Return every filled patch of every scenario whose coupon is driven at random."""
@@ -192,10 +201,31 @@ class Study(CouponStudy):
         ):
             says = "a section coupon or a damper with a coupon is required to drive it at random"
             yield Mistake(("damping", "readings"), says)
+        yield from self._mistakes_of_coupled()
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
             yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
+
+    def _mistakes_of_coupled(self) -> Iterator[Mistake]:
+        """Yield what panel and particles cannot be integrated with."""
+        if not self.is_coupled:
+            return
+        keys = ("damping", "readings")
+        if self.response.radiation != "none":
+            yield Mistake(keys, "the reading 'coupled' is only allowed with radiation: none")
+        if self.response.modal_damping != "full":
+            yield Mistake(keys, "the reading 'coupled' is only allowed with modal_damping: full")
+        for name, damper in self.all_dampers.items():
+            used = any(
+                filling.damper == name for one in self.all_scenarios() for filling in one.fillings
+            )
+            if used and damper.coupon is None:
+                yield Mistake(
+                    keys, f"the reading 'coupled' needs a coupon; damper {name} has none"
+                )
+        if not self.all_dampers:
+            yield Mistake(("coupon",), "missing; required for the reading 'coupled' of damping")
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""

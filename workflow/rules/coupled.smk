@@ -1,0 +1,68 @@
+# Panel and particles in one time integration, for the reading `coupled`.
+
+from pidpanel.coupled.from_study import coupled_runs
+
+COUPLED_RUNS = coupled_runs(STUDY)
+COUPLED_SCENARIOS = {run.scenario.label: run for run in COUPLED_RUNS.values()}
+COUPLED_NAMES = ("summary.csv", "third_octaves.csv", "impedance.csv", "psd.csv")
+# their beds are poured and shaken loose by the rules of the coupon
+BEDS |= {bed.label: bed for run in COUPLED_RUNS.values() for bed in run.beds}
+PACKINGS |= {bed.packing.label: bed.packing for bed in BEDS.values()}
+
+
+def beds_of_run(wildcards):
+    """The beds of a coupled run."""
+    run = COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"]
+    return [f"results/coupon/bed/{bed.label}/bed.json" for bed in run.beds]
+
+
+def coupled_digest(scenario):
+    """Hash of what the study says of the runs of a scenario beside its beds and its panel."""
+    run = COUPLED_SCENARIOS[scenario]
+    coupons = (STUDY.all_dampers[filling.damper].coupon for filling in run.scenario.fillings)
+    return values_digest(
+        {
+            "scenario": run.scenario.model_dump(),
+            "coupled": STUDY.damping.coupled.model_dump(),
+            "coupons": [coupon.model_dump(exclude={"sweep", "accuracy"}) for coupon in coupons],
+            "damping_ratio": STUDY.panel.damping_ratio,
+            "sound": STUDY.sound.model_dump(),
+            "frequency_hz": STUDY.response.frequency_hz,
+        }
+    )
+
+
+rule coupled_run:
+    input:
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        plate=results("panel/plate.nc"),
+        beds=beds_of_run,
+    output:
+        results("coupled/{scenario}/seed{seed}.nc"),
+    log:
+        results("coupled/{scenario}/seed{seed}.log"),
+    params:
+        values=lambda wildcards: coupled_digest(wildcards.scenario),
+        code=code("coupled_run"),
+    shell:
+        'python -m scripts.coupled_run "$PIDPANEL_STUDY" {wildcards.scenario}/seed{wildcards.seed}'
+        " {input.modes} {input.modal_force} {input.plate} {output} {input.beds} 2> {log}"
+
+
+rule coupled:
+    input:
+        modes=results("panel/modes.nc"),
+        modal_force=results("sound/modal_force.nc"),
+        plate=results("panel/plate.nc"),
+        records=[results(f"coupled/{name}.nc") for name in COUPLED_RUNS],
+    output:
+        [results(f"coupled/{name}") for name in COUPLED_NAMES],
+    log:
+        results("coupled/coupled.log"),
+    params:
+        values=lambda wildcards: [coupled_digest(label) for label in COUPLED_SCENARIOS],
+        code=code("coupled"),
+    shell:
+        'python -m scripts.coupled "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
+        " {input.plate} {output} {input.records} 2> {log}"

@@ -1,0 +1,19 @@
+"""Integrate the panel and the particles of a scenario: its name in, a record out."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pidpanel.coupled.from_study import CoupledFiles, write_run
+from pidpanel.script import run
+from pidpanel.study import load_study
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Take study, name, modes.nc, modal_force.nc, plate.nc, output and the bed.json of patches."""
+    study, name, modes, modal_force, plate, output, *beds = arguments
+    files = CoupledFiles(Path(modes), Path(modal_force), Path(plate))
+    write_run(load_study(study), files, name, [Path(bed) for bed in beds], Path(output))
+
+
+if __name__ == "__main__":
+    run(main)
