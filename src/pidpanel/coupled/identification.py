@@ -108,6 +108,8 @@ class BandImpedance:
         (bands,) Σ x and Σ y over the lines of the band.
     force_square, velocity_square, product
         (bands,) Σ |x|², Σ |y|² and Σ x y*.
+    moment
+        (bands,) Σ f y [Hz].
     """
 
     force: Complexes
@@ -115,6 +117,13 @@ class BandImpedance:
     force_square: Array
     velocity_square: Array
     product: Complexes
+    moment: Complexes
+
+    @property
+    def frequency(self) -> Array:
+        """(bands,) mean frequency of the motion in each band [Hz]: there Z is the ratio."""
+        found: Array = (self.moment / self.velocity).real
+        return found
 
     @property
     def ratio(self) -> Complexes:
@@ -192,7 +201,8 @@ def band_impedance(
     x, y = (pressure * instrument.conj()) @ area, (velocity * instrument.conj()) @ area
     force, speed, product = (np.asarray(band_sums(frequency, v, edge)) for v in (x, y, x * y.conj()))
     squares = (np.asarray(band_sums(frequency, np.abs(v) ** 2, edge)) for v in (x, y))
-    return BandImpedance(force, speed, *squares, product)
+    moment = np.asarray(band_sums(frequency, frequency * y, edge))
+    return BandImpedance(force, speed, *squares, product, moment)
 
 
 def over_frequency(frequency: Array, centre: Array, value: Complexes) -> Complexes:
@@ -203,7 +213,7 @@ def over_frequency(frequency: Array, centre: Array, value: Complexes) -> Complex
     frequency
         (nf,) [Hz].
     centre, value
-        (bands,) [Hz] and Z [N s/m³].
+        (bands,) rising [Hz] and Z [N s/m³].
     """
     place, at = np.log(np.maximum(frequency, centre[0] / 2)), np.log(centre)
     damping = np.interp(place, at, value.real)

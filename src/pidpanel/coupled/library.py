@@ -14,14 +14,11 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.coupon.liggghts.deck import without_comments
+from pidpanel.coupon.liggghts.failures import ParticlesLost, SolverMissing
 
 MPI, LIBRARY = "libmpi.so.40", "libliggghts.so.3"
 STEP = b"run 1 pre no post no"
 """One step: half a kick, drift, contact forces, half a kick; nothing is set up or printed."""
-
-
-class LibraryMissing(RuntimeError):
-    """The shared library of LIGGGHTS, or of its MPI, cannot be loaded."""
 
 
 def load_library() -> CDLL:
@@ -29,7 +26,7 @@ def load_library() -> CDLL:
 
     Raises
     ------
-    LibraryMissing
+    SolverMissing
         With the package that brings it.
     """
     # Open MPI starts a daemon for a lone rank, which is not wanted
@@ -38,7 +35,7 @@ def load_library() -> CDLL:
         CDLL(MPI, RTLD_GLOBAL)
         found = CDLL(LIBRARY, RTLD_GLOBAL)
     except OSError as error:
-        raise LibraryMissing(f"{error}; on Debian: apt-get install liggghts") from None
+        raise SolverMissing(f"{error}; on Debian: apt-get install liggghts") from None
     found.lammps_extract_atom.restype = c_void_p
     found.lammps_get_natoms.restype = c_int
     return found
@@ -65,21 +62,27 @@ class Spheres:
     deck
         ``templates/coupled.in.j2`` with its values, or text that ends likewise in ``run 0``.
     group
-        (n,) the station of each sphere, spheres in the order of the data file.
-    stations
-        Their number.
+        (n,) the station of each sphere, spheres in the order of the data file and of the stations.
     weight
         (stations,) gravity on the spheres of each station along z [N], which the deck applies.
 
+    Attributes
+    ----------
+    velocity, force
+        (n, 3) of the spheres, of which the force holds gravity [m/s], [N].
+
     Raises
     ------
-    RuntimeError
-        If LIGGGHTS holds other spheres than ``group``.
+    ParticlesLost
+        If LIGGGHTS holds other spheres than ``group``, or in another order.
     """
+
+    velocity: Array
+    force: Array
 
     def __init__(self, library: CDLL, deck: str, group: Index, weight: Array) -> None:
         self._library = library
-        words = (b"liggghts", b"-screen", b"/dev/null", b"-log", b"none")
+        words = (b"liggghts", b"-screen", b"/dev/stdout", b"-log", b"none")
         arguments = (c_char_p * len(words))(*words)
         self._handle = c_void_p()
         library.lammps_open_no_mpi(len(words), arguments, byref(self._handle))
@@ -87,13 +90,11 @@ class Spheres:
             library.lammps_command(self._handle, line.encode())
         count = library.lammps_get_natoms(self._handle)
         if count != len(group):
-            raise RuntimeError(f"LIGGGHTS holds {count} spheres, not {len(group)}")
-        identity = cast(
-            library.lammps_extract_atom(self._handle, b"id"), POINTER(c_int)
-        )
+            raise ParticlesLost(f"LIGGGHTS holds {count} spheres, not {len(group)}")
+        identity = cast(library.lammps_extract_atom(self._handle, b"id"), POINTER(c_int))
         # sums over a station are sums over a slice
         if np.any(np.diff(group) < 0) or identity[:count] != list(range(1, count + 1)):
-            raise RuntimeError("the spheres are not in the order of their stations")
+            raise ParticlesLost("the spheres are not in the order of their stations")
         self._station = group
         self._weight = weight
         self._start = np.searchsorted(group, np.arange(len(weight)))
@@ -103,18 +104,15 @@ class Spheres:
     def _attach(self) -> None:
         """Find the arrays of LIGGGHTS, which move when they grow."""
         self._address = self._addresses()
-        velocity, force = (
+        self.velocity, self.force = (
             np.ctypeslib.as_array(cast(address, POINTER(c_double)), (self._count, 3))
             for address in self._address
         )
-        self._velocity, self._force = velocity, force
-        self._velocity_z, self._force_z = velocity[:, 2], force[:, 2]
+        self._velocity_z, self._force_z = self.velocity[:, 2], self.force[:, 2]
 
     def _addresses(self) -> tuple[int, ...]:
         def first_row(name: bytes) -> int:
-            rows = cast(
-                self._library.lammps_extract_atom(self._handle, name), POINTER(c_void_p)
-            )
+            rows = cast(self._library.lammps_extract_atom(self._handle, name), POINTER(c_void_p))
             return int(rows[0] or 0)
 
         return first_row(b"v"), first_row(b"f")

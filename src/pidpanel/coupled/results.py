@@ -211,13 +211,13 @@ def coupled_result(
             )
             for p in range(len(panel.patches))
         ]
-        impedances = [_over(centre, of_patch[0]) for of_patch in sums]
+        impedances = [_over(edge, of_patch[0]) for of_patch in sums]
     own = [
         estimation.mean_own_forces([one.own_force(impedances[p], p, edge) for one in seen])
         for p in range(len(panel.patches))
     ]
     variants = [
-        _Beds([_over(centre, z[i]) for z in sums], [n[i] for n in own], centre)
+        _Beds([_over(edge, z[i]) for z in sums], [n[i] for n in own], centre)
         for i in range(len(sums[0]))
     ]
     none = [OwnForce(0 * n[0].independent, 0 * n[0].common) for n in own]
@@ -238,7 +238,7 @@ def coupled_result(
     of_all = estimation.residual(
         [one.sum(axis=0) for one in recorded], [one.sum(axis=0) for one in expected]
     )
-    values = np.array([[one.value for one in of_patch] for of_patch in sums]).swapaxes(0, 1)
+    values = np.array([[z(centre) for z in one.impedances] for one in variants])
     mass = values.imag / (2 * np.pi * centre)
     linear_square = (
         root_mean_square(frequency, (2 * np.pi * frequency[:, None]) ** 4 * linear_psd) ** 2
@@ -269,9 +269,9 @@ def _none(frequency: Array) -> Complexes:
     return np.zeros(frequency.shape, complex)
 
 
-def _over(centre: Array, found: BandImpedance) -> Impedance:
-    value = found.value
-    return lambda frequency: identification.over_frequency(frequency, centre, value)
+def _over(edge: Array, found: BandImpedance) -> Impedance:
+    value, at = found.value, np.clip(found.frequency, *edge.T)
+    return lambda frequency: identification.over_frequency(frequency, at, value)
 
 
 def _ln_error(values: Array) -> Array:

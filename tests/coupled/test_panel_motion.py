@@ -1,0 +1,44 @@
+"""The shapes move exactly between impulses."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupled.panel_motion import energy, free_motion
+
+STEP = 1e-3
+
+
+def moved(omega, ratio, q, speed, steps):
+    own, other = free_motion(np.array([omega]), np.array([ratio]), STEP)
+    state = np.array([[q], [speed]])
+    for _ in range(steps):
+        state = own * state + other * state[::-1]
+    return state[:, 0]
+
+
+@pytest.mark.parametrize(("omega", "ratio"), [(30.0, 0.01), (5000.0, 0.3), (200.0, 2.5), (80.0, 1.0)])
+def test_a_shape_moves_as_the_closed_form(omega, ratio):
+    # red: −2 ζ ω → −ζ ω; other (q̇, q) → other (q, q̇)
+    time, q, speed = 25 * STEP, 0.3, -4.0
+    root = np.sqrt(complex(ratio**2 - 1)) * omega
+    if ratio == 1.0:
+        wanted = np.exp(-omega * time) * (q + (speed + omega * q) * time)
+    else:
+        a, b = -ratio * omega + root, -ratio * omega - root
+        first = (speed - b * q) / (a - b)
+        wanted = (first * np.exp(a * time) + (q - first) * np.exp(b * time)).real
+    assert moved(omega, ratio, q, speed, 25)[0] == pytest.approx(wanted, rel=1e-9, abs=1e-12)
+
+
+def test_a_rigid_body_keeps_its_speed():
+    # red: [1, 1/Δt] → [1, 1] in the scale
+    assert moved(0.0, 0.0, 1.0, 2.0, 500) == pytest.approx([2.0, 2.0], rel=1e-12)
+
+
+def test_energy_is_kept_without_damping_and_is_that_of_its_parts():
+    # red: ω² q² → ω q² in `energy`
+    mass, omega = np.array([2.0]), np.array([40.0])
+    before = energy(mass, omega, np.array([[0.1], [3.0]]))
+    assert before == pytest.approx(0.5 * 2 * (9 + 16), rel=1e-14)
+    after = moved(40.0, 0.0, 0.1, 3.0, 400)[:, None]
+    assert energy(mass, omega, after) == pytest.approx(before, rel=1e-10)
