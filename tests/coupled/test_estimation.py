@@ -45,8 +45,10 @@ def test_sums_leave_out_one_record_each():
     parts = [BandImpedance(k * ones, ones, ones, ones, ones, ones) for k in (1.0, 2.0, 6.0)]
     found = [one.force[0] / one.velocity[0] for one in mean_impedances(parts)]
     assert found == pytest.approx([3.0, 4.0, 3.5, 1.5])
-    own = mean_own_forces([OwnForce(k * ones, -k * ones) for k in (1.0, 2.0, 6.0)])
+    own = mean_own_forces([OwnForce(k * ones, -k * ones, ones) for k in (1.0, 2.0, 6.0)])
     assert [one.independent[0] for one in own] == pytest.approx([3.0, 4.0, 3.5, 1.5])
+    # red: variance / n
+    assert [one.common_variance[0] for one in own] == pytest.approx([1 / 3, 1 / 2, 1 / 2, 1 / 2])
     assert [one.common[0] for one in own] == pytest.approx([-3.0, -4.0, -3.5, -1.5])
 
 

@@ -104,6 +104,19 @@ def test_own_force_is_told_apart_into_common_and_independent(stations):
     assert found.common == pytest.approx([2.0] * 2, abs=0.2)
 
 
+def test_the_common_part_of_chance_is_as_likely_negative_and_counts_little():
+    # 300 times without any: its variance is known to 8 %, the mean of what counts is zero
+    # red: pairs left out of `chance`; `square` → `abs` in `likely_common`
+    rng = np.random.default_rng(9)
+    found = [own_force(np.linspace(50, 199.9, 400), noise(rng, 400, 8), EDGE) for _ in range(300)]
+    common = np.array([one.common for one in found])
+    stated = np.mean([one.common_variance for one in found], axis=0) / 1.15
+    assert stated == pytest.approx(common.var(axis=0), rel=0.35)
+    likely = np.array([one.likely_common for one in found])
+    assert np.abs(likely.mean(axis=0)).max() < 4 * common.std() / np.sqrt(300)
+    assert likely.std() < 0.8 * common.std()
+
+
 def test_of_one_station_all_of_the_own_force_is_independent():
     # red: the branch of one station left out (0/0)
     found = own_force(np.linspace(50, 200, 100), np.ones((100, 1), complex), EDGE)

@@ -16,7 +16,9 @@ def moved(omega, ratio, q, speed, steps):
     return state[:, 0]
 
 
-@pytest.mark.parametrize(("omega", "ratio"), [(30.0, 0.01), (5000.0, 0.3), (200.0, 2.5), (80.0, 1.0)])
+@pytest.mark.parametrize(
+    ("omega", "ratio"), [(30.0, 0.01), (5000.0, 0.3), (200.0, 2.5), (80.0, 1.0)]
+)
 def test_a_shape_moves_as_the_closed_form(omega, ratio):
     # red: −2 ζ ω → −ζ ω; other (q̇, q) → other (q, q̇)
     time, q, speed = 25 * STEP, 0.3, -4.0

@@ -13,7 +13,9 @@ def field(complex_valued):
         f = frequency[:, None, None] / 100
         one = np.array([1.0, 0.5, 0.0]) + f * np.array([0.0, 0.3, 1.0])
         other = np.array([0.0, 1.0, 1e-3]) * (1j if complex_valued else 1.0) + 0 * f
-        return sum(np.swapaxes(v, 1, 2) @ v.conj() for v in (one + 0j * complex_valued, other + one))
+        return sum(
+            np.swapaxes(v, 1, 2) @ v.conj() for v in (one + 0j * complex_valued, other + one)
+        )
 
     return modal_force
 

@@ -64,11 +64,12 @@ def mean_impedances(parts: Sequence[BandImpedance]) -> list[BandImpedance]:
 def mean_own_forces(parts: Sequence[OwnForce]) -> list[OwnForce]:
     """Return the mean of the PSDs of all records, then of all but each."""
     counts = [len(parts), *(len(parts) - 1 for _ in parts)]
-    independent = leave_one_out([part.independent for part in parts])
-    common = leave_one_out([part.common for part in parts])
+    independent, common, variance = (
+        leave_one_out([getattr(part, f.name) for part in parts]) for f in fields(OwnForce)
+    )
     return [
-        OwnForce(*(total / count for total in pair))
-        for *pair, count in zip(independent, common, counts, strict=False)
+        OwnForce(independent[k] / n, common[k] / n, variance[k] / n**2)
+        for k, n in enumerate(counts[: len(independent)])
     ]
 
 

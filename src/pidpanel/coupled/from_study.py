@@ -6,6 +6,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from ctypes import CDLL
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import integration, linear, sound_record
+from pidpanel.arrays import Array, Index
+from pidpanel.coupled import integration, linear, sound_record, tables
 from pidpanel.coupled.library import Spheres, load_library
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupled.record_files import read_record, write_record
@@ -38,6 +38,7 @@ from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.response.bands import third_octaves
 from pidpanel.response.basis_error import joined_shapes
 from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
+from pidpanel.response.lines import root_mean_square
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.coupon import Coupon
@@ -327,7 +328,9 @@ def write_run(
         with tempfile.TemporaryDirectory() as folder:
             library = load_library()
             particles = [
-                _spheres(library, bed, modulus, time_step, beds, Path(folder) / str(k), keys.stations)
+                _spheres(
+                    library, bed, modulus, time_step, beds, Path(folder) / str(k), keys.stations
+                )
                 for k, (bed, modulus, beds) in enumerate(
                     zip(run.beds, moduli, folders, strict=True)
                 )
@@ -407,7 +410,7 @@ def _rayleigh_time(bed: Bed, modulus: float) -> float:
 
 
 def _spheres(
-    library: object,
+    library: CDLL,
     bed: Bed,
     modulus: float,
     time_step: float,
@@ -438,10 +441,8 @@ def _spheres(
         "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
         "time_step": time_step,
     }
-    mass = np.bincount(
-        station, geometry.masses(spheres[:, 3], packing.density), minlength=stations
-    )
-    weight = mass * bed.gravity * bed.gravity_direction[2]
+    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
+    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
     return Spheres(library, deck.render("coupled.in.j2", values), station, weight)
 
 
@@ -483,113 +484,36 @@ def write_coupled(
     """
     studied = StudiedPanel.read(study, files)
     paths = dict(zip(coupled_runs(study).values(), records, strict=True))
-    tables: list[list[pd.DataFrame]] = [[], [], [], []]
+    found: list[tuple[pd.DataFrame, ...]] = []
+    frequency = studied.panel.frequency
+    keys = study.damping.coupled
     for label in dict.fromkeys(run.scenario.label for run in paths):
         runs = [run for run in paths if run.scenario.label == label]
-        result, frequency = _result_of(studied, runs[0], [read_record(paths[run]) for run in runs])
-        for rows, table in zip(
-            (_summary, _bands, _impedances, _psds), tables, strict=True
-        ):
-            table.append(rows(studied, runs[0], result, frequency))
-    for path, parts in zip(
-        (summary_csv, bands_csv, impedance_csv, psd_csv), tables, strict=True
-    ):
+        coupled = studied.in_sound(runs[0])
+        result = _result_of(studied, coupled, [read_record(paths[run]) for run in runs])
+        bare = root_mean_square(
+            frequency,
+            (2 * np.pi * frequency[:, None]) ** 4 * _bare_psd(coupled, coupled.points, frequency),
+        )
+        points = studied.panel.basis.point_names
+        found.append(
+            (
+                tables.summary(label, points, bare, result),
+                tables.third_octaves(label, points, result),
+                tables.impedances(
+                    label, runs[0].scenario.patches, keys.cells // keys.stations, result
+                ),
+                tables.psds(label, points, frequency, result),
+            )
+        )
+    for path, *parts in zip((summary_csv, bands_csv, impedance_csv, psd_csv), *found, strict=True):
         pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
 
 
 def _result_of(
-    studied: StudiedPanel, run: CoupledRun, records: Sequence[SettledRecord]
-) -> tuple[CoupledResult, Array]:
-    frequency = studied.panel.frequency
+    studied: StudiedPanel, coupled: CoupledPanel, records: Sequence[SettledRecord]
+) -> CoupledResult:
     low, high = studied.study.response.frequency_hz
     centre, edge = third_octaves(low, high)
     edge[0, 0], edge[-1, 1] = low, high
-    return coupled_result(studied.in_sound(run), records, frequency, centre, edge), frequency
-
-
-def _db(ln_mean_square: Array) -> Array:
-    found: Array = 10 / np.log(10) * ln_mean_square
-    return found
-
-
-def _summary(
-    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
-) -> pd.DataFrame:
-    coupled = studied.in_sound(run)
-    omega4 = (2 * np.pi * frequency[:, None]) ** 4
-    bare = np.trapezoid(
-        omega4 * _bare_psd(coupled, coupled.points, frequency), frequency, axis=0
-    )
-    g = STANDARD_GRAVITY
-    return pd.DataFrame(
-        {
-            "scenario": run.scenario.label,
-            "point": studied.panel.basis.point_names,
-            "bare_g_rms": np.sqrt(bare) / g,
-            "g_rms": np.sqrt(result.mean_square) / g,
-            "g_rms_error": np.sqrt(result.mean_square) / g * result.mean_square_error / 2,
-            "linear_g_rms": np.sqrt(result.linear_mean_square) / g,
-            "residual_db": _db(result.mean_square_residual),
-            "simulated_own_share": result.simulated_own,
-        }
-    )
-
-
-def _bands(
-    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
-) -> pd.DataFrame:
-    names = studied.panel.basis.point_names
-    return pd.concat(
-        pd.DataFrame(
-            {
-                "scenario": run.scenario.label,
-                "point": name,
-                "frequency_hz": result.centre,
-                "g_rms": np.sqrt(result.band_squares[:, p]) / STANDARD_GRAVITY,
-                "error_db": _db(result.band_error[:, p]),
-                "residual_db": _db(result.band_residual[:, p]),
-            }
-        )
-        for p, name in enumerate(names)
-    )
-
-
-def _impedances(
-    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
-) -> pd.DataFrame:
-    keys = studied.study.damping.coupled
-    return pd.concat(
-        pd.DataFrame(
-            {
-                "scenario": run.scenario.label,
-                "patch": filling.patch,
-                "frequency_hz": result.centre,
-                "equivalent_damping_n_s_m3": result.equivalent_damping[p],
-                "equivalent_damping_error_n_s_m3": result.equivalent_damping_error[p],
-                "apparent_mass_kg_m2": result.apparent_mass[p],
-                "apparent_mass_error_kg_m2": result.apparent_mass_error[p],
-                "own_psd_of_a_cell_pa2_hz": result.independent[p] * keys.cells / keys.stations,
-                "own_psd_in_common_pa2_hz": result.common[p],
-            }
-        )
-        for p, filling in enumerate(run.scenario.fillings)
-    )
-
-
-def _psds(
-    studied: StudiedPanel, run: CoupledRun, result: CoupledResult, frequency: Array
-) -> pd.DataFrame:
-    scale = (2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2
-    return pd.concat(
-        pd.DataFrame(
-            {
-                "scenario": run.scenario.label,
-                "point": name,
-                "frequency_hz": frequency,
-                "acceleration_psd_g2_hz": scale * result.displacement_psd[:, p],
-                "error_db": _db(result.ln_error[:, p]),
-                "linear_acceleration_psd_g2_hz": scale * result.linear_psd[:, p],
-            }
-        )
-        for p, name in enumerate(studied.panel.basis.point_names)
-    )
+    return coupled_result(coupled, records, studied.panel.frequency, centre, edge)

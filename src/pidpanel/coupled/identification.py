@@ -12,6 +12,7 @@ n. The impedance is that of the best linear approximation at the motion that the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +61,8 @@ def spectra_of(rows: Array, interval: float) -> Spectra:
     window = taper(len(rows))
     scale = np.sqrt(2 * interval / (window @ window))
     values = np.fft.rfft((rows - rows.mean(axis=0)) * window[:, None], axis=0) * scale
-    return Spectra(np.fft.rfftfreq(len(rows), interval), values)
+    frequency = np.fft.rfftfreq(len(rows), interval).astype(np.float64)
+    return Spectra(frequency, values)
 
 
 def pressure_spectra(impulse: Array, interval: float) -> Spectra:
@@ -199,10 +201,18 @@ def band_impedance(
         (bands, 2) [Hz].
     """
     x, y = (pressure * instrument.conj()) @ area, (velocity * instrument.conj()) @ area
-    force, speed, product = (np.asarray(band_sums(frequency, v, edge)) for v in (x, y, x * y.conj()))
-    squares = (np.asarray(band_sums(frequency, np.abs(v) ** 2, edge)) for v in (x, y))
-    moment = np.asarray(band_sums(frequency, frequency * y, edge))
-    return BandImpedance(force, speed, *squares, product, moment)
+
+    def total(values: Array | Complexes) -> Any:
+        return band_sums(frequency, values, edge)
+
+    return BandImpedance(
+        force=total(x),
+        velocity=total(y),
+        force_square=total(np.abs(x) ** 2),
+        velocity_square=total(np.abs(y) ** 2),
+        product=total(x * y.conj()),
+        moment=total(frequency * y),
+    )
 
 
 def over_frequency(frequency: Array, centre: Array, value: Complexes) -> Complexes:
@@ -233,10 +243,25 @@ class OwnForce:
         station: falls with the number of cells [Pa²/Hz].
     common
         (bands,) the part that all stations share [Pa²/Hz].
+    common_variance
+        (bands,) of the common part, of chance alone [Pa⁴/Hz²].
     """
 
     independent: Array
     common: Array
+    common_variance: Array
+
+    @property
+    def likely_common(self) -> Array:
+        """(bands,) c c²/(c² + variance): what is no more than chance counts little, of any sign.
+
+        Of no common part the mean is zero, which it would not be if what is negative were left out;
+        a patch of 1000 cells is moved by a common part of a thousandth as much as by all of the
+        other.
+        """
+        square = self.common**2
+        found: Array = self.common * square / np.maximum(square + self.common_variance, 1e-300)
+        return found
 
 
 def own_force(frequency: Array, own: Complexes, edge: Array) -> OwnForce:
@@ -255,7 +280,8 @@ def own_force(frequency: Array, own: Complexes, edge: Array) -> OwnForce:
     lines = np.asarray(band_sums(frequency, np.ones((len(frequency), 1)), edge))[:, 0]
     single = np.asarray(band_sums(frequency, every, edge)) / lines / stations
     if stations == 1:
-        return OwnForce(single, np.zeros_like(single))
+        return OwnForce(single, np.zeros_like(single), np.zeros_like(single))
     pairs = stations * (stations - 1)
     common = np.asarray(band_sums(frequency, together - every, edge)) / lines / pairs
-    return OwnForce(single - common, common)
+    chance = LINES_PER_FREEDOM * (single - common) ** 2 / (lines * pairs)
+    return OwnForce(single - common, common, chance)

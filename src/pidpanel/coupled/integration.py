@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -224,4 +225,4 @@ def _bounds(particles: Sequence[Particles], stations: int) -> list[slice]:
     ends = np.cumsum([0] + [len(one.wall_force()) for one in particles]).tolist()
     if ends[-1] != stations:
         raise ValueError(f"the particles have {ends[-1]} stations, the panel has {stations}")
-    return [slice(first, last) for first, last in zip(ends[:-1], ends[1:], strict=True)]
+    return [slice(first, last) for first, last in pairwise(ends)]

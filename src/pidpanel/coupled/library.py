@@ -6,7 +6,6 @@ this runs in a process of its own (`process`).
 
 from __future__ import annotations
 
-import ctypes
 import os
 from ctypes import CDLL, POINTER, RTLD_GLOBAL, byref, c_char_p, c_double, c_int, c_void_p, cast
 

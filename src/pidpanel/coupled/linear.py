@@ -107,8 +107,9 @@ def _parts(
     """Return Wᵀ Z₀⁻¹ E, iωL and I + R iωL."""
     inverse = 1 / stiffness[:, None, :]
     force = 2j * np.pi * frequency[:, None, None] * load
-    across: Complexes = (seen[None] * inverse) @ felt
-    own: Complexes = np.eye(felt.shape[1]) + (felt.T[None] * inverse) @ felt @ force
+    across = np.asarray((seen[None] * inverse) @ felt, dtype=np.complex128)
+    receptance = np.asarray((felt.T[None] * inverse) @ felt, dtype=np.complex128)
+    own = np.eye(felt.shape[1], dtype=np.complex128) + receptance @ force
     return across, force, own
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class CoupledPanel:
     def bounds(self) -> list[slice]:
         """Stations of each patch."""
         ends = np.cumsum([0] + [len(patch.area) for patch in self.patches]).tolist()
-        return [slice(first, last) for first, last in zip(ends[:-1], ends[1:], strict=True)]
+        return [slice(first, last) for first, last in pairwise(ends)]
 
     @property
     def at_stations(self) -> Array:
@@ -220,7 +221,8 @@ def coupled_result(
         _Beds([_over(edge, z[i]) for z in sums], [n[i] for n in own], centre)
         for i in range(len(sums[0]))
     ]
-    none = [OwnForce(0 * n[0].independent, 0 * n[0].common) for n in own]
+    nothing = np.zeros(len(centre))
+    none = [OwnForce(nothing, nothing, nothing) for _ in own]
     linear_psd, *psds = _of_patches(
         panel, frequency, [_Beds(variants[0].impedances, none, centre), *variants]
     )
@@ -250,7 +252,7 @@ def coupled_result(
         equivalent_damping_error=estimation.jackknife_error(values[1:].real),
         apparent_mass_error=estimation.jackknife_error(mass[1:]),
         independent=np.array([of[0].independent for of in own]),
-        common=np.array([of[0].common for of in own]),
+        common=np.array([of[0].likely_common for of in own]),
         displacement_psd=psds[0],
         ln_error=_ln_error(np.array(psds)),
         linear_psd=linear_psd,
@@ -293,7 +295,7 @@ class _Beds:
         found = self.own[patch]
         place, at = np.log(frequency), np.log(self.centre)
         independent, common = (
-            np.interp(place, at, one) for one in (found.independent, found.common)
+            np.interp(place, at, one) for one in (found.independent, found.likely_common)
         )
         return independent, common
 
@@ -366,7 +368,8 @@ def _station_load(
         ],
         axis=1,
     )
-    return diagonal[:, :, None] * np.eye(diagonal.shape[1])
+    load: Complexes = diagonal[:, :, None] * np.eye(diagonal.shape[1], dtype=np.complex128)
+    return load
 
 
 def _of_stations(panel: CoupledPanel, frequency: Array, beds: _Beds) -> Array:
@@ -386,24 +389,24 @@ def _of_stations(panel: CoupledPanel, frequency: Array, beds: _Beds) -> Array:
     return found
 
 
-def _of_patches(
-    panel: CoupledPanel, frequency: Array, variants: Sequence[_Beds]
-) -> list[Array]:
+def _of_patches(panel: CoupledPanel, frequency: Array, variants: Sequence[_Beds]) -> list[Array]:
     """Return the PSDs at the points of the whole patches, of each variant of the beds."""
     factors = [patch.factor for patch in panel.patches]
     felt = np.concatenate(factors, axis=1)
     owner = np.repeat(np.arange(len(factors)), [factor.shape[1] for factor in factors])
-    loads = [
-        np.array([z(frequency) for z in beds.impedances])[owner].T[:, :, None] * np.eye(len(owner))
-        for beds in variants
-    ]
+
+    def load(beds: _Beds) -> Complexes:
+        of_patches = np.array([z(frequency) for z in beds.impedances])
+        found: Complexes = of_patches[owner].T[:, :, None] * np.eye(len(owner), dtype=np.complex128)
+        return found
+
     every = [patch.cell_area * patch.overlap for patch in panel.patches]
     return list(
         linear.point_psds(
             frequency,
             panel.stiffness(frequency),
             felt,
-            loads,
+            [load(beds) for beds in variants],
             panel.points,
             panel.pressure_psd(frequency),
             panel.modal_force,
@@ -431,7 +434,7 @@ def _own_psd(
         for p, (alone, mean) in enumerate(zip(independent, means, strict=True)):
             single, common = beds.psd_of(p, frequency[lines])
             total += single[:, None, None] * alone
-            total += np.maximum(common, 0.0)[:, None, None] * np.outer(mean, mean)
+            total += common[:, None, None] * np.outer(mean, mean)
         return total
 
     return psd

@@ -139,8 +139,7 @@ class Study(CouponStudy):
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Readings of the damping by which panel and dampers are computed apart; ``bare`` alone
-        for a study of the bare panel."""
+        """Readings of the damping but ``coupled``; ``bare`` alone for a bare panel."""
         if not self.scenarios:
             return (BARE,)
         if self.damping.readings is None:
@@ -221,9 +220,7 @@ class Study(CouponStudy):
                 filling.damper == name for one in self.all_scenarios() for filling in one.fillings
             )
             if used and damper.coupon is None:
-                yield Mistake(
-                    keys, f"the reading 'coupled' needs a coupon; damper {name} has none"
-                )
+                yield Mistake(keys, f"the reading 'coupled' needs a coupon; damper {name} has none")
         if not self.all_dampers:
             yield Mistake(("coupon",), "missing; required for the reading 'coupled' of damping")
 
