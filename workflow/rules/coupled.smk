@@ -44,6 +44,7 @@ rule coupled_run:
         results("coupled/{scenario}/seed{seed}.log"),
     params:
         values=lambda wildcards: coupled_digest(wildcards.scenario),
+        decks=content(*(TEMPLATES / f"{n}.j2" for n in ("coupled.in", "header", "contacts"))),
         code=code("coupled_run"),
     shell:
         'python -m scripts.coupled_run "$PIDPANEL_STUDY" {wildcards.scenario}/seed{wildcards.seed}'

@@ -1,0 +1,86 @@
+"""A study with the reading coupled, through Snakemake; real LIGGGHTS, about 25 CPU-seconds."""
+
+import copy
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from pidpanel.coupled.record_files import read_record
+from tests.workflow.test_workflow import STUDIES, jobs, said, snakemake
+
+SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
+TABLES = "results/both/coupled"
+
+
+def values(**keys):
+    found = copy.deepcopy(SMOKE)
+    found["coupon"]["sweep"]["fill_fraction"] = [0.8]
+    found["damping"] = {
+        "readings": ["paper_corrected", "coupled"],
+        "coupled": {"duration_s": 0.3, "settle_s": 0.1, "seeds": 2, "stations": 4, "cells": 8, **keys},
+    }  # fmt: skip
+    found["response"] = {"frequency_hz": [60, 400]}
+    found["scenarios"] = {"one": {"layout": {"PID-1": {"fill_fraction": 0.8}}}}
+    return found
+
+
+def written(folder, found):
+    path = folder / "both.yaml"
+    path.write_text(yaml.safe_dump(found, sort_keys=False))
+    return path
+
+
+@pytest.fixture(scope="module")
+def coupled(tmp_path_factory):
+    """Folder with the tables of a coupled study."""
+    folder = tmp_path_factory.mktemp("coupled")
+    result = snakemake(folder, written(folder, values()), f"{TABLES}/summary.csv")
+    assert result.returncode == 0, said(result)
+    return folder
+
+
+@pytest.mark.liggghts
+def test_a_coupled_study_has_its_tables(coupled):
+    # red: `bare` of the filled panel in `write_coupled`; a table left out of the zip
+    (row,) = pd.read_csv(coupled / TABLES / "summary.csv").itertuples()
+    assert (row.scenario, row.point) == ("one", "centre")
+    assert 0.3 < row.g_rms / row.bare_g_rms < 1.0
+    assert 0 < row.g_rms_error < 0.3 * row.g_rms
+    bands = pd.read_csv(coupled / TABLES / "third_octaves.csv")
+    assert np.hypot.reduce(bands.g_rms) == pytest.approx(row.g_rms, rel=2e-3)
+    psd = pd.read_csv(coupled / TABLES / "psd.csv")
+    square = np.trapezoid(psd.acceleration_psd_g2_hz, psd.frequency_hz)
+    assert np.sqrt(square) == pytest.approx(row.g_rms, rel=1e-3)
+    impedance = pd.read_csv(coupled / TABLES / "impedance.csv")
+    # a bed takes energy where it is known, and has no more than it weighs: 2.1 kg/m² a layer
+    assert np.median(impedance.equivalent_damping_n_s_m3) > 0
+    assert (impedance.own_psd_of_a_cell_pa2_hz > 0).all()
+
+
+@pytest.mark.liggghts
+def test_records_are_of_their_own_sounds_and_packings(coupled):
+    # red: `run.seed` left out of the random numbers
+    one, other = (read_record(coupled / TABLES / f"one/seed{k}.nc") for k in (1, 2))
+    coherence = np.vdot(one.amplitude, other.amplitude)
+    assert abs(coherence) < 0.1 * np.linalg.norm(one.amplitude) * np.linalg.norm(other.amplitude)
+    # the walls carry the bed on the whole: impulse over time is its weight per area
+    for record in (one, other):
+        time = record.interval * (record.rows - 1)
+        mean = (record.impulse[-1] - record.impulse[0]) / time / 9.80665
+        assert mean.mean() == pytest.approx(5.0, rel=0.5)
+
+
+@pytest.mark.liggghts
+def test_what_has_not_changed_is_not_run_again(coupled, tmp_path):
+    # red: `values` left out of the params of coupled_run
+    shutil.copytree(coupled, tmp_path / "copy", symlinks=True)
+    folder = tmp_path / "copy"
+    target = f"{TABLES}/summary.csv"
+    assert jobs(snakemake(folder, written(folder, values()), "-n", target)) == {}
+    longer = jobs(snakemake(folder, written(folder, values(duration_s=0.5)), "-n", target))
+    assert longer == {"coupled_run": 2, "coupled": 1}
+    more = jobs(snakemake(folder, written(folder, values(seeds=3)), "-n", target))
+    assert (more["pour"], more["loosen"]) == (1, 1)
