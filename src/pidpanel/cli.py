@@ -111,13 +111,26 @@ def _estimate(study: CouponStudy, results: Path, jobs: int) -> str:
     folder = results / "coupon"
     cases = _cases(study)
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
+    coupled = ""
+    if isinstance(study, Study) and study.is_coupled:
+        # two seconds of imports that other studies do not need
+        from pidpanel.coupled.from_study import coupled_runs, estimated_cpu_seconds
+
+        minutes = estimated_cpu_seconds(study) / 60
+        coupled = (
+            f"; panel and particles together {len(coupled_runs(study))} runs, {minutes:.0f} min of "
+            "CPU time or more"
+        )
     legs, rounds = expected_legs(study, results)
     if not left and not legs:
-        return f"{study.name}: no LIGGGHTS runs left, {len(cases)} coupon cases are complete"
+        return (
+            f"{study.name}: no LIGGGHTS runs left, {len(cases)} coupon cases are complete{coupled}"
+        )
     costs = probe(left or cases_of(study.random_coupons()[0][2]))
     seconds = cpu_seconds(left, costs, folder) + random_seconds(legs, rounds, costs, folder)
     driven = f" and {len(legs)} packings to drive at random, in {rounds} rounds" if legs else ""
     return (
         f"{study.name}: {len(left)} of {len(cases)} coupon cases to run{driven}, about "
         f"{seconds / 60:.1f} min of CPU time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
+        + coupled
     )

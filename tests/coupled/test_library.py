@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.coupled.from_study import _spheres
+from pidpanel.coupled.beds import spheres_of
 from pidpanel.coupled.integration import integrate
 from pidpanel.coupled.library import commands
 from pidpanel.coupled.process import in_child
@@ -54,7 +54,7 @@ def shaken(bed, folder, stations, steps, acceleration):
 
         found, beds = bed
         step = step_of(found)
-        spheres = _spheres(load_library(), found, MODULUS, step, beds, folder, stations)
+        spheres = spheres_of(load_library(), found, MODULUS, step, beds, folder, stations)
         rows = preparation.read_bed(beds)
         mass = geometry.masses(rows[:, 3], found.packing.density)
         station = np.repeat(np.arange(stations), len(mass) // stations)
@@ -96,7 +96,7 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate):
         from pidpanel.coupled.library import load_library
 
         found, beds = bed
-        spheres = _spheres(load_library(), found, MODULUS, step_of(found), beds, tmp_path, 8)
+        spheres = spheres_of(load_library(), found, MODULUS, step_of(found), beds, tmp_path, 8)
         rows, steps = 2000, 16
         time = np.arange(rows + 1) / rows
         blow = np.where(time < 0.1, np.sin(np.pi * time / 0.1) ** 2, 0.0)
@@ -125,7 +125,7 @@ def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
     def work(progress):
         from pidpanel.coupled.library import load_library
 
-        _spheres(load_library(), soft, MODULUS, 1e-6, beds, tmp_path, 8)
+        spheres_of(load_library(), soft, MODULUS, 1e-6, beds, tmp_path, 8)
 
     with pytest.raises(RunStopped, match="ERROR"):
         in_child(work, "soft", silence_s=60, limit_s=60)

@@ -2,8 +2,8 @@
 
 SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
-# titles, the choice of maps and that of cases change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "random"}}
+# titles, the choice of maps and of cases, and coupled runs change no response to given damping
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "random", "coupled"}}
 SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
 # coupons come as surfaces
 DAMPERS = values_digest(

@@ -6,8 +6,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from ctypes import CDLL
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -15,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array
 from pidpanel.coupled import integration, linear, sound_record, tables
-from pidpanel.coupled.library import Spheres, load_library
+from pidpanel.coupled.beds import cpu_per_step, rayleigh_time_of, spheres_of
+from pidpanel.coupled.library import load_library
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupled.record_files import read_record, write_record
 from pidpanel.coupled.results import (
@@ -28,10 +28,9 @@ from pidpanel.coupled.results import (
     coupled_result,
 )
 from pidpanel.coupled.stations import stations_of
-from pidpanel.coupon import coding, contact, geometry, preparation
+from pidpanel.coupon import coding, contact
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
 from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.panel.plate_files import StoredPlate, read_plate
@@ -57,8 +56,8 @@ SILENCE_S, LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 120.0, 20.0, 600.0
 """Longest silence of a run, and its longest duration over what is estimated and in any case: a
 machine may be shared."""
 
-STEP_S, SPHERE_STEP_S = 40e-6, 90e-9
-"""CPU time of a step, and of each sphere in it [s] (752 spheres: 110 µs)."""
+BULK_FRACTION = 0.45
+"""Of a full cell, for an estimate [1]."""
 
 
 @dataclass(frozen=True)
@@ -278,7 +277,7 @@ def write_run(
     coupled = studied.in_sound(run)
     moduli = studied.moduli(run, coupled)
     time_step = min(
-        coupon.time_step_rayleigh * _rayleigh_time(bed, modulus)
+        coupon.time_step_rayleigh * rayleigh_time_of(bed, modulus)
         for (coupon, _), bed, modulus in zip(
             _fillings(study, run.scenario), run.beds, moduli, strict=True
         )
@@ -328,7 +327,7 @@ def write_run(
         with tempfile.TemporaryDirectory() as folder:
             library = load_library()
             particles = [
-                _spheres(
+                spheres_of(
                     library, bed, modulus, time_step, beds, Path(folder) / str(k), keys.stations
                 )
                 for k, (bed, modulus, beds) in enumerate(
@@ -397,66 +396,24 @@ class _Told:
             print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)
 
 
-def cpu_per_step(spheres: int) -> float:
-    """Return the CPU time of a step with so many spheres [s]."""
-    return STEP_S + SPHERE_STEP_S * spheres
+def estimated_cpu_seconds(study: Study) -> float:
+    """Return about the least CPU time of the runs of a study [s].
 
-
-def _rayleigh_time(bed: Bed, modulus: float) -> float:
-    packing = bed.packing
-    return contact.rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, modulus, packing.poissons_ratio
-    )
-
-
-def _spheres(
-    library: CDLL,
-    bed: Bed,
-    modulus: float,
-    time_step: float,
-    bed_folder: Path,
-    folder: Path,
-    stations: int,
-) -> Spheres:
-    """Return the spheres of a bed in LIGGGHTS, the cells shared out among the stations."""
-    packing, constants = bed.packing, bed.constants
-    spheres = preparation.read_bed(bed_folder)
-    cell = cell_of(spheres[:, :2], packing.centres)
-    # cells one after the other, so many to a station
-    station = cell * stations // packing.count
-    order = np.argsort(station, kind="stable")
-    spheres, station = spheres[order], station[order]
-    preparation.write_start(folder, packing, spheres, bed_folder)
-    softer = modulus / constants.youngs_modulus
-    values = {
-        **replace(
-            constants,
-            youngs_modulus=modulus,
-            wall_youngs_modulus=constants.wall_youngs_modulus * softer,
-        ).deck_values,
-        "data_file": folder / deck.START_FILE,
-        "walls_file": folder / deck.WALLS_FILE,
-        "skin": 0.3 * packing.diameter,
-        "gravity": bed.gravity,
-        "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
-        "time_step": time_step,
-    }
-    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
-    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
-    return Spheres(library, deck.render("coupled.in.j2", values), station, weight)
-
-
-def cell_of(position: Array, centres: Array) -> Index:
-    """Return the cell of each sphere: that with the nearest centre.
-
-    Parameters
-    ----------
-    position, centres
-        (n, 2) of the spheres and (c, 2) of the cells, in the plane of the panel [m].
+    With the softest contacts that the study allows; how soft they may be the panel's motion says.
     """
-    apart = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
-    found: Index = np.argmin(apart, axis=1)
-    return found
+    keys, seconds = study.damping.coupled, 0.0
+    for run in coupled_runs(study).values():
+        spheres, steps = 0.0, []
+        for (coupon, fill), bed in zip(_fillings(study, run.scenario), run.beds, strict=True):
+            packing = bed.packing
+            softest = min(*coupon.stiffness.choices, coupon.particles.youngs_modulus)
+            modulus = 1e6 * (keys.youngs_modulus_mpa or softest / 1e6)
+            steps.append(coupon.time_step_rayleigh * rayleigh_time_of(bed, modulus))
+            volume = BULK_FRACTION * packing.area * packing.depth
+            spheres += fill * volume / (np.pi / 6 * packing.diameter**3)
+        duration = keys.settle_s + keys.duration_s
+        seconds += duration / min(steps) * cpu_per_step(round(spheres))
+    return seconds
 
 
 # ------------------------------------------------------------------------- all of a study

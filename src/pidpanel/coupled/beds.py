@@ -1,0 +1,95 @@
+"""The beds of a patch in LIGGGHTS, their cells shared out among its stations."""
+
+from __future__ import annotations
+
+from ctypes import CDLL
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+from pidpanel.coupled.library import Spheres
+from pidpanel.coupon import contact, geometry, preparation
+from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.liggghts import deck
+
+STEP_S, SPHERE_STEP_S = 40e-6, 90e-9
+"""CPU time of a step, and of each sphere in it [s] (752 spheres: 110 µs)."""
+
+
+def cpu_per_step(spheres: int) -> float:
+    """Return the CPU time of a step with so many spheres [s]."""
+    return STEP_S + SPHERE_STEP_S * spheres
+
+
+def rayleigh_time_of(bed: Bed, modulus: float) -> float:
+    """Return the Rayleigh time of the smallest sphere of a bed [s], at a modulus [Pa]."""
+    packing = bed.packing
+    return contact.rayleigh_time(
+        packing.sizes.smallest / 2, packing.density, modulus, packing.poissons_ratio
+    )
+
+
+def spheres_of(
+    library: CDLL,
+    bed: Bed,
+    modulus: float,
+    time_step: float,
+    bed_folder: Path,
+    folder: Path,
+    stations: int,
+) -> Spheres:
+    """Return the spheres of a bed in LIGGGHTS, the cells shared out among the stations.
+
+    Parameters
+    ----------
+    library
+        Of `library.load_library`.
+    bed, bed_folder
+        The bed, and where its ``bed.csv`` and walls are.
+    modulus, time_step
+        Young's modulus of its contacts [Pa], and the time step [s].
+    folder
+        For what LIGGGHTS starts from; emptied.
+    stations
+        Their number, of which that of the cells is a multiple.
+    """
+    packing, constants = bed.packing, bed.constants
+    spheres = preparation.read_bed(bed_folder)
+    cell = cell_of(spheres[:, :2], packing.centres)
+    # cells one after the other, so many to a station
+    station = cell * stations // packing.count
+    order = np.argsort(station, kind="stable")
+    spheres, station = spheres[order], station[order]
+    preparation.write_start(folder, packing, spheres, bed_folder)
+    softer = modulus / constants.youngs_modulus
+    values = {
+        **replace(
+            constants,
+            youngs_modulus=modulus,
+            wall_youngs_modulus=constants.wall_youngs_modulus * softer,
+        ).deck_values,
+        "data_file": folder / deck.START_FILE,
+        "walls_file": folder / deck.WALLS_FILE,
+        "skin": 0.3 * packing.diameter,
+        "gravity": bed.gravity,
+        "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
+        "time_step": time_step,
+    }
+    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
+    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
+    return Spheres(library, deck.render("coupled.in.j2", values), station, weight)
+
+
+def cell_of(position: Array, centres: Array) -> Index:
+    """Return the cell of each sphere: that with the nearest centre.
+
+    Parameters
+    ----------
+    position, centres
+        (n, 2) of the spheres and (c, 2) of the cells, in the plane of the panel [m].
+    """
+    apart = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
+    found: Index = np.argmin(apart, axis=1)
+    return found
