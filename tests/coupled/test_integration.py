@@ -141,6 +141,9 @@ def test_the_impulse_is_that_of_the_walls(plate, oscillators):
     found = record.impulse[5:-5] - record.impulse[5:-5].mean(axis=0)
     apart = found - (momentum - momentum.mean(axis=0))
     assert np.std(apart) < 0.03 * np.std(momentum)
+    # no later and no earlier than a tenth of a step
+    slope = np.gradient(momentum, record.interval, axis=0)
+    assert abs((apart * slope).sum() / (slope**2).sum()) < 0.1 * STEP
 
 
 def test_what_does_not_fit_is_refused(plate, oscillators):
