@@ -39,4 +39,4 @@ rule all:
     input:
         results("report.html"),
         results("response/export") if HAS_PANEL else [],
-        results("coupled/summary.csv") if HAS_PANEL and STUDY.is_coupled else [],
+        results("coupled/verdict.csv") if HAS_PANEL and STUDY.is_coupled else [],

@@ -67,3 +67,20 @@ rule coupled:
     shell:
         'python -m scripts.coupled "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
         " {input.plate} {output} {input.records} 2> {log}"
+
+
+rule verdict:
+    input:
+        psd=results("response/psd.nc"),
+        summary=results("coupled/summary.csv"),
+        bands=results("coupled/third_octaves.csv"),
+    output:
+        results("coupled/verdict.csv"),
+    log:
+        results("coupled/verdict.log"),
+    params:
+        scenarios=SCENARIOS,
+        readings=" ".join(STUDY.readings),
+        code=code("verdict"),
+    shell:
+        'python -m scripts.verdict "$PIDPANEL_STUDY" {input} {output} 2> {log}'

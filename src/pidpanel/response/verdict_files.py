@@ -46,7 +46,9 @@ def write_verdict(
     verdict_csv
         What to write.
     """
-    psd, summary, bands = read_psd(psd_nc), pd.read_csv(summary_csv), pd.read_csv(bands_csv)
+    # points may be named by numbers
+    summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
+    psd = read_psd(psd_nc)
     rows = []
     for scenario in study.all_scenarios():
         of_run = summary[summary["scenario"] == scenario.label]

@@ -16,7 +16,13 @@ from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 
 Reading = Literal[
-    "stated", "dem", "random", "random_with_source", "paper_corrected", "paper_printed", "table",
+    "stated",
+    "dem",
+    "random",
+    "random_with_source",
+    "paper_corrected",
+    "paper_printed",
+    "table",
     "coupled",
 ]
 RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
