@@ -28,7 +28,7 @@ def verdict():
 
 
 def test_what_is_worst_of_the_points_counts(verdict):
-    # red: in worst, idxmax -> idxmin of the bands
+    # red: in worst, argmax -> argmin of the bands
     verdict.loc[(verdict["reading"] == "random") & (verdict["point"] == "b"), "holds"] = "open"
     found = worst(verdict).set_index(["reading", "scenario"])
     assert found.loc[("dem", "P_122.0"), "difference"] == -0.1

@@ -32,19 +32,19 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for (reading, scenario), here in verdict.groupby(["reading", "scenario"], sort=False):
-        band = here["band_difference_db"].abs().idxmax()
-        rms = here["difference"].abs().idxmax()
+        band = here.iloc[int(here["band_difference_db"].abs().to_numpy().argmax())]
+        rms = here.iloc[int(here["difference"].abs().to_numpy().argmax())]
         holds = set(here["holds"])
         rows.append(
             {
                 "reading": reading,
                 "scenario": scenario,
                 "oaspl_db": float(here["oaspl_db"].iloc[0]),
-                "difference": here.loc[rms, "difference"],
-                "rms_error": here.loc[rms, "coupled_g_rms_relative_error"],
-                "band_difference_db": here.loc[band, "band_difference_db"],
-                "band_error_db": here.loc[band, "band_error_db"],
-                "band_hz": here.loc[band, "band_hz"],
+                "difference": rms["difference"],
+                "rms_error": rms["coupled_g_rms_relative_error"],
+                "band_difference_db": band["band_difference_db"],
+                "band_error_db": band["band_error_db"],
+                "band_hz": band["band_hz"],
                 "holds": "no" if "no" in holds else "open" if "open" in holds else "yes",
             }
         )
