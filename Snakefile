@@ -10,6 +10,7 @@ container: "docker-daemon://pidpanel:latest"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/coupon.smk"
+include: "workflow/rules/film.smk"
 
 
 if HAS_PANEL:

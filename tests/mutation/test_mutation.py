@@ -76,8 +76,8 @@ reason = "left to the reader"
 
 OTHERS = {
     "": "arrays check cli constants fingerprint paths random_round round script stamp verification",
-    "coupon": "attempts batches cases coding estimate from_study preparation probe random_runs "
-    "records runs summary window",
+    "coupon": "attempts batches cases coding estimate film from_study preparation probe "
+    "random_runs records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",

@@ -115,9 +115,10 @@ def basis(study, modes):
     )
 
 
-def responses(study, scale, read_at=np.nan, inside=1.0):
+def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
     """Summary and PSDs of `paper_corrected`: flat, ``scale`` (dB against bare) by label.
 
+    ``error_db`` is the standard error of every level but those of the bare panel.
     The reading `paper_printed` has no response but that of the bare panel.
     """
     frequency = np.geomspace(100, 400, 200)
@@ -144,7 +145,10 @@ def responses(study, scale, read_at=np.nan, inside=1.0):
                         "status": "ok",
                         "acceleration_rms_g": rms / 9.80665,
                         "displacement_rms_mm": 1.0,
+                        "acceleration_rms_error_g": rms / 9.80665 * np.log(10) / 20 * error_db,
+                        "oaspl_db": scenario.oaspl_db,
                         "reduction_db": lowered,
+                        "reduction_error_db": np.nan if scenario.is_bare else error_db,
                         "damping_read_at_g": np.nan if scenario.patch is None else read_at,
                         "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
                         "levels": 1,
@@ -170,6 +174,10 @@ def responses(study, scale, read_at=np.nan, inside=1.0):
             "equivalent_damping": (by_patch, _on_every(patches, np.full(shape, 100.0))),
             "apparent_mass": (by_patch, _on_every(patches, np.zeros(shape))),
             "inside": (by_patch, _on_every(patches, on_run_points)),
+            "acceleration_psd_log_error": (
+                (*dims, "point"),
+                np.full_like(acceleration, error_db * np.log(10) / 10),
+            ),
         },
         coords={
             "frequency": frequency, "reading": readings, "scenario": labels, "point": points,

@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from pidpanel.report import facts
+from pidpanel.report.inputs import Coupon
 
 
 def test_the_level_of_the_sound_is_named_where_the_study_sets_it(study):
@@ -44,10 +45,20 @@ def test_a_study_outside_the_project_is_named_by_its_whole_path(tmp_path):
     assert command == f"make run STUDY={tmp_path / 'mine.yaml'}"
 
 
-def test_only_files_that_a_study_leaves_are_named(study):
-    # red: damping/surface.nc named for a study of a law
-    text, _ = facts.files_step(study)
-    assert "damping/" not in text and "coupon/" not in text and "radiation" not in text
+def test_only_files_that_are_there_are_named(study, tmp_path):
+    # red: `is_file` left out; damping/surface.nc named for a study of a law
+    for name in ("panel/modes.csv", "response/psd.nc", "damping/surface.nc"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    text, _ = facts.files_step(study, tmp_path)
+    assert "in results/trial: panel/modes.csv, response/psd.nc; its figures" in text
+
+
+def test_a_study_without_coupons_names_no_liggghts(inputs, cases):
+    # red: `if dem` left out of software_text
+    assert "LIGGGHTS" not in dict(facts.study_facts(inputs))["Software"]
+    shaken = dataclasses.replace(inputs, coupons={"coupon": Coupon(cases, [], None)})
+    assert "LIGGGHTS 3" in dict(facts.study_facts(shaken))["Software"]
 
 
 def test_the_largest_error_of_the_basis_is_named(inputs):

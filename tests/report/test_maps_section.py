@@ -44,5 +44,5 @@ def test_one_singular_corner_does_not_take_the_colours():
 
 def test_the_section_names_its_cases(maps):
     section = maps_section(maps, np.array([[True, False]]))
-    assert section.blocks[0].png.startswith(b"\x89PNG")
+    assert section.blocks[0].image.startswith(b"\x89PNG")
     assert "t, b" in section.blocks[0].caption

@@ -48,15 +48,14 @@ def test_the_bias_of_soft_contacts_counts_where_the_moduli_differ(varied):
 
 def test_the_finding_names_the_largest_change_with_its_point(varied):
     (said,) = varied_findings(varied, ["particles.friction"])
-    assert said.startswith("friction coefficient μ: from 0.1 to 0.9 C_e changes by a factor of 3 ±")
-    assert "Of 24 differences 24 are larger" in said
+    assert said.startswith("Friction coefficient μ: from 0.1 to 0.9 C_e rises from 150 ± 20 to 450")
+    assert "24 of 24 differences are beyond two standard errors" in said
 
 
 def test_what_does_not_matter_is_said_not_to(cases):
     twice = pd.concat([cases.assign(deck="a"), cases.assign(deck="b")], ignore_index=True)
     (said,) = varied_findings(twice, ["deck"])
-    assert "a factor of 1 ±" in said
-    assert "Of 12 differences none is larger than two standard errors" in said
+    assert said == "Deck: none of 12 differences in C_e is beyond two standard errors."
 
 
 def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, cases):
@@ -88,9 +87,17 @@ def test_sizes_are_varied_only_where_there_are_several():
 def test_points_one_above_the_other_are_explained_by_the_other_keys(varied):
     # red: the key itself among the others
     both = varied.assign(deck="lab")
-    first, second = varied_section(both, ["particles.friction", "deck"]).blocks
+    first, second = varied_section(both, ["particles.friction", "deck"]).pictures
     assert first.name == "over_particles_friction"
     assert first.caption.endswith("Points one above the other differ in deck.")
     assert second.caption.endswith("differ in friction coefficient μ.")
-    (alone,) = varied_section(varied, ["particles.friction"]).blocks
+    (alone,) = varied_section(varied, ["particles.friction"]).pictures
     assert "differ" not in alone.caption
+
+
+def test_the_table_has_a_row_for_each_point_and_a_column_for_each_value(varied):
+    # red: rows of another point's values; a case that is not there left out of its row
+    table = varied_section(varied.drop(index=12), ["particles.friction"]).blocks[0]
+    assert table.columns == ["r", "f, Hz", "Γ", "0.1", "0.4", "0.9"]
+    assert len(table.rows) == 12 and table.folded
+    assert table.rows[0] == ["0.3", "100", "3", "150 ± 20", "–", "450 ± 20"]

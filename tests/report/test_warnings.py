@@ -109,14 +109,21 @@ def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
     assert said.endswith("the required standard error of 3.00 % are: x 4.20 %.")
 
 
-def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(inputs, respond):
+def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(
+    inputs, respond, monkeypatch
+):
     # red: the warning left out, or given for a law too
     summary, psd = respond({}, read_at=312.0)
     layouts = summary[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
     changed = dataclasses.replace(inputs, summary=summary, psd=psd, layouts=layouts)
     read = warnings.study_warnings(changed)
-    assert warnings.SINGLE_TONES in read
-    assert warnings.SINGLE_TONES not in warnings.study_warnings(inputs)
+    # a table or a law was not shaken here
+    assert warnings.EQUIVALENT_SINE in read and warnings.SINGLE_TONES not in read
+    monkeypatch.setattr(type(inputs.study), "surfaces", ("coupon",))
+    assert warnings.SINGLE_TONES in warnings.study_warnings(changed)
+    monkeypatch.undo()
+    said = warnings.study_warnings(inputs)
+    assert warnings.SINGLE_TONES not in said and warnings.EQUIVALENT_SINE not in said
 
 
 def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):

@@ -34,7 +34,9 @@ def script(name):
 
 def images(page):
     """The pictures in a page, by the name of their figure."""
-    found = re.findall(r'<figure id="(\w+)">\s*<img src="data:image/png;base64,([^"]+)"', page)
+    found = re.findall(
+        r'<figure id="(\w+)"[^>]*>\s*<img[^>]* src="data:image/\w+;base64,([^"]+)"', page
+    )
     return {name: base64.b64decode(data) for name, data in found}
 
 
@@ -77,7 +79,8 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
     _, folder = table
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     assert {path.stem for path in (folder / "report").iterdir()} == {
-        "mesh", "mode_shapes", "spectrum", "maps",
+        "panel", "answer", "reduction_mass", "mesh", "mode_shapes", "spectrum", "maps",
+        *(f"steps_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"psd_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"{what}_{family}" for family in ("fill", "place", "level") for what in ("reduction", "damping")),
     }  # fmt: skip
@@ -97,7 +100,7 @@ def test_the_page_has_its_parts_in_order(table):
     # red: maps before the responses; radiation left out where it was asked for
     page = (table[1] / "report.html").read_text(encoding="utf-8")
     assert re.findall(r'<h2 id="([^"]+)">', page) == [
-        "outcome", "panel", "sound", "response-fill", "response-place", "response-level",
+        "outcome", "limitations", "panel", "sound", "response-fill", "response-place", "response-level",
         "radiation", "maps", "summary", "stress", "reproduce",
     ]  # fmt: skip
 

@@ -61,7 +61,7 @@ RANDOM_BEDS = {
     for seed in range(1, STUDY.damping.random.seeds + 1)
 }
 
-PAGE_TEMPLATE = str(TEMPLATES / "report" / "report.html.j2")
+PAGE_FILES = sorted(path for path in (TEMPLATES / "report").rglob("*") if path.is_file())
 
 
 def results(name):

@@ -4,6 +4,7 @@
 rule coupon_report:
     input:
         cases=results("coupon/cases.csv"),
+        films=FILMS,
     output:
         page=results("report.html"),
         figures=directory(results("report")),
@@ -11,7 +12,7 @@ rule coupon_report:
         results("report.log"),
     params:
         study=section(),
-        files=content(PAGE_TEMPLATE),
+        files=content(*PAGE_FILES),
         code=code("coupon_report"),
     shell:
         'python -m scripts.coupon_report "$PIDPANEL_STUDY" {input.cases} results/coupon'

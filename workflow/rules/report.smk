@@ -21,6 +21,7 @@ rule report:
         section=results("panel/section.csv"),
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
+        films=FILMS,
         damping=DAMPING_FILES,
     output:
         page=results("report.html"),
@@ -30,7 +31,7 @@ rule report:
     params:
         folder=lambda wildcards, output: str(Path(output.page).parent),
         study=section(),
-        files=content(PAPER_TABLE, PAGE_TEMPLATE),
+        files=content(PAPER_TABLE, *PAGE_FILES),
         code=code("report"),
     shell:
         'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon 2> {log}'

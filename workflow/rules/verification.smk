@@ -62,7 +62,7 @@ rule verification_page:
     log:
         "results/verification/verification.log",
     params:
-        files=content(PAGE_TEMPLATE),
+        files=content(*PAGE_FILES),
         code=code("verification"),
     shell:
         "python -m scripts.verification {output.page} {output.figures} {input.rows} 2> {log}"

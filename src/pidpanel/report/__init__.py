@@ -8,19 +8,28 @@ From files to a page:
     What the stages left, as records; single runs of the coupon.
 `study_page`, `coupon_page`, `verification_page`
     Which parts a page has, in which order.
-`html`
-    The page as text.
+`html`, `charts`
+    The page as text; curves that a reader can zoom and switch.
 
 What a page says first:
 
-`facts`
-    What was computed, with what, and how to reproduce it.
+`answer`
+    The scenarios against the bare panel, and which of them can be told apart.
+`answer_text`, `answer_section`, `answer_figures`
+    The answer in a sentence with its caveats; its table and pictures; its figures.
+`coupon_text`
+    A coupon in words, and what came out of it in plain figures.
+
+What is folded below it:
+
 `outcome`
-    The main results in sentences.
+    Every comparison in sentences.
 `claims`
     The paper's claims tested against the numbers.
-`warnings`
-    Limitations of the numbers.
+`warnings`, `limits`, `known_errors`
+    Limitations of the numbers; from where on a number is doubted; which have errors at all.
+`facts`
+    What was computed, with what, and how to reproduce it.
 
 The parts of a page, each a function ``<part>_section``:
 
@@ -36,8 +45,8 @@ Figures, from arrays and frames:
 `panel_figures`, `sound_figures`, `coupon_figures`, `damping_figures`, `response_figures`, \
 `maps_figures`, `verification_figures`
     Figures of matplotlib.
-`pictures`
-    Rendered scenes.
+`pictures`, `films`
+    Rendered scenes; a shaken cell in motion.
 `style`, `layout`
     Colours and PNG files; margins, legends and axes that figures share.
 

@@ -1,26 +1,31 @@
 """The paper's claims tested against the numbers of a study.
 
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
-`verdicts` tests every claim that a study's scenarios allow, in each reading of the damping;
-`verdict_table` shows the verdicts.
+A claim is decided only where the numbers are further apart than `APART` of their standard errors,
+and not at all where no errors are known. `verdicts` tests every claim that a study's scenarios
+allow, in each reading of the damping; `verdict_table` shows the verdicts.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.plane_mesh import cell_areas
+from pidpanel.report.answer import APART
 from pidpanel.report.html import Table
-from pidpanel.report.rms import band_rms_of, moving_points, rms_by
-from pidpanel.report.text import READINGS, percent
+from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
+from pidpanel.report.text import READINGS, percent, value_text
 from pidpanel.response.bands import reduction
 from pidpanel.study import Study
 
@@ -41,13 +46,47 @@ class Finding:
     Attributes
     ----------
     holds
-        The verdict.
+        The verdict; None where the numbers do not decide.
     evidence
         The numbers in words.
+    has_errors
+        Whether the numbers have errors.
     """
 
-    holds: bool
+    holds: bool | None
     evidence: str
+    has_errors: bool = True
+
+
+def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
+    """Return whether all margins are positive beyond their errors.
+
+    Parameters
+    ----------
+    margin, error
+        Margins of a claim, positive where it holds, and their standard errors.
+
+    Returns
+    -------
+    bool or None
+        False if one of them is negative beyond its error; None if neither, or where an error is
+        not known.
+
+    Examples
+    --------
+    >>> decided([3.0, 1.0], 0.1), decided([3.0, -1.0], 0.1), decided([3.0, 0.1], 0.1)
+    (True, False, None)
+    """
+    distance, spread = np.broadcast_arrays(np.asarray(margin, float), np.asarray(error, float))
+    if not np.isfinite(spread).all():
+        return None
+    if (distance > APART * spread).all():
+        return True
+    return False if (distance < -APART * spread).any() else None
+
+
+def _found(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
+    return Finding(decided(margin, error), evidence, bool(np.isfinite(np.asarray(error)).all()))
 
 
 @dataclass(frozen=True)
@@ -72,7 +111,9 @@ class Verdict:
     reason: str = ""
 
 
-def fill_is_most_effective(rms: pd.DataFrame, fill: float, gained: Array) -> Finding:
+def fill_is_most_effective(
+    rms: pd.DataFrame, error: pd.DataFrame, fill: float, gained: Array
+) -> Finding:
     """Test whether one fill gives the lowest response at every point.
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
@@ -82,155 +123,183 @@ def fill_is_most_effective(rms: pd.DataFrame, fill: float, gained: Array) -> Fin
     ----------
     rms
         Rms acceleration in any unit; index fill fraction, columns points.
+    error
+        Standard errors of its level [dB]; same index and columns.
     fill
         The fill tested, one of the index.
     gained
         Reduction of the bands' rms [dB], shape ``(n_fills, n_bands, n_points)``, in the order
         of ``rms``.
     """
-    parts = []
+    margins, errors, parts = [], [], []
+    others = rms.index[rms.index != fill]
     for point in rms.columns:
         of = rms[point]
-        best = float(of.index[int(of.argmin())])
-        if best == fill:
-            margin = float(reduction(of[of.index != fill].min(), of.min()))
-            parts.append(f"point {point}: r = {best:g}, by {_small(margin)} dB")
-        else:
-            margin = float(reduction(of[of.index == fill].min(), of.min()))
-            parts.append(f"point {point}: r = {best:g}, {_small(margin)} dB below r = {fill:g}")
+        rival: Any = of[others].idxmin()
+        margin = float(reduction(of[rival], of[fill]))
+        spread = _apart(error[point], fill, rival)
+        margins.append(margin)
+        errors.append(spread)
+        best, other = (fill, rival) if margin > 0 else (rival, fill)
+        parts.append(f"point {point}: r = {best:g}, {_by(margin, spread)} below r = {other:g}")
     mean = gained.mean(axis=1)
     by_band = "; ".join(
         f"point {point}: r = {rms.index[best]:g}, {mean[best, number]:.2f} dB"
         for number, (point, best) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
     )
-    return Finding(
-        bool((rms.idxmin() == fill).all()),
-        f"lowest at {'; '.join(parts)}. By the mean over third octaves best at {by_band}",
-    )
+    text = f"lowest at {'; '.join(parts)}. By the mean over third octaves lowest at {by_band}"
+    return _found(margins, errors, text)
 
 
-def _small(decibel: float) -> str:
-    """Return a difference to two decimals, or that it is smaller than that."""
-    return f"{decibel:.2f}" if decibel >= 0.01 else "less than 0.01"
+def _by(decibel: float, error: float) -> str:
+    """Return a difference without its sign, with its error."""
+    return f"{value_text(abs(decibel), error, decimals=2)} dB"
 
 
-def every_fill_lowers(rms: pd.DataFrame, bare: pd.Series) -> Finding:
+def _apart(error: pd.Series[float], one: Any, other: Any) -> float:
+    """Return the standard error of the difference of two levels, taken as independent."""
+    return math.hypot(error[one], error[other])
+
+
+def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -> Finding:
     """Test whether every fill lowers the response at every point.
 
     Parameters
     ----------
-    rms
-        Rms acceleration; index fill fraction, columns points.
+    rms, error
+        As of `fill_is_most_effective`.
     bare
         Rms acceleration of the bare panel, by point.
     """
     gained = reduction(bare.reindex(rms.columns).to_numpy()[None], rms.to_numpy())
     lowered = int((gained > 0).sum())
-    return Finding(
-        lowered == gained.size,
+    return _found(
+        gained,
+        error.to_numpy(float),
         f"{lowered} of {gained.size} lowered, by {gained.min():.2f} to {gained.max():.2f} dB",
     )
 
 
-def fills_are_alike(rms: pd.DataFrame, fills: tuple[float, float] = ALIKE_FILLS) -> Finding:
+def fills_are_alike(
+    rms: pd.DataFrame, error: pd.DataFrame, fills: tuple[float, float] = ALIKE_FILLS
+) -> Finding:
     """Test whether the responses within a range of fills lie within `ALIKE` of each other.
 
     Parameters
     ----------
-    rms
-        Rms acceleration; index fill fraction, columns points; at least two within ``fills``.
+    rms, error
+        As of `fill_is_most_effective`; at least two fills within ``fills``.
     fills
         The range, both ends included.
     """
     low, high = fills
-    chosen = rms[(rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)]
+    inside = (rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)
+    chosen, of = rms[inside], error[inside]
     spread = reduction(chosen.max().to_numpy(), chosen.min().to_numpy())
-    return Finding(
-        bool((spread < ALIKE).all()),
-        "spread "
-        + "; ".join(f"point {p}: {s:.2f} dB" for p, s in zip(rms.columns, spread, strict=True))
-        + f" (alike below {ALIKE:g} dB)",
+    errors = np.array(
+        [_apart(of[point], chosen[point].idxmax(), chosen[point].idxmin()) for point in chosen]
     )
+    parts = [f"point {p}: {_by(s, e)}" for p, s, e in zip(rms.columns, spread, errors, strict=True)]
+    text = f"spread {'; '.join(parts)} (alike below {ALIKE:g} dB)"
+    return _found(ALIKE - spread, errors, text)
 
 
-def more_at_high_frequency(gained: Array, centre: Array) -> Finding:
+def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Finding:
     """Test whether the reduction is larger in the upper half of the bands than in the lower.
 
     Parameters
     ----------
     gained
         Reduction of the bands' rms [dB], shape ``(n_scenarios, n_bands, n_points)``.
+    error
+        Its standard errors [dB], taken to be common to the bands of a half; same shape.
     centre
         Rising centres of the bands [Hz], shape ``(n_bands,)``.
     """
     half = len(centre) // 2
-    below = gained[:, :half].mean(axis=1)
-    above = gained[:, half:].mean(axis=1)
-    count = int((above > below).sum())
-    return Finding(
-        count == below.size,
-        f"in {count} of {below.size} responses; mean over the third octaves from "
-        f"{centre[half]:.0f} Hz {above.mean():.2f} dB, below {below.mean():.2f} dB",
+    below, above = gained[:, :half].mean(axis=1), gained[:, half:].mean(axis=1)
+    spread = np.hypot(error[:, :half].mean(axis=1), error[:, half:].mean(axis=1))
+    return _found(
+        above - below,
+        spread,
+        f"in {int((above > below).sum())} of {below.size} responses; mean over the third octaves "
+        f"from {centre[half]:.0f} Hz {above.mean():.2f} dB, below {below.mean():.2f} dB",
     )
 
 
-def nearest_damper_is_best(rms: pd.DataFrame, distance: pd.DataFrame) -> Finding:
+def nearest_damper_is_best(
+    rms: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
+) -> Finding:
     """Test whether at every point the nearest damper gives the lowest response.
 
     Parameters
     ----------
     rms
         Rms acceleration; index patch, columns points.
+    error
+        Standard errors of its level [dB]; same index and columns.
     distance
         Distance of the patch's centre from the point [m]; same index and columns.
     """
-    parts, count = [], 0
+    margins, errors, parts = [], [], []
     for point in rms.columns:
-        nearest, best = distance[point].idxmin(), rms[point].idxmin()
-        count += nearest == best
-        margin = float(reduction(rms[point].drop(best).min(), rms[point].min()))
-        parts.append(f"point {point}: {best} by {_small(margin)} dB, nearest {nearest}")
-    return Finding(count == len(rms.columns), "lowest with " + "; ".join(parts))
+        nearest: Any = distance[point].idxmin()
+        rival: Any = rms[point].drop(nearest).idxmin()
+        margins.append(float(reduction(rms[point][rival], rms[point][nearest])))
+        errors.append(_apart(error[point], nearest, rival))
+        best, other = (nearest, rival) if margins[-1] > 0 else (rival, nearest)
+        by = _by(margins[-1], errors[-1])
+        parts.append(f"point {point}: {best}, {by} below {other}; nearest {nearest}")
+    return _found(margins, errors, "lowest with " + "; ".join(parts))
 
 
-def own_point_gains_most(gained: pd.DataFrame, distance: pd.DataFrame) -> Finding:
+def own_point_gains_most(
+    gained: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
+) -> Finding:
     """Test whether every damper lowers the point nearest to it more than the other points.
 
     Parameters
     ----------
     gained
         Reduction [dB]; index patch, columns points.
+    error
+        Its standard errors [dB]; same index and columns.
     distance
         Distance of the patch's centre from the point [m]; same index and columns.
     """
-    parts, count = [], 0
+    margins, errors, parts = [], [], []
     for patch in gained.index:
-        of = gained.T[patch]
-        nearest, best = distance.T[patch].idxmin(), of.idxmax()
-        count += nearest == best
+        of, spread = gained.T[patch], error.T[patch]
+        nearest: Any = distance.T[patch].idxmin()
+        rival: Any = of.drop(nearest).idxmax()
+        margins.append(float(of[nearest] - of[rival]))
+        errors.append(_apart(spread, nearest, rival))
         parts.append(
-            f"{patch}: {of.max():.2f} dB at point {best}, {of[nearest]:.2f} dB at the nearest, "
-            f"{nearest}"
+            f"{patch}: {value_text(of[nearest], spread[nearest], decimals=2)} dB at the nearest "
+            f"point, {nearest}, {value_text(of[rival], spread[rival], decimals=2)} dB at {rival}"
         )
-    return Finding(count == len(gained.index), "; ".join(parts))
+    return _found(margins, errors, "; ".join(parts))
 
 
-def shifts_with_level(rms: Array, oaspl: Array) -> Finding:
+def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
     """Test whether each band's response rises by as many dB as the sound.
 
     Parameters
     ----------
     rms
         Rms acceleration in any unit, shape ``(n_levels, n_bands, n_points)``.
+    error
+        Standard errors of its level [dB], same shape.
     oaspl
         Overall levels of the sound [dB], shape ``(n_levels,)``.
     """
     order = np.argsort(oaspl)
     rise = np.diff(20 * np.log10(rms[order]), axis=0)
     step = np.diff(oaspl[order])[:, None, None]
-    off = np.abs(rise - step).max()
-    return Finding(
-        bool(off < ALIKE),
+    spread = np.hypot(error[order][1:], error[order][:-1])
+    return _found(
+        ALIKE - np.abs(rise - step),
+        spread,
         f"steps of {step.min():g} dB in the sound raise the third octaves by {rise.min():.2f} to "
         f"{rise.max():.2f} dB (linear within {ALIKE:g} dB)",
     )
@@ -273,6 +342,7 @@ def _family_verdicts(
     varied = study.families[name].varied
     labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
     rms = rms_by(summary, reading, labels, points)
+    error = rms_by(summary, reading, labels, points, "reduction_error_db")
     bare_labels = [s.bare.label for s in scenarios]
     bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
     whole = bool(np.isfinite(rms.to_numpy(float)).all())
@@ -281,47 +351,50 @@ def _family_verdicts(
         return Verdict(claim, reading, find, "" if find else "no steady response")
 
     centre, band = band_rms_of(psd, reading, list(labels.values()), points)
+    spread = band_error_of(psd, reading, list(labels.values()), points)
     if varied == "fill_fraction":
         _, bare_band = band_rms_of(psd, reading, bare_labels, points)
-        if MOST_EFFECTIVE_FILL in rms.index:
+        if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
             yield verdict(
                 f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective at all points",
-                fill_is_most_effective(rms, MOST_EFFECTIVE_FILL, reduction(bare_band, band))
+                fill_is_most_effective(rms, error, MOST_EFFECTIVE_FILL, reduction(bare_band, band))
                 if whole
                 else None,
             )
         yield verdict(
             "Every fill lowers the response at every point",
-            every_fill_lowers(rms, bare.iloc[0]) if whole else None,
+            every_fill_lowers(rms, error, bare.iloc[0]) if whole else None,
         )
         yield verdict(
             "The effect is larger at high frequency",
-            more_at_high_frequency(reduction(bare_band, band), centre) if whole else None,
+            more_at_high_frequency(reduction(bare_band, band), spread, centre) if whole else None,
         )
         low, high = ALIKE_FILLS
         if ((rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)).sum() > 1:
             yield verdict(
                 f"Fills of {percent(low)} to {percent(high)} give almost the same response",
-                fills_are_alike(rms) if whole else None,
+                fills_are_alike(rms, error) if whole else None,
             )
     elif varied == "patch":
         away = distance.loc[list(rms.index), points]
         gained = pd.DataFrame(
             reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
         )
-        yield verdict(
-            "At each point the nearest damper gives the lowest response",
-            nearest_damper_is_best(rms, away) if whole else None,
-        )
-        yield verdict(
-            "Each damper reduces the response most at the point nearest to it",
-            own_point_gains_most(gained, away) if whole else None,
-        )
+        if len(rms) > 1:
+            yield verdict(
+                "At each point the nearest damper gives the lowest response",
+                nearest_damper_is_best(rms, error, away) if whole else None,
+            )
+        if len(points) > 1:
+            yield verdict(
+                "Each damper reduces the response most at the point nearest to it",
+                own_point_gains_most(gained, error, away) if whole else None,
+            )
     else:
         oaspl = np.array([s.oaspl_db for s in scenarios], float)
         yield verdict(
             "The response shifts linearly with the sound level",
-            shifts_with_level(band, oaspl) if whole else None,
+            shifts_with_level(band, spread, oaspl) if whole else None,
         )
 
 
@@ -343,15 +416,18 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
         if verdict.finding is None:
             answer, evidence = "cannot be tested", verdict.reason
         else:
-            answer = "holds" if verdict.finding.holds else "does not hold"
-            evidence = verdict.finding.evidence
+            finding = verdict.finding
+            undecided = "within the errors" if finding.has_errors else "no error, no verdict"
+            answers = {True: "holds", False: "does not hold", None: undecided}
+            answer, evidence = answers[finding.holds], finding.evidence
         rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
     claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
     rows.sort(key=lambda row: claims.index(row[0]))
     for before, row in reversed(list(pairwise(rows))):
         row[0] = "" if row[0] == before[0] else row[0]
     return Table(
-        "The paper's claims tested against these results",
+        "The paper's claims tested against these results; decided where the numbers are more than "
+        f"{APART:g} standard errors apart",
         ["claim", "reading", "verdict", "evidence (rms acceleration)"],
         rows,
     )

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+from pidpanel.report.answer_text import CAVEATS
 from pidpanel.report.coupon_section import coupon_section
+from pidpanel.report.coupon_text import coupon_finding, coupon_text
 from pidpanel.report.facts import cases_text, software_text
-from pidpanel.report.html import Page
+from pidpanel.report.films import film_picture
+from pidpanel.report.html import Block, Page, Paragraph
 from pidpanel.report.inputs import Coupon
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.varied_section import varied_findings, varied_keys, varied_section
@@ -31,20 +35,33 @@ def coupon_page(
     good = coupon.cases[coupon.cases["status"] == "ok"]
     lost = coupon.cases[coupon.cases["status"] != "ok"]
     keys = varied_keys(study)
-    sections = [varied_section(good, keys)] if keys else []
-    sections += [coupon_section(coupon, varied=keys), losses_section(good)]
-    damping = good["equivalent_damping_n_s_m3"]
+    found = varied_findings(good, keys) or [coupon_finding(good)]
+    varied = varied_section(good, keys) if keys else None
+    first: list[Block] = [
+        Paragraph(coupon_text(one, coupon.cases)) for one in study.coupons.values()
+    ]
+    if varied is not None:
+        first += varied.blocks
+    if coupon.shot is not None:
+        first.append(film_picture(coupon.shot))
+    warnings = coupon_warnings(coupon.cases)
+    sections = [coupon_section(replace(coupon, shot=None), varied=keys), losses_section(good)]
     return Page(
         title=study.title or study.name,
-        facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp))],
+        answer=found[0],
+        first=first,
+        caveats=warnings[:CAVEATS],
+        facts=[
+            ("Coupon", cases_text(coupon.cases)),
+            ("Software", software_text(stamp, dem=True)),
+        ],
         assumptions=study.assumptions,
-        summary=varied_findings(good, keys)
-        or [f"C_e is {damping.min():.3g} to {damping.max():.3g} N s/m³ in these cases."],
+        summary=found[1:],
         warnings=[
-            *coupon_warnings(coupon.cases),
+            *warnings[CAVEATS:],
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),
         ],
         claims=None,
-        sections=sections,
+        sections=[replace(section, folded=True) for section in sections],
         steps=steps,
     )

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
 from pidpanel.cells import SHAPES
-from pidpanel.coupon.geometry import cell_centres
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.coupon_figures import (
     ACCELERATION,
@@ -24,9 +22,10 @@ from pidpanel.report.coupon_figures import (
 )
 from pidpanel.report.evidence import Spheres
 from pidpanel.report.facts import cases_text
-from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.films import film_picture
+from pidpanel.report.html import Block, Fold, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
-from pidpanel.report.text import counted, number, percent, records, with_error
+from pidpanel.report.text import counted, number, records, with_error
 
 CELLS_SHOWN = 5
 """Cells of a picture at most: in more of them a particle would be too small to see."""
@@ -57,7 +56,6 @@ def coupon_section(
     """
     cases = coupon.cases
     good = cases[cases["status"] == "ok"]
-    relative = good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"].abs()
     steadiness = Picture(
         "steadiness",
         style.png(steadiness_figure(coupon.records)),
@@ -67,13 +65,10 @@ def coupon_section(
         "one cycle and returns in the next).",
     )
     blocks: list[Block] = [
-        Paragraph(
-            f"{cases_text(cases)}; the median standard error of C_e is "
-            f"{percent(relative.median(), 1)}, the largest {percent(relative.max())}."
-        ),
         *states_paragraph(cases),
         particles_picture(coupon.spheres),
-        steadiness,
+        *([] if coupon.shot is None else [film_picture(coupon.shot)]),
+        Fold("How steady the runs are", [steadiness]),
         *([] if varied else sweep_blocks(good, law)),
         case_table(cases, varied),
     ]
@@ -166,12 +161,9 @@ def particles_picture(spheres: Spheres) -> Picture:
     """Return a picture of the particles of one run in its first cells."""
     packing = spheres.run.packing
     shown = min(packing.count, CELLS_SHOWN)
-    centres = cell_centres(packing.across_flats, packing.count)
-    own = np.linalg.norm(spheres.positions[:, None, :2] - centres, axis=2).argmin(axis=1)
-    inside = own < shown
-    places = spheres.positions[inside]
-    # from the grid of all cells to the grid of those shown
-    places[:, :2] += (cell_centres(packing.across_flats, shown) - centres[:shown])[own[inside]]
+    grid = (packing.across_flats, packing.count, shown)
+    inside = pictures.in_first_cells(spheres.positions, *grid)
+    places = pictures.moved_to_first_cells(spheres.positions[inside], *grid)
     side = f"{shown} of them drawn side by side" if shown < packing.count else "drawn side by side"
     limits = (0.0, float(spheres.speed.max()))
     shape = SHAPES[packing.shape].word
@@ -201,7 +193,7 @@ def particles_picture(spheres: Spheres) -> Picture:
         colormap="plasma",
         limits=limits,
         label="speed relative to the cell, m/s",
-        width=min(6.0, 1 + 2 * shown),
+        width=min(6.0, 1 + 1.2 * shown),
     )
     return Picture("particles", style.png(figure), caption)
 

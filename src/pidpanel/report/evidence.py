@@ -11,6 +11,7 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.coupon import coding, cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.film import Film
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome
 from pidpanel.report.layout import few
@@ -45,6 +46,14 @@ class Spheres:
     diameters: Array
     speed: Array
     cycles: int
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A run watched for some cycles."""
+
+    run: Run
+    film: Film
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
         *([("C_e(r, f, Γ) read at", read_at_text(study))] if study.scenarios else []),
         (
             "Power balance",
-            f"power input and loss agree within {number(good['power_balance_error'].max(), 2)} of "
+            f"power input and loss agree within {_share(good['power_balance_error'].max())} of "
             "the power input in every scenario",
         ),
         (
@@ -49,8 +49,19 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
     for name, coupon in inputs.coupons.items():
         called = "Coupon" if name == SECTION else f"Coupon {name}"
         rows.append((called, cases_text(coupon.cases)))
-    rows.append(("Software", software_text(inputs.stamp)))
+    rows.append(("Software", software_text(inputs.stamp, dem=bool(inputs.coupons))))
     return rows
+
+
+def _share(value: float) -> str:
+    """Return a share, rounding errors as such.
+
+    Examples
+    --------
+    >>> _share(3e-7), _share(2e-16)
+    ('3.0·10⁻⁷', '10⁻⁹')
+    """
+    return number(value, 2) if value > 1e-9 else "10⁻⁹"
 
 
 def sound_text(study: Study) -> str:
@@ -78,11 +89,20 @@ def cases_text(cases: pd.DataFrame) -> str:
     return f"{counted(len(cases), 'case')}, {int((cases['status'] == 'ok').sum())} of them ok"
 
 
-def software_text(stamp: Mapping[str, str]) -> str:
-    """Return the versions and the study behind the results."""
+def software_text(stamp: Mapping[str, str], *, dem: bool) -> str:
+    """Return the versions and the study behind the results.
+
+    Parameters
+    ----------
+    stamp
+        Of the results.
+    dem
+        Whether LIGGGHTS was run for them.
+    """
+    solver = f", LIGGGHTS {stamp['liggghts_version']}" if dem else ""
     return (
-        f"pidpanel {stamp['pidpanel_version']}, LIGGGHTS {stamp['liggghts_version']}; "
-        f"study {stamp['study']}, hash {stamp['study_hash']}"
+        f"pidpanel {stamp['pidpanel_version']}{solver}; study {stamp['study']}, "
+        f"hash {stamp['study_hash']}"
     )
 
 
@@ -100,8 +120,16 @@ def run_step(study_file: Path) -> tuple[str, str]:
     return ("From the root of the project:", f"make run STUDY={file}")
 
 
-def files_step(study: Study) -> tuple[str, str]:
-    """Return which files hold the numbers of the page of a study with a panel."""
+def files_step(study: Study, folder: Path) -> tuple[str, str]:
+    """Return which files hold the numbers of the page of a study with a panel.
+
+    Parameters
+    ----------
+    study
+        The study.
+    folder
+        Its results; only files that are there are named.
+    """
     files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
     files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in study.coupons]
     for name in study.surfaces:
@@ -112,6 +140,7 @@ def files_step(study: Study) -> tuple[str, str]:
     files += ["response/stress.csv", "response/maps.nc"]
     if study.response.radiation_beside != "none":
         files.append("response/radiation.csv")
+    files = [name for name in files if (folder / name).is_file()]
     text = (
         f"Tables and fields behind this page are in results/{study.name}: {', '.join(files)}; its "
         "figures are in report/. The files carry the hash of the study and the versions of the "

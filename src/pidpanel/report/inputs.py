@@ -10,7 +10,7 @@ import xarray as xr
 
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report.evidence import Record, Spheres
+from pidpanel.report.evidence import Record, Shot, Spheres
 from pidpanel.round import Round
 from pidpanel.study import Study
 
@@ -27,11 +27,14 @@ class Coupon:
         The cycles of a few cases, each with its runs.
     spheres
         The particles of one run at its end.
+    shot
+        The same run watched for some cycles; None where that was not possible.
     """
 
     cases: pd.DataFrame
     records: Sequence[Sequence[Record]]
     spheres: Spheres
+    shot: Shot | None = None
 
 
 @dataclass(frozen=True)

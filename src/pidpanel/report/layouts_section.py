@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.charts import chart_of
+from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import Curve, Panel
@@ -45,14 +46,16 @@ def layouts_section(inputs: Inputs) -> Section:
     moving = moving_points(inputs.summary, points)
     if len(moving) < len(points):
         blocks.append(Paragraph(does_not_move([p for p in points if p not in moving])))
-    for reading in study.readings:
-        drawn = [s for s in scenarios if _is_steady(inputs, reading, s)]
-        for first in range(0, len(drawn), DRAWN_TOGETHER):
-            part = drawn[first : first + DRAWN_TOGETHER]
-            name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}"
-            blocks += [
-                _psd_picture(inputs, reading, part, point, f"{name}_{point}") for point in moving
-            ]
+    for point in moving:
+        found = []
+        for reading in study.readings:
+            drawn = [s for s in scenarios if _is_steady(inputs, reading, s)]
+            for first in range(0, len(drawn), DRAWN_TOGETHER):
+                part = drawn[first : first + DRAWN_TOGETHER]
+                name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
+                found.append(_psd_picture(inputs, reading, part, point, name))
+        if found:
+            blocks.append(Fold(f"Point {point}", found))
     blocks.append(patch_table(inputs, scenarios))
     return Section("layouts", "Layouts", blocks)
 
@@ -92,7 +95,7 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
                 rows.append([*what, *(mass if steady else ["–", "–"]), point, *values])
     columns = ["layout", "patches"] if layouts else ["scenario"]
     columns += ["reading"] if len(readings) > 1 else []
-    columns += ["mass, kg", "of the panel, %", "point", "a rms, g", "reduction, dB"]
+    columns += ["added, kg", "of the panel, %", "point", "g rms", "reduction, dB"]
     columns += ["dead weight: reduction, dB", "difference, dB"]
     return Table(
         "Mass of the dampers, in kg and in percent of the panel with what is attached to it; rms "
@@ -225,19 +228,26 @@ def _psd_picture(
                 of["acceleration_psd"].sel(scenario=label).to_numpy(),
                 colour,
                 inside_of(inputs.psd, reading, label),
-                log_error=log_error_of(inputs.psd, reading, label, point),
+                # a band of one curve hides nothing; those of several would
+                log_error=log_error_of(inputs.psd, reading, label, point)
+                if len(scenarios) == 1
+                else None,
             )
         )
-    figure = response_figures.psd_figure(
-        inputs.psd["frequency"].to_numpy(),
-        [Panel(READINGS[reading], "", [*curves, *dead, *own])],
-    )
+    frequency = inputs.psd["frequency"].to_numpy()
+    panel = Panel(READINGS[reading], "", [*curves, *dead, *own])
     caption = (
         f"One-sided acceleration PSD at point {point}: bare panel, layouts, and (dotted) the same "
-        "masses as dead weight in the same places. Shaded: one standard error due to that of C_e "
-        "and m_a, where known. Dashed: damping outside the simulated range."
+        "masses as dead weight in the same places."
     )
-    return Picture(name, style.png(figure), caption)
+    if len(scenarios) == 1:
+        caption += " Shaded: one standard error of the damping, where known."
+    if not all(inside_of(inputs.psd, reading, one.label).all() for one in scenarios):
+        caption += " Dashed: damping outside the simulated range."
+    figure = response_figures.psd_figure(frequency, [panel])
+    return Picture(
+        name, style.png(figure), caption, [chart_of(panel.title, frequency, panel.curves)]
+    )
 
 
 def of_layouts(layouts: pd.DataFrame, reading: str, scenario: str) -> list[dict[str, Any]]:

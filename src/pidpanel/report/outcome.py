@@ -1,21 +1,22 @@
-"""The main results of a study in sentences."""
+"""The results of a study in sentences, beside the answer: every comparison in every reading."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
-import numpy as np
 import pandas as pd
 
-from pidpanel.report.rms import moving_points, rms_by
-from pidpanel.report.text import READINGS
-from pidpanel.response.bands import reduction
+from pidpanel.report.answer import AtPoint, Candidate, alike, candidates_of, is_gain, together
+from pidpanel.report.rms import moving_points
+from pidpanel.report.text import READINGS, number, value_text
 from pidpanel.study import Study
 
 
 def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
-    """Return the main results, one sentence for each family and reading.
+    """Return the results, one sentence for each family and reading, and one for the layouts.
 
     Parameters
     ----------
@@ -26,60 +27,77 @@ def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
 
     Notes
     -----
-    A family without a steady response in a reading is left out; the warnings name it.
+    A family without a steady response in a reading is left out; the warnings name it. One scenario
+    is called better than another only where their reductions differ by more than their errors.
     """
     sentences = []
     points = moving_points(summary, list(study.panel.points))
-    for reading, family in product(study.readings, study.families):
-        scenarios = study.family_scenarios(family)
-        varied = study.families[family].varied
-        labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
-        bare_labels = {getattr(s, varied): s.bare.label for s in scenarios}
-        rms = rms_by(summary, reading, labels, points)
-        bare = rms_by(summary, reading, bare_labels, points)
-        gained = pd.DataFrame(reduction(bare, rms), rms.index, rms.columns)
-        if not np.isfinite(gained.to_numpy()).all():
-            continue
-        if varied == "oaspl_db":
-            gained = gained.sort_index()
-            low, high = gained.index[0], gained.index[-1]
-            said = f"under {low:g} and {high:g} dB the damper lowers the rms acceleration by " + (
-                ", ".join(
-                    f"{gained[p].iloc[0]:.1f} and {gained[p].iloc[-1]:.1f} dB at point {p}"
-                    for p in points
-                )
-            )
-        else:
-            what, name = ("fill", "r = ") if varied == "fill_fraction" else ("location", "")
-            said = f"the best {what} is " + ", ".join(
-                f"{name}{gained[p].idxmax()} at point {p} ({gained[p].max():.1f} dB below the bare "
-                f"panel, {rms[p].min():.3g} g rms)"
-                for p in points
-            )
-        sentences.append(f"{READINGS[reading]}: {said}.")
+    layouts = [study.family_scenarios(name)[0] for name in study.layouts]
+    compared = {study.families[name].title or f"Scenarios {name}": name for name in study.families}
+    for reading, (title, name) in product(study.readings, compared.items()):
+        scenarios = study.family_scenarios(name)
+        found = candidates_of(summary, reading, scenarios, points)
+        if points and len(found) == len(scenarios):
+            rows = _levels if study.families[name].varied == "oaspl_db" else _ranked
+            said = "; ".join(rows(found, point) for point in points)
+            sentences.append(f"{title} ({READINGS[reading]}): {said}.")
     for reading in study.readings:
-        sentences += _best_layouts(study, summary, reading, points)
+        found = candidates_of(summary, reading, layouts, points)
+        if found:
+            said = "; ".join(_ranked(found, point) for point in points)
+            sentences.append(f"Layouts ({READINGS[reading]}): {said}.")
     return sentences
 
 
-def _best_layouts(
-    study: Study, summary: pd.DataFrame, reading: str, points: Sequence[str]
-) -> Iterator[str]:
-    """Yield the best layout at each point, beside the same mass as dead weight."""
-    of = summary[(summary["reading"] == reading) & summary["scenario"].isin(list(study.layouts))]
-    of = of[of["status"] == "ok"]
-    said = []
-    for point in points if len(of) else ():
-        best = of[of["point"] == point].sort_values("reduction_db").iloc[-1]
-        beside = ""
-        if np.isfinite(best["dead_weight_reduction_db"]):
-            beside = (
-                f", the same {best['added_mass_kg']:.3g} kg as dead weight "
-                f"{best['dead_weight_reduction_db']:.1f} dB"
-            )
-        said.append(
-            f"at point {point} {best['scenario']} ({best['reduction_db']:.1f} dB below the bare "
-            f"panel, {best['acceleration_rms_g']:.3g} g rms{beside})"
+def _ranked(candidates: Sequence[Candidate], point: str) -> str:
+    """Return which of some scenarios reduce most at a point, or that it cannot be told."""
+    ranked = sorted(candidates, key=lambda one: -one.at[point].reduction)
+    at = [one.at[point] for one in ranked]
+    if not all(math.isfinite(one.reduction_error) for one in at):
+        bare = [replace(one, reduction_error=math.nan) for one in at]
+        return f"at {point} reductions of {_span(bare)}, without a stated error"
+    if not any(is_gain(one) for one in at):
+        return f"at {point} none reduces by more than its error ({_span(at)})"
+    best = alike(ranked, at)
+    named = together(best, ranked)
+    if len(best) == len(ranked) > 1:
+        return f"at {point} {named} cannot be told apart ({_span(at)})"
+    if len(best) > 1:
+        return (
+            f"at {point} most with {named}, which cannot be told apart ({_span(at[: len(best)])})"
         )
-    if said:
-        yield f"{READINGS[reading]}: the best layout is, {'; '.join(said)}."
+    return f"at {point} most with {named} ({_one(ranked[0], point)})"
+
+
+def _levels(candidates: Sequence[Candidate], point: str) -> str:
+    """Return the reductions at the lowest and the highest level."""
+    ends = sorted(candidates, key=lambda one: one.scenario.oaspl_db or 0.0)
+    low, high = ends[0], ends[-1]
+    levels = [one.scenario.oaspl_db or math.nan for one in (low, high)]
+    said = [
+        value_text(one.at[point].reduction, one.at[point].reduction_error) for one in (low, high)
+    ]
+    return f"at {point} {said[0]} dB under {number(levels[0], 4)} dB, {said[1]} dB under " + (
+        f"{number(levels[1], 4)} dB"
+    )
+
+
+def _span(at: Sequence[AtPoint]) -> str:
+    values = [one.reduction for one in at]
+    if len(values) == 1:
+        return f"{value_text(values[0], at[0].reduction_error)} dB"
+    errors = [one.reduction_error for one in at if math.isfinite(one.reduction_error)]
+    error = f" ± {max(errors):.2f}" if errors else ""
+    return f"{value_text(min(values), math.nan, decimals=2)} to " + (
+        f"{value_text(max(values), math.nan, decimals=2)}{error} dB"
+    )
+
+
+def _one(candidate: Candidate, point: str) -> str:
+    at = candidate.at[point]
+    said = f"{value_text(at.reduction, at.reduction_error)} dB"
+    if math.isfinite(candidate.mass):
+        said += f" with {number(candidate.mass, 2)} kg"
+    if math.isfinite(at.dead_weight):
+        said += f"; {at.dead_weight:.1f} dB as dead weight".replace("-", "−")
+    return said

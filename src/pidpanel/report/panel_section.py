@@ -23,6 +23,9 @@ PRINTED_ROUNDING = 2e-4
 """Relative difference up to which a frequency counts as the printed one: Table 1 has two
 decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not."""
 
+ROUNDING = 1e-9
+"""Share of the largest entry of a matrix below which another is 0 but for rounding."""
+
 SUPPORTED = {
     "simply_supported": "simply supported",
     "simply_supported_soft": "simply supported (soft)",
@@ -130,15 +133,12 @@ def panel_section(
     )
     if study.panel.size is None:
         caption += " Curved edges are drawn as straight segments."
-    blocks: list[Block] = [Picture("mesh", style.png(figure), caption)]
-    if study.panel.section.kind != "thin":
-        blocks.append(section_table(section))
+    blocks: list[Block] = [_shapes(basis, modes), mode_table(modes, folded=True)]
     if is_papers_panel(modes, printed):
         blocks += paper_mode_tables(modes, printed)
-        blocks.append(mode_table(modes, folded=True))
-    else:
-        blocks.append(mode_table(modes))
-    blocks.append(_shapes(basis, modes))
+    if study.panel.section.kind != "thin":
+        blocks.append(section_table(section))
+    blocks.append(Picture("mesh", style.png(figure), caption))
     return Section("panel", "Panel", blocks)
 
 
@@ -187,6 +187,7 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
         f"frequencies differ from the printed ones by {100 * worst:.3f} % at most",
         [*columns, "computed − printed, %"],
         rows,
+        folded=True,
     )
     # to the next hundred above the last printed frequency
     limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
@@ -200,6 +201,7 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
             [f"({row['m']}, {row['n']})", f"{row['frequency_hz']:.2f}", f"{row['navier_hz']:.2f}"]
             for row in records(missing)
         ],
+        folded=True,
     )
     return [first, second]
 
@@ -240,8 +242,12 @@ def section_table(section: pd.DataFrame) -> Table:
         ``panel/section.csv``.
     """
     rows = []
+    largest = section["value"].abs().groupby(section["quantity"]).max().to_dict()
     for (quantity, row), entries in section.groupby(["quantity", "row"], sort=False):
-        values = "  ".join(number(value, 5) for value in entries["value"])
+        noise = ROUNDING * float(largest[quantity])
+        values = "  ".join(
+            number(value, 5) if abs(value) > noise else "0" for value in entries["value"]
+        )
         name = MATRIX_NAMES[str(quantity)] + (f", row {row}" if row else "")
         rows.append([name, values, unit(str(entries["unit"].iloc[0]))])
     return Table("Section computed from its layup", ["quantity", "value", "unit"], rows)

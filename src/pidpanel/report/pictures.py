@@ -6,13 +6,14 @@ Functions return images as arrays. No display is needed.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.coupon import geometry
 
 Image = NDArray[np.uint8]
@@ -57,6 +58,41 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
     return moved, row
 
 
+def in_first_cells(positions: Array, across_flats: float, count: int, shown: int) -> Flags:
+    """Return whether spheres lie in the first cells.
+
+    Parameters
+    ----------
+    positions, across_flats, count
+        As of `cells_in_a_row`.
+    shown
+        How many cells those are.
+    """
+    inside: Flags = _own_cell(positions, across_flats, count) < shown
+    return inside
+
+
+def moved_to_first_cells(positions: Array, across_flats: float, count: int, shown: int) -> Array:
+    """Return spheres of the first cells as if there were no others.
+
+    Parameters
+    ----------
+    positions, across_flats, count, shown
+        As of `in_first_cells`, which holds for all of them.
+    """
+    own = _own_cell(positions, across_flats, count)
+    centres = geometry.cell_centres(across_flats, count)
+    moved = positions.copy()
+    moved[:, :2] += (geometry.cell_centres(across_flats, shown) - centres[:shown])[own]
+    return moved
+
+
+def _own_cell(positions: Array, across_flats: float, count: int) -> Index:
+    centres = geometry.cell_centres(across_flats, count)
+    own: Index = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
+    return own
+
+
 def spheres_picture(
     positions: Array,
     diameters: Array,
@@ -96,42 +132,94 @@ def spheres_picture(
     Image
         Shape ``(height, width, 3)``.
     """
-    moved, centres = cells_in_a_row(positions, across_flats, count)
-    spheres = pv.PolyData(moved)
-    spheres["value"] = values
-    spheres["diameter"] = diameters
-    ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
-    sides = len(outline)
-    # seen a little from above: the height of a cell and a part of its floor
-    width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
-    height = 0.96 * depth + 0.5 * across_flats
-    plotter = _plotter(pixels, round(pixels * height / width))
-    plotter.add_mesh(
-        spheres.glyph(geom=ball, scale="diameter", orient=False),
-        scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits), show_scalar_bar=False,
-        smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
+    (image,) = spheres_film(
+        [positions], diameters, values[None], limits, lift=np.zeros(1), outline=outline,
+        across_flats=across_flats, depth=depth, count=count, colormap=colormap, pixels=pixels,
     )  # fmt: skip
-    for centre in centres:
+    return image
+
+
+def spheres_film(
+    positions: Sequence[Array],
+    diameters: Array,
+    values: Array,
+    limits: tuple[float, float],
+    *,
+    lift: Array,
+    outline: Array,
+    across_flats: float,
+    depth: float,
+    count: int,
+    colormap: str = "plasma",
+    pixels: int = 1500,
+) -> list[Image]:
+    """Draw spheres in a row of transparent cells, frame by frame.
+
+    Parameters
+    ----------
+    positions, values
+        Of each frame, as of `spheres_picture`; values of shape ``(n_frames, n)``.
+    lift
+        Height of the cells above their mean in each frame [m], shape ``(n_frames,)``.
+    diameters, limits, outline, across_flats, depth, count, colormap, pixels
+        As of `spheres_picture`.
+
+    Returns
+    -------
+    list of Image
+        One for each frame, shape ``(height, width, 3)``.
+    """
+    ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
+    # seen a little from above: the height of a cell and a part of its floor
+    reach = float(np.abs(lift).max())
+    width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
+    height = 0.96 * (depth + 2 * reach) + 0.5 * across_flats
+    plotter = _plotter(pixels, round(pixels * height / width))
+    plotter.enable_anti_aliasing("msaa", multi_samples=4)
+    walls = _walls(outline, across_flats, depth, count)
+    images = []
+    for frame, (places, shown, up) in enumerate(zip(positions, values, lift, strict=True)):
+        moved, centres = cells_in_a_row(places, across_flats, count)
+        spheres = pv.PolyData(moved)
+        spheres["value"] = shown
+        spheres["diameter"] = diameters
+        plotter.add_mesh(
+            spheres.glyph(geom=ball, scale="diameter", orient=False),
+            scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits),
+            show_scalar_bar=False, smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
+            name="spheres",
+        )  # fmt: skip
+        if frame == 0:
+            for wall in walls:
+                plotter.add_mesh(wall, color="#8fa3b5", opacity=0.10, lighting=False)
+                plotter.add_mesh(
+                    wall.extract_feature_edges(30), color="#44525f", line_width=2, lighting=False
+                )
+        # the cells stay where they are, and the eye moves the other way
+        middle = np.array([*(centres.mean(axis=0)), depth / 2 - up])
+        plotter.camera.focal_point = middle
+        plotter.camera.position = middle + np.array([0.0, -1.0, 0.3])
+        plotter.camera.up = (0.0, 0.0, 1.0)
+        plotter.camera.enable_parallel_projection()
+        plotter.camera.parallel_scale = 0.5 * height
+        plotter.reset_camera_clipping_range()
+        images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
+    plotter.close()
+    return images
+
+
+def _walls(outline: Array, across_flats: float, depth: float, count: int) -> list[pv.PolyData]:
+    """Return the walls of cells in a row."""
+    sides = len(outline)
+    side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
+    ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
+    walls = []
+    for number in range(count):
+        centre = np.array([ROW_PITCH * across_flats * number, 0.0])
         floor = np.column_stack([outline + centre, np.zeros(sides)])
         ring = np.vstack([floor, floor + np.array([0.0, 0.0, depth])])
-        side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
-        ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
-        walls = pv.PolyData(ring, faces=np.concatenate([*side, *ends]))
-        plotter.add_mesh(walls, color="#8fa3b5", opacity=0.10, lighting=False)
-        plotter.add_mesh(
-            walls.extract_feature_edges(30), color="#44525f", line_width=2, lighting=False
-        )
-    middle = np.array([*(centres.mean(axis=0)), depth / 2])
-    plotter.camera.focal_point = middle
-    plotter.camera.position = middle + np.array([0.0, -1.0, 0.3])
-    plotter.camera.up = (0.0, 0.0, 1.0)
-    plotter.camera.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.5 * height
-    plotter.reset_camera_clipping_range()
-    plotter.enable_anti_aliasing("msaa", multi_samples=4)
-    image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
-    plotter.close()
-    return image
+        walls.append(pv.PolyData(ring, faces=np.concatenate([*side, *ends])))
+    return walls
 
 
 def mode_pictures(

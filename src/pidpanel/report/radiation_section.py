@@ -112,7 +112,7 @@ def radiation_section(
         for row in both.itertuples()
     ]
     columns = ["reading", "scenario", "point"]
-    columns += [f"{side}: a rms, g" for side in sides]
+    columns += [f"{side}: g rms" for side in sides]
     columns += [f"{side}: reduction, dB" for side in sides]
     table = Table(
         "Rms acceleration, and reduction against the bare panel with the same radiation",

@@ -14,7 +14,9 @@ from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.report import evidence
+from pidpanel.report.films import read_film
 from pidpanel.report.inputs import Coupon, DampingResults, Inputs
+from pidpanel.report.known_errors import with_known_errors
 from pidpanel.round import read_rounds
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -42,12 +44,15 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
     """
     response, panel = folder / "response", folder / "panel"
     beside = study.response.radiation_beside != "none"
+    summary, psd = with_known_errors(
+        study, _read_by_point(response / "summary.csv"), _read_dataset(response / "psd.nc")
+    )
     return Inputs(
         study=study,
         stamp=stamp(study),
-        summary=_read_by_point(response / "summary.csv"),
+        summary=summary,
         layouts=pd.read_csv(response / "layouts.csv"),
-        psd=_read_dataset(response / "psd.nc"),
+        psd=psd,
         modes=pd.read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),
         section=pd.read_csv(panel / "section.csv"),
@@ -107,6 +112,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
         evidence.read_spheres(known[evidence.nearest_case(cases)], folder),
+        read_film(study, damper, folder, table.with_name("film.nc")),
     )
 
 

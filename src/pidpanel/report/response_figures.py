@@ -20,7 +20,8 @@ from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report.layout import WIDTH, frequency_axis, legend_below, make_room
+from pidpanel.report import style
+from pidpanel.report.layout import WIDTH, frequency_axis
 
 DECADES = 9
 """Decades of PSD shown below the highest peak at most: a node has no lower end."""
@@ -60,6 +61,16 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Steps:
+    """Values by frequency band: their name in the legend, colour, edges [Hz], and values."""
+
+    label: str
+    colour: str
+    edges: Array
+    values: Array
+
+
+@dataclass(frozen=True)
 class Panel:
     """One of the axes side by side: a title, a note under it, and its curves."""
 
@@ -69,15 +80,19 @@ class Panel:
 
 
 def _draw(axes: Axes, x: Array, curve: Curve) -> None:
-    """Draw the curve, solid within the simulated range and dashed outside it, with its band."""
+    """Draw the curve, solid within the simulated range and dashed outside it, with its band.
+
+    The bare panel lies over all others: it is the measure of them.
+    """
+    order = 3.0 if curve.colour == style.BARE else 2.0
     if curve.log_error is not None:
         factor = np.exp(curve.log_error)
         axes.fill_between(
-            x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.18, lw=0
+            x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.22, lw=0
         )
     if curve.inside is None or curve.inside.all():
-        style = ":" if curve.dotted else "-"
-        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=style, label=curve.label)
+        dashes = ":" if curve.dotted else "-"
+        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=dashes, zorder=order)
         return
     outside = ~curve.inside
     # the dashed part reaches to the neighbouring lines, or a gap would be left
@@ -89,7 +104,7 @@ def _draw(axes: Axes, x: Array, curve: Curve) -> None:
         np.where(curve.inside, curve.values, np.nan),
         color=curve.colour,
         lw=curve.width,
-        label=curve.label,
+        zorder=order,
     )
     axes.plot(
         x,
@@ -97,10 +112,13 @@ def _draw(axes: Axes, x: Array, curve: Curve) -> None:
         color=curve.colour,
         lw=curve.width,
         ls=(0, (3.5, 1.2)),
+        zorder=order,
     )
 
 
 def _heading(axes: Axes, panel: Panel) -> None:
+    if not panel.title:
+        return
     axes.set_title(f"{panel.title}\n", loc="left", fontweight="bold")
     axes.text(
         0.0, 1.012, panel.note, transform=axes.transAxes, fontsize=7, color="#444444", va="bottom"
@@ -120,10 +138,13 @@ def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
         handles["dashed: $C_e$ outside the simulated range"] = Line2D(
             [], [], color="#777777", lw=1.2, ls=(0, (3.5, 1.2))
         )
-    legend_below(figure, handles)
+    columns = min(5, max(1, int(figure.get_size_inches()[0] / 1.9)))
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
 
 
-def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
+def psd_figure(
+    frequency: Array, panels: Sequence[Panel], *, width: float = WIDTH, height: float = 4.4
+) -> Figure:
     """Draw acceleration PSDs, the readings of the damping side by side on one scale.
 
     Parameters
@@ -132,10 +153,11 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
         Rising frequencies [Hz], shape ``(n_lines,)``.
     panels
         One per reading; the values are one-sided PSDs [(m/s²)²/Hz] and are drawn in g²/Hz.
+    width, height
+        Of the figure [inch].
     """
-    figure = Figure(figsize=(WIDTH, 4.4))
+    figure = Figure(figsize=(width, height), layout="constrained")
     grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
-    make_room(figure, 1, len(panels), top=0.42, across=0.25)
     top = max(np.nanmax(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     for axes, panel in zip(grid, panels, strict=True):
@@ -152,6 +174,29 @@ def psd_figure(frequency: Array, panels: Sequence[Panel]) -> Figure:
     return figure
 
 
+def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
+    """Draw reductions by band, where curves that lie on each other as PSDs are apart.
+
+    Parameters
+    ----------
+    panels
+        Reductions [dB] by the title of their axes, side by side on one scale.
+    """
+    figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
+    grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    handles: dict[str, Line2D] = {}
+    for axes, (title, drawn) in zip(grid, panels.items(), strict=True):
+        for steps in drawn:
+            axes.stairs(steps.values, steps.edges, color=steps.colour, lw=1.4, baseline=None)
+            handles.setdefault(steps.label, Line2D([], [], color=steps.colour, lw=1.6))
+        axes.axhline(0.0, color=style.BARE, lw=0.8)
+        frequency_axis(axes, drawn[0].edges[0], drawn[0].edges[-1])
+        axes.set_title(title, loc="left", fontweight="bold")
+    grid[0].set_ylabel("reduction, dB")
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6)
+    return figure
+
+
 def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Panel]) -> Figure:
     """Draw C_e and m_a with which the responses were computed, one column per reading.
 
@@ -162,11 +207,10 @@ def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Pa
     damping, mass
         One per reading; C_e [N s/m³] and m_a [kg/m²].
     """
-    figure = Figure(figsize=(WIDTH, 4.9))
+    figure = Figure(figsize=(WIDTH, 4.9), layout="constrained")
     grid = figure.subplots(
         2, len(damping), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2)
     )
-    make_room(figure, 2, len(damping), top=0.42, across=0.25, down=0.15)
     for column, (above, below) in enumerate(zip(damping, mass, strict=True)):
         for curve in above.curves:
             _draw(grid[0, column], frequency, curve)

@@ -7,25 +7,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Block, Paragraph, Picture, Section
+from pidpanel.report.charts import chart_of
+from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import mass_table
-from pidpanel.report.psds import inside_of, log_error_of
-from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.psds import inside_of
+from pidpanel.report.response_figures import Curve, Panel, Steps
 from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
-from pidpanel.response.bands import reduction
+from pidpanel.response.bands import reduction, third_octaves
 from pidpanel.study import Scenario
 
-EQUIVALENT_SINE = (
-    "Γ = √2 a_rms/g, the sine of equal rms, is an assumption; C_e from single tones overstates the "
-    "damping under broadband motion."
-)
+EQUIVALENT_SINE = "Γ = √2 a_rms/g, the sine of equal rms, is an assumption."
 
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 """Where C_e is read, by ``damping.level.kind``."""
-
-SHADED = "Shaded: one standard error due to that of C_e and m_a, where known."
 
 
 def response_section(inputs: Inputs, name: str) -> Section:
@@ -46,10 +42,11 @@ def response_section(inputs: Inputs, name: str) -> Section:
         return Section(f"response-{name}", title, [Paragraph(text)])
     frequency = psd["frequency"].to_numpy()
     text = acceleration_text(inputs, name, readings)
-    blocks: list[Block] = []
     points = moving_points(inputs.summary, list(study.panel.points))
-    if held := [point for point in study.panel.points if point not in points]:
-        blocks.append(Paragraph(does_not_move(held)))
+    held = [point for point in study.panel.points if point not in points]
+    blocks: list[Block] = [Paragraph(f"{does_not_move(held)} {text}" if held else text)]
+    if points:
+        blocks.append(reduction_block(inputs, name, readings))
     for point in points:
         panels = [
             Panel(
@@ -60,17 +57,44 @@ def response_section(inputs: Inputs, name: str) -> Section:
             for reading in readings
         ]
         caption = (
-            f"{title}: one-sided acceleration PSD at point {point}. Steps are at the edges of the "
-            f"sound's bands. {SHADED} {text}"
+            f"One-sided acceleration PSD at point {point}; steps are at the edges of the sound's "
+            "bands."
         )
         figure = response_figures.psd_figure(frequency, panels)
-        blocks.append(Picture(f"psd_{name}_{point}", style.png(figure), caption))
-    if points:
-        blocks.append(reduction_block(inputs, name, readings))
+        charts = [chart_of(panel.title, frequency, panel.curves) for panel in panels]
+        steps = {
+            READINGS[reading]: reduction_steps(inputs, name, reading, point) for reading in readings
+        }
+        shown = [
+            Picture(f"psd_{name}_{point}", style.png(figure), caption, charts),
+            Picture(
+                f"steps_{name}_{point}",
+                style.png(response_figures.steps_figure(steps)),
+                f"Reduction of the rms acceleration at point {point} in third octaves.",
+            ),
+        ]
+        blocks.append(Fold(f"Point {point}", shown))
     if inputs.summary["added_mass_kg"].gt(0).any():
         blocks.append(mass_table(inputs, study.family_scenarios(name), layouts=False))
-    blocks.append(damping_block(inputs, name, readings, text))
+    blocks.append(Fold("Damping behind these responses", [damping_block(inputs, name, readings)]))
     return Section(f"response-{name}", title, blocks)
+
+
+def reduction_steps(inputs: Inputs, name: str, reading: str, point: str) -> list[Steps]:
+    """Return reductions of a family in third octaves at a point."""
+    scenarios = inputs.study.family_scenarios(name)
+    labels, bare = [s.label for s in scenarios], [s.bare.label for s in scenarios]
+    _, treated = band_rms_of(inputs.psd, reading, labels, [point])
+    _, untreated = band_rms_of(inputs.psd, reading, bare, [point])
+    gained = reduction(untreated, treated)[..., 0]
+    frequency = inputs.psd["frequency"].to_numpy()
+    _, edge = third_octaves(frequency[0], frequency[-1])
+    edges = np.append(edge[:, 0], edge[-1, 1])
+    known = [_known_as(inputs, name, scenario) for scenario in scenarios]
+    return [
+        Steps(label, colour, edges, values)
+        for (label, colour), values in zip(known, gained, strict=True)
+    ]
 
 
 def stable_readings(inputs: Inputs, name: str) -> list[str]:
@@ -110,9 +134,9 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
     for scenario in scenarios:
         label, colour = _known_as(inputs, name, scenario)
         values = psd.sel(scenario=scenario.label).to_numpy()
-        error = log_error_of(inputs.psd, reading, scenario.label, point)
+        # no bands: those of several curves would hide them
         inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(Curve(label, values, colour, inside, log_error=error))
+        curves.append(Curve(label, values, colour, inside))
     return curves
 
 
@@ -185,13 +209,13 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
     )
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the same "
-        "sound; positive (blue): less acceleration. Where the PSDs above are dashed, these values "
-        "rest on damping outside the simulated range."
+        "sound; positive (blue): less acceleration. Where the PSDs are dashed, these values rest "
+        "on damping outside the simulated range."
     )
     return Picture(f"reduction_{name}", style.png(figure), caption)
 
 
-def damping_block(inputs: Inputs, name: str, readings: Sequence[str], text: str) -> Picture:
+def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture:
     """Return C_e and m_a with which a family was computed."""
     damping, mass = [], []
     for reading in readings:
@@ -207,7 +231,5 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str], text: str)
         damping.append(Panel(title, note, above))
         mass.append(Panel(title, note, below))
     figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
-    caption = (
-        f"Equivalent damping and apparent mass with which these responses were computed. {text}"
-    )
+    caption = "Equivalent damping and apparent mass with which these responses were computed."
     return Picture(f"damping_{name}", style.png(figure), caption)

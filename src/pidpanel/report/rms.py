@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -26,9 +27,13 @@ def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
 
 
 def rms_by(
-    summary: pd.DataFrame, reading: str, labels: Mapping[object, str], points: Sequence[str]
+    summary: pd.DataFrame,
+    reading: str,
+    labels: Mapping[object, str],
+    points: Sequence[str],
+    column: str = "acceleration_rms_g",
 ) -> pd.DataFrame:
-    """Return rms accelerations of scenarios under an index of one's own.
+    """Return rms accelerations of scenarios, or another column, under an index of one's own.
 
     Parameters
     ----------
@@ -40,14 +45,19 @@ def rms_by(
         Labels of the scenarios by the index wanted.
     points
         The columns wanted.
+    column
+        Column of the summary.
 
     Returns
     -------
     pandas.DataFrame
-        Rms acceleration [g]; NaN where there is no steady response.
+        Rms acceleration [g]; NaN where there is no steady response, and where the summary does
+        not have the column.
     """
     of = summary[summary["reading"] == reading]
-    wide = of.pivot(index="scenario", columns="point", values="acceleration_rms_g")
+    if column not in of:
+        of = of.assign(**{column: np.nan})
+    wide = of.pivot(index="scenario", columns="point", values=column)
     frame = wide.reindex(index=list(labels.values()), columns=list(points))
     return frame.set_axis(pd.Index(list(labels)), axis=0)
 
@@ -78,3 +88,36 @@ def band_rms_of(
     values = chosen.transpose("frequency", "scenario", "point").to_numpy()
     centre, edge = third_octaves(frequency[0], frequency[-1])
     return centre, band_rms(frequency, values, edge).transpose(1, 0, 2)
+
+
+def band_error_of(
+    psd: xr.Dataset, reading: str, labels: Sequence[str], points: Sequence[str]
+) -> Array:
+    """Return standard errors of the levels of third-octave rms accelerations [dB].
+
+    Parameters
+    ----------
+    psd, reading, labels, points
+        As of `band_rms_of`.
+
+    Returns
+    -------
+    Array
+        Shape ``(n_scenarios, n_bands, n_points)``; NaN where no errors are known.
+
+    Notes
+    -----
+    The errors of a band's lines are taken as common to them, so that the band has the error of
+    its lines, weighted with their PSD.
+    """
+    frequency = psd["frequency"].to_numpy()
+    _, edge = third_octaves(frequency[0], frequency[-1])
+    if "acceleration_psd_log_error" not in psd:
+        return np.full((len(labels), len(edge), len(points)), np.nan)
+    chosen = psd.sel(reading=reading, scenario=list(labels), point=list(points))
+    order = ("frequency", "scenario", "point")
+    values = chosen["acceleration_psd"].transpose(*order).to_numpy()
+    error = chosen["acceleration_psd_log_error"].transpose(*order).to_numpy()
+    whole = band_rms(frequency, values, edge) ** 2
+    own = band_rms(frequency, values * error, edge) ** 2
+    return (10 / np.log(10) * own / whole).transpose(1, 0, 2)

@@ -10,7 +10,9 @@ from pidpanel.report.html import Picture, Section
 from pidpanel.report.sound_figures import spectrum_figure
 
 
-def sound_section(bands: pd.DataFrame, spectrum: str, frequency: tuple[float, float]) -> Section:
+def sound_section(
+    bands: pd.DataFrame, spectrum: str, frequency: tuple[float, float], *, assumed: bool = False
+) -> Section:
     """Return the spectrum of the sound.
 
     Parameters
@@ -21,13 +23,15 @@ def sound_section(bands: pd.DataFrame, spectrum: str, frequency: tuple[float, fl
         Name of the file that the levels come from.
     frequency
         Lowest and highest frequency of the response [Hz].
+    assumed
+        Whether the study is the paper's, which prints no spectrum.
     """
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     caption = (
-        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. Where the source gives no "
-        "spectrum its shape is an assumption (the paper's Fig. 2 is not recoverable). The PSD is "
-        "constant in each band and integrates to the band's level. Grey: outside the response's "
-        "frequency range."
+        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. The PSD is constant in each "
+        "band and integrates to the band's level. Grey: outside the response's frequency range."
     )
+    if assumed:
+        caption += " Its shape is an assumption: the paper's Fig. 2 is not recoverable."
     picture = Picture("spectrum", style.png(spectrum_figure(bands, *frequency)), caption)
     return Section("sound", "Sound", [picture])

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.paths import SECTION
+from pidpanel.report.answer import answer_of
+from pidpanel.report.answer_section import answer_blocks
+from pidpanel.report.answer_text import NOTHING_MOVES, caveats, headline
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupon_section import Law, coupon_section
+from pidpanel.report.coupon_text import coupon_text
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import Page, Section
+from pidpanel.report.html import Page, Paragraph, Section, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.outcome import outcome
-from pidpanel.report.panel_section import panel_section
+from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
 from pidpanel.report.response_section import response_section
 from pidpanel.report.sound_section import sound_section
@@ -36,24 +41,37 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         How to reproduce the results, as of `pidpanel.report.html.Page`.
     """
     study = inputs.study
-    distance = patch_distance(inputs.basis)
+    answer = answer_of(study, inputs.summary)
     return Page(
         title=study.title or study.name,
+        answer=headline(answer) if answer else NOTHING_MOVES,
+        first=answer_blocks(inputs, answer) if answer else [],
+        caveats=caveats(inputs, answer) if answer else [],
         facts=study_facts(inputs),
         assumptions=study.assumptions,
         summary=outcome(study, inputs.summary),
         warnings=study_warnings(inputs),
-        claims=verdict_table(verdicts(study, inputs.summary, inputs.psd, distance)),
-        sections=_sections(inputs),
+        claims=_claims(inputs),
+        sections=[replace(section, folded=True) for section in _sections(inputs)],
         steps=steps,
     )
+
+
+def _claims(inputs: Inputs) -> Table | None:
+    """Return the paper's claims tested, where the panel is the paper's; else None."""
+    if not is_papers_panel(inputs.modes, inputs.printed):
+        return None
+    distance = patch_distance(inputs.basis)
+    return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
 def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[Section]:
     """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"] == "ok"]
-    found = [coupon_section(coupon, law=law), losses_section(good)]
+    of_coupon = coupon_section(coupon, law=law)
+    said = Paragraph(coupon_text(inputs.study.coupons[name], coupon.cases))
+    found = [replace(of_coupon, blocks=[said, *of_coupon.blocks]), losses_section(good)]
     if name in inputs.damping:
         found.append(damping_section(inputs.damping[name]))
     return found
@@ -64,7 +82,14 @@ def _sections(inputs: Inputs) -> list[Section]:
     study, points = inputs.study, list(inputs.study.panel.points)
     sections = [
         panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
-        sound_section(inputs.bands, study.sound.spectrum.name, study.response.frequency_hz),
+        sound_section(
+            inputs.bands,
+            study.sound.spectrum.name,
+            study.response.frequency_hz,
+            # the paper states levels and no spectrum
+            assumed=is_papers_panel(inputs.modes, inputs.printed)
+            and study.sound.oaspl_db is not None,
+        ),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     for name in inputs.coupons:

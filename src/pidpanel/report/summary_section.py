@@ -39,7 +39,7 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
     columns = ["scenario", "point"]
     for reading in readings:
         name = READINGS.get(reading, reading)
-        columns += [f"{name}: a rms, g", "w rms, mm", "reduction, dB", "Γ of C_e"]
+        columns += [f"{name}: g rms", "displacement, mm rms", "reduction, dB", "Γ of C_e"]
     by_key = {(row["scenario"], row["point"], row["reading"]): row for row in records(summary)}
     rows = []
     for scenario in scenarios:
@@ -62,11 +62,11 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                 ]
             rows.append(row)
     return Table(
-        "Rms acceleration a and displacement w over the response's frequency range, and reduction "
+        "Rms acceleration and displacement over the response's frequency range, and reduction "
         "of the rms acceleration against the bare panel under the same sound. Γ of C_e: amplitude "
         "at which the damping is read. ±: one standard error due to that of C_e and m_a. † linear "
-        "plate theory does not hold (w rms above a tenth of the thickness). ‡ partly outside the "
-        "simulated range of the coupon.",
+        "plate theory does not hold (rms displacement above a tenth of the thickness). ‡ partly "
+        "outside the simulated range of the coupon.",
         columns,
         rows,
     )

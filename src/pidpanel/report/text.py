@@ -57,6 +57,36 @@ def with_error(value: float, error: float) -> str:
     return _minus(f"{value:.{decimals}f}") + f" ± {error:.{decimals}f}"
 
 
+def value_text(value: float, error: float, decimals: int | None = None) -> str:
+    """Return a value with its error, or alone where it has none.
+
+    Examples
+    --------
+    >>> value_text(20.163, 0.694), value_text(20.163, float("nan"))
+    ('20.16 ± 0.69', '20.2')
+    >>> value_text(-2.986, 0.299, decimals=1)
+    '−3.0 ± 0.3'
+    """
+    if decimals is None:
+        return with_error(value, error) if error > 0 else number(value)
+    while error > 0 and round(error, decimals) == 0 and decimals < 3:
+        decimals += 1
+    own = f" ± {error:.{decimals}f}" if error > 0 else ""
+    return plain(value, decimals) + own
+
+
+def plain(value: float, decimals: int) -> str:
+    """Return a number with so many decimals, zero without a sign.
+
+    Examples
+    --------
+    >>> plain(-0.004, 2), plain(-2.986, 1)
+    ('0.00', '−3.0')
+    """
+    text = f"{value:.{decimals}f}"
+    return _minus(text.lstrip("-") if float(text) == 0 else text)
+
+
 def percent(share: float, decimals: int = 0) -> str:
     """Return a share in percent.
 

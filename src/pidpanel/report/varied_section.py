@@ -9,8 +9,10 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report import style
+from pidpanel.report.answer import APART
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
-from pidpanel.report.html import Picture, Section
+from pidpanel.report.html import Block, Picture, Section, Table
+from pidpanel.report.text import counted, records, value_text
 from pidpanel.study import CouponStudy
 
 LABELS = {
@@ -28,6 +30,9 @@ LABELS = {
     "deck": "deck",
 }
 """Names of varied keys with units; any other key is shown as it is written."""
+
+ROWS_SHOWN = 6
+"""Rows of a table that are shown without being asked for."""
 
 VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
 
@@ -50,7 +55,7 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Section:
     keys
         From `varied_keys`.
     """
-    pictures = []
+    blocks: list[Block] = []
     for key in keys:
         other = ", ".join(_name(one) for one in keys if one != key)
         caption = (
@@ -60,8 +65,38 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Section:
         if other:
             caption += f" Points one above the other differ in {other}."
         figure = varied_figure(cases, key, LABELS.get(key, key))
-        pictures.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
-    return Section("varied", "Varied parameters", pictures)
+        blocks.append(varied_table(cases, key, keys))
+        blocks.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
+    return Section("varied", "Varied parameters", blocks)
+
+
+def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
+    """Return C_e at each value of a key, a row for each point of the sweep.
+
+    Parameters
+    ----------
+    cases, keys
+        As of `varied_section`.
+    key
+        One of the keys.
+    """
+    values = list(dict.fromkeys(cases[key]))
+    same = [*(one for one in keys if one != key), "fill_fraction", "frequency_hz", "acceleration_g"]
+    rows = []
+    for point, group in cases.groupby(same, sort=True):
+        by_value = {row[key]: row for row in records(group)}
+        cells = [
+            value_text(by_value[value][VALUE], by_value[value][ERROR]) if value in by_value else "–"
+            for value in values
+        ]
+        rows.append([*(_text(one) for one in point), *cells])
+    heads = [*(_name(one) for one in same[:-3]), "r", "f, Hz", "Γ"]
+    return Table(
+        f"C_e, N s/m³, by {_name(key)}; ±: one standard error, –: not ok",
+        [*heads, *(_text(value) for value in values)],
+        rows,
+        folded=len(rows) > ROWS_SHOWN,
+    )
 
 
 def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
@@ -78,14 +113,22 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
         if found.empty:
             continue
         largest = found.iloc[int(np.log(found["ratio"]).abs().argmax())]
-        far = int((found["deviation"].abs() > 2).sum())
+        far = int((found["deviation"].abs() > APART).sum())
+        if not far:
+            said.append(
+                f"{_capital(_name(key))}: none of {counted(len(found), 'difference')} in C_e is "
+                "beyond two standard errors."
+            )
+            continue
+        first = value_text(largest["first"], largest["first_error"])
+        last = value_text(largest["last"], largest["last_error"])
+        verb = "falls" if largest["ratio"] < 1 else "rises"
         said.append(
-            f"{_name(key)}: from {_text(largest['from'])} to {_text(largest['to'])} C_e changes by "
-            f"a factor of {largest['ratio']:.3g} ± {largest['ratio_error']:.2g} at most "
-            f"(r = {largest['fill_fraction']:g}, {largest['frequency_hz']:g} Hz, "
-            f"Γ = {largest['acceleration_g']:g}). Of {len(found)} differences {far or 'none'} "
-            f"{'is' if far < 2 else 'are'} larger than two standard errors (one in twenty would be "
-            f"by chance); the largest is {found['deviation'].abs().max():.1f} standard errors."
+            f"{_capital(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} C_e "
+            f"{verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
+            f"{largest['frequency_hz']:g} Hz, Γ = {largest['acceleration_g']:g}, the largest "
+            f"change. {far} of {counted(len(found), 'difference')} "
+            f"{'is' if far < 2 else 'are'} beyond two standard errors (one in twenty by chance)."
         )
     return said
 
@@ -103,8 +146,9 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row for each case but the first of its group: ``ratio`` of C_e to that of the first,
-        its ``ratio_error``, and their difference over its standard error, ``deviation``.
+        One row for each case but the first of its group: C_e of the first and its own, ``first``
+        and ``last``, with errors, their ``ratio`` and its ``ratio_error``, and their difference
+        over its standard error, ``deviation``.
 
     Notes
     -----
@@ -126,6 +170,10 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
                     **dict(zip(same, point, strict=True)),
                     "from": first[key],
                     "to": row[key],
+                    "first": first[VALUE],
+                    "first_error": first[ERROR],
+                    "last": row[VALUE],
+                    "last_error": row[ERROR],
                     "ratio": ratio,
                     "ratio_error": ratio * spread,
                     "deviation": (row[VALUE] - first[VALUE]) / math.hypot(row[error], first[error]),
@@ -137,6 +185,10 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
 def _name(key: str) -> str:
     """Return the name of a key without its unit."""
     return LABELS.get(key, key).rpartition(", ")[0] or LABELS.get(key, key)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _text(value: object) -> str:

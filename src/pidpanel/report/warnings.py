@@ -17,20 +17,12 @@ from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import of_layouts
+from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.round import Round
 from pidpanel.study import Study
-
-POWER_BALANCE = 1e-3
-"""Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
-
-MOTION_RESIDUAL = 1e-3
-"""|ln(Γ_out/Γ)| from which a motion is not converged: rms values are good to 1e-3."""
-
-BASIS_ERROR = 5e-3
-"""Error of a PSD that the shapes of the panel may leave (README)."""
 
 SINGLE_TONES = (
     "C_e and m_a come from coupons shaken at one frequency at a time. The panel moves at all "
@@ -40,6 +32,12 @@ SINGLE_TONES = (
     "about the same acceleration. Coupons therefore overstate the damping, most of all at high "
     "frequencies. C_e is read at the sine with the patch's rms acceleration over the whole "
     "spectrum, Γ = √2 a_rms/g, which is a further assumption."
+)
+
+EQUIVALENT_SINE = (
+    "The damping depends on the amplitude, and is read at the sine with the patch's rms "
+    "acceleration over the whole spectrum, Γ = √2 a_rms/g. That is an assumption; damping measured "
+    "with single tones overstates what a damper does under broadband sound."
 )
 
 FEW_CASES = (
@@ -54,8 +52,10 @@ def study_warnings(inputs: Inputs) -> list[str]:
     """Return the limitations of a study with a panel, the most important first."""
     study = inputs.study
     said = response_warnings(study, inputs.summary, inputs.psd, inputs.layouts)
-    if inputs.layouts["damping_read_at_g"].notna().any():
+    if study.surfaces:
         said.append(SINGLE_TONES)
+    elif inputs.layouts["damping_read_at_g"].notna().any():
+        said.append(EQUIVALENT_SINE)
     if inputs.radiation is not None:
         both = compared(inputs.summary, inputs.radiation)
         response, points = study.response, list(study.panel.points)

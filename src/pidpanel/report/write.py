@@ -19,7 +19,7 @@ from pidpanel.verification import read_rows
 
 
 def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
-    """Write ``report.html`` and ``report/*.png`` of a study with a panel.
+    """Write ``report.html`` and ``report/*`` of a study with a panel.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
     study = load_study(study_file)
     inputs = read_inputs(study, folder, coupon)
     with style.context():
-        page = study_page(inputs, [run_step(study_file), files_step(study)])
+        page = study_page(inputs, [run_step(study_file), files_step(study, folder)])
     write_page(page, folder / "report.html", folder / "report")
 
 
@@ -95,7 +95,7 @@ def write_verification_page(rows: Iterable[Path], file: Path, figures: Path) -> 
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:
-    """Write a page, and each of its pictures as ``<name>.png``.
+    """Write a page, and each of its pictures as ``<name>.<format>``.
 
     Parameters
     ----------
@@ -108,5 +108,5 @@ def write_page(page: Page, file: Path, figures: Path) -> None:
     """
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:
-        (figures / f"{picture.name}.png").write_bytes(picture.png)
+        (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
     file.write_text(render(page), encoding="utf-8")

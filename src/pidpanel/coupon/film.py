@@ -1,0 +1,96 @@
+"""A run watched for some cycles: where its spheres are, from the last restart on.
+
+Nothing that is counted is touched: the watched cycles come after those of the rows, in a folder of
+their own.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.coupon.cases import Run
+from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
+from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.records import State
+
+FRAMES_FILE = "frames.dump"
+
+
+@dataclass(frozen=True)
+class Film:
+    """The spheres of a run in some frames at equal intervals, the first at phase 0 of the drive.
+
+    Attributes
+    ----------
+    time
+        Since the first frame [s], shape ``(n_frames,)``.
+    position
+        Centres seen from the cells [m], shape ``(n_frames, n, 3)``.
+    velocity
+        Velocities seen from the cells [m/s], shape ``(n_frames, n, 3)``.
+    diameters
+        Diameters [m], shape ``(n,)``.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    diameters: Array
+
+
+def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
+    """Run some more cycles of a run and return its spheres; the folder stays as it is.
+
+    Parameters
+    ----------
+    run
+        The run; its deck is ours.
+    folder
+        Where `runs.shake` left it.
+    cycles
+        Cycles to watch.
+    frames
+        Frames in a cycle, about: a whole number of steps lies between two.
+
+    Returns
+    -------
+    Film or None
+        None where there is no restart to begin from, and for a deck of the user's own, of which
+        a restart need not hold everything.
+
+    Raises
+    ------
+    SolverFailure
+        Named after what went wrong.
+    """
+    state = State.read(folder)
+    if state is None or state.run != run.identity or not state.restart or run.deck is not None:
+        return None
+    if not (folder / state.restart).is_file():
+        return None
+    every = max(1, run.steps_per_cycle // frames)
+    columns = sphere_dump.POSITION_AND_VELOCITY
+    with tempfile.TemporaryDirectory(dir=folder) as name:
+        there = Path(name)
+        for needed in (deck.START_FILE, deck.WALLS_FILE, state.restart):
+            shutil.copy(folder / needed, there)
+        with Liggghts(there, "film") as solver:
+            solver.read_deck(run.deck_text(1, state.restart))
+            first = solver.now().step
+            count = cycles * run.steps_per_cycle // every
+            solver.run_and_dump(count * every, every, FRAMES_FILE, columns)
+            solver.finish(first + count * every, state.spheres)
+        file = there / FRAMES_FILE
+        read = sphere_dump.read_dump(file.read_text(), str(file), columns)
+    diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
+    # LIGGGHTS dumps at multiples of `every`: the first of them may lie after the start
+    begun = -(-first // every) * every
+    time = np.arange(len(read), dtype=float) * (every * run.time_step)
+    time += (begun - first) * run.time_step
+    return Film(time, read[..., :3], read[..., 3:], diameters)

@@ -1,0 +1,244 @@
+"""Figures of the answer: the panel with its worst map, and reductions against mass.
+
+Functions return a `matplotlib.figure.Figure`; call them within `style.context`. They are narrow, so
+that their text can be read where a page is as wide as a telephone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from matplotlib.tri import Triangulation
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.plane_mesh import boundary_edges
+from pidpanel.polygon import Position
+from pidpanel.report import style
+
+WIDTH = 5.0
+"""Width of a figure at the head of a page [inch]."""
+
+_HALO = [withStroke(linewidth=2.2, foreground="white")]
+_SUPPORT = {
+    "hinge": ("^", "hinge"),
+    "hold_down": ("s", "hold-down"),
+    "spring": ("P", "spring to ground"),
+}
+_EDGE = {
+    "simply_supported": ("#000000", 2.6, "-", "simply supported edge"),
+    "simply_supported_soft": ("#000000", 2.6, (0, (4, 1)), "simply supported edge (soft)"),
+    "clamped": ("#8c1515", 3.4, "-", "clamped edge"),
+    "free": ("#555555", 0.9, "-", "free edge"),
+}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is on a panel, by name.
+
+    Attributes
+    ----------
+    vertices, cells
+        The mesh: positions [m], shape ``(n_vertices, 2)``, and vertex numbers of its elements.
+    patches
+        Whether an element belongs to the patch, shape ``(n_cells,)``.
+    points
+        Response points [m].
+    outline
+        How its edges are supported.
+    edges
+        Parts of edges that are supported otherwise: ends [m] and how.
+    supports
+        Supports at points: position [m] and kind.
+    masses
+        Masses at points [m], and along lines from one end to another [m].
+    """
+
+    vertices: Array
+    cells: Index
+    patches: Mapping[str, Flags]
+    points: Mapping[str, Position]
+    outline: str = "free"
+    edges: Sequence[tuple[Position, Position, str]] = ()
+    supports: Mapping[str, tuple[Position, str]] = field(default_factory=dict)
+    masses: Mapping[str, tuple[Position, ...]] = field(default_factory=dict)
+
+
+def panel_figure(drawn: Drawing, rms: Array | None) -> Figure:
+    """Draw outline, supports, masses, patches and points over a map of rms acceleration.
+
+    Parameters
+    ----------
+    drawn
+        The panel.
+    rms
+        Rms acceleration at the vertices [g], shape ``(n_vertices,)``; None for no map.
+    """
+    vertices, cells = drawn.vertices, drawn.cells
+    size = np.ptp(vertices, axis=0)
+    height = min(7.0, (WIDTH - 1.35) * size[1] / size[0] + 1.15)
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots()
+    handles: dict[str, Line2D] = {}
+    if rms is not None:
+        triangles = np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
+        mapped = axes.tripcolor(
+            Triangulation(vertices[:, 0], vertices[:, 1], triangles), rms, shading="gouraud",
+            cmap="YlOrRd", vmin=0.0, vmax=float(rms.max()),
+        )  # fmt: skip
+        figure.colorbar(mapped, ax=axes, label="g rms", shrink=0.8, pad=0.02, aspect=25)
+        worst = vertices[int(rms.argmax())]
+        axes.plot(
+            *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9
+        )
+        handles[f"largest, {rms.max():.3g} g rms"] = Line2D(
+            [], [], color="#111111", marker="*", ls=""
+        )
+    _edges(axes, drawn, handles)
+    for name, inside in drawn.patches.items():
+        colour = style.place_colour(name, list(drawn.patches))
+        line = vertices[boundary_edges(cells[inside])]
+        axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
+        axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
+        low, high = line.reshape(-1, 2).min(axis=0), line.reshape(-1, 2).max(axis=0)
+        _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
+    for name, (position, kind) in drawn.supports.items():
+        marker, word = _SUPPORT[kind]
+        axes.plot(*position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6)
+        handles[word] = Line2D([], [], color="#1a1a1a", marker=marker, ls="")
+        _name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True)
+    for name, ends in drawn.masses.items():
+        along = np.array(ends)
+        axes.plot(*along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6)
+        handles["mass"] = Line2D([], [], color="#5b2a86", marker="D", ls="")
+        _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
+    for name, (x, y) in drawn.points.items():
+        axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
+        _name(axes, name, (x, y), (4, 4), "black", "left", "bottom")
+    handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
+    axes.set_aspect("equal")
+    room = 0.025 * size.max()
+    axes.set_xlim(vertices[:, 0].min() - room, vertices[:, 0].max() + room)
+    axes.set_ylim(vertices[:, 1].min() - room, vertices[:, 1].max() + room)
+    axes.grid(False)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    figure.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
+    )
+    return figure
+
+
+def _edges(axes: Axes, drawn: Drawing, handles: dict[str, Line2D]) -> None:
+    colour, width, dashes, word = _EDGE[drawn.outline]
+    outline = drawn.vertices[boundary_edges(drawn.cells)]
+    axes.add_collection(
+        LineCollection(
+            list(outline), colors=colour, linewidths=width, linestyles=[dashes], zorder=3
+        )
+    )
+    handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
+    for start, end, kind in drawn.edges:
+        colour, width, dashes, word = _EDGE[kind]
+        axes.plot(*zip(start, end, strict=True), color=colour, lw=width + 0.6, ls=dashes, zorder=3)
+        handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
+
+
+def _name(
+    axes: Axes,
+    text: str,
+    at: Sequence[float],
+    offset: tuple[int, int],
+    colour: str,
+    across: str,
+    up: str,
+    *,
+    small: bool = False,
+) -> None:
+    axes.annotate(
+        text, (at[0], at[1]), xytext=offset, textcoords="offset points", ha=across, va=up,
+        color=colour, fontweight=None if small else "bold", fontsize=7 if small else 8.5,
+        path_effects=_HALO, zorder=10,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A scenario in the figure of reduction against mass.
+
+    Attributes
+    ----------
+    label
+        What stands beside it.
+    group, colour
+        What its colour means.
+    mass
+        Mass of its dampers [kg].
+    reduction, error
+        Reduction and its standard error [dB]; NaN for an error that is not known.
+    dead_weight
+        Reduction by that mass without damping [dB]; NaN where it is not known.
+    """
+
+    label: str
+    group: str
+    colour: str
+    mass: float
+    reduction: float
+    error: float
+    dead_weight: float
+
+
+def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
+    """Draw reduction against mass with error bars, and what the same mass does as dead weight.
+
+    Parameters
+    ----------
+    marks
+        The scenarios.
+    point
+        The point at which they are compared.
+    """
+    figure = Figure(figsize=(WIDTH, 3.7), layout="constrained")
+    axes = figure.subplots()
+    handles: dict[str, Line2D] = {}
+    for mark in marks:
+        error = mark.error if np.isfinite(mark.error) else None
+        axes.errorbar(
+            mark.mass,
+            mark.reduction,
+            yerr=error,
+            fmt="o",
+            color=mark.colour,
+            ms=5,
+            capsize=3,
+            lw=1.2,
+        )
+        handles[mark.group] = Line2D([], [], color=mark.colour, marker="o", ls="")
+        if np.isfinite(mark.dead_weight):
+            axes.plot(mark.mass, mark.dead_weight, "o", color=mark.colour, ms=4.5, mfc="white")
+        axes.annotate(
+            mark.label, (mark.mass, mark.reduction), xytext=(6, 3), textcoords="offset points",
+            fontsize=7.5, path_effects=_HALO,
+        )  # fmt: skip
+    if any(np.isfinite(mark.dead_weight) for mark in marks):
+        handles["same mass, no damping"] = Line2D(
+            [], [], color="#555555", marker="o", mfc="white", ls=""
+        )
+    if any(np.isfinite(mark.error) for mark in marks):
+        handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
+    axes.axhline(0.0, color="black", lw=0.8)
+    axes.set_xlim(left=0.0, right=1.18 * max(mark.mass for mark in marks))
+    axes.set_xlabel("mass of the dampers, kg")
+    axes.set_ylabel(f"reduction at {point}, dB")
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
+    return figure

@@ -1,0 +1,203 @@
+"""The answer on the page: a table of few rows, the panel, one PSD, reductions against mass."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from pidpanel.panel.attachments import LineMass, Spring
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.report import response_figures, style
+from pidpanel.report.answer import Answer, AtPoint, Candidate, shown
+from pidpanel.report.answer_figures import WIDTH as NARROW
+from pidpanel.report.answer_figures import Drawing, Mark, mass_figure, panel_figure
+from pidpanel.report.answer_text import level_text, worst_map
+from pidpanel.report.charts import chart_of
+from pidpanel.report.html import Block, Picture, Table
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.psds import inside_of, log_error_of
+from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.text import READINGS, number, value_text
+
+POINTS_SHOWN = 4
+"""Points with a column of their own in the first table, those of most motion."""
+
+
+def answer_blocks(inputs: Inputs, answer: Answer) -> list[Block]:
+    """Return what a page shows below its first sentence.
+
+    Parameters
+    ----------
+    inputs
+        What the page is made from.
+    answer
+        From `pidpanel.report.answer.answer_of`.
+    """
+    blocks: list[Block] = [answer_table(inputs, answer)]
+    blocks.append(drawing_block(inputs, answer))
+    blocks.append(psd_block(inputs, answer))
+    weighed = [one for one in answer.candidates if math.isfinite(one.mass) and one.mass > 0]
+    if weighed:
+        blocks.append(mass_block(answer, weighed))
+    return blocks
+
+
+def answer_table(inputs: Inputs, answer: Answer) -> Table:
+    """Return the bare panel and the scenarios of `shown`: mass, acceleration, reduction, trust."""
+    points = answer.points[:POINTS_SHOWN]
+    rows = []
+    for one in (answer.bare, *shown(answer)):
+        at = answer.of(one)
+        bare = one.scenario.is_bare
+        mass = ["0", "0"] if bare else [number(one.mass, 2), number(one.share, 2)]
+        gain = ["", ""]
+        if not bare:
+            per_kg = at.reduction / one.mass if one.mass > 0 else math.nan
+            gain = [decibels(at), number(per_kg, 2)]
+        rows.append(
+            [one.name, *mass, *(_rms(one.at[point]) for point in points), *gain, trust(one)]
+        )
+    beside = len(answer.candidates) - len(rows) + 1
+    left = f" {beside} more below, under All scenarios." if beside else ""
+    lost = f" {len(answer.lost)} without a steady response." if answer.lost else ""
+    reading = "" if not answer.candidates else f"Damping: {READINGS[answer.reading]}. "
+    error = "±: one standard error, that of the damping. " if answer.has_errors else ""
+    return Table(
+        f"{reading}Acceleration in g rms, 3σ in brackets; reduction of the rms at point "
+        f"{answer.worst}, where the bare panel moves most. {error}"
+        f"{level_text(inputs).strip()}{left}{lost}".strip(),
+        [
+            "scenario", "added, kg", "of the panel, %",
+            *(f"{point}, g rms (3σ)" for point in points),
+            "reduction, dB", "dB per kg", "trusted",
+        ],
+        rows,
+        cards=True,
+    )  # fmt: skip
+
+
+def _rms(at: AtPoint) -> str:
+    return f"{value_text(at.rms, at.rms_error)} ({number(3 * at.rms)})"
+
+
+def decibels(at: AtPoint) -> str:
+    """Return a reduction to two decimals, with its error where it has one."""
+    return value_text(at.reduction, at.reduction_error, decimals=2)
+
+
+def trust(one: Candidate) -> str:
+    """Return whether the numbers of a scenario are to be trusted, and why not."""
+    return f"no: {', '.join(one.doubts)}" if one.doubts else "yes"
+
+
+def drawing_of(inputs: Inputs) -> Drawing:
+    """Return the panel of a study with all that is on it."""
+    panel, basis = StudiedPanel(inputs.study.panel), inputs.basis
+    supports = panel.supports
+    held = {name: (one.position, one.kind) for name, one in supports.points.items()}
+    masses: dict[str, tuple[tuple[float, float], ...]] = {}
+    for name, one in panel.attachments.items():
+        if isinstance(one, Spring):
+            held[name] = (one.position, "spring")
+        elif isinstance(one, LineMass):
+            masses[name] = (one.start, one.end)
+        else:
+            masses[name] = (one.position,)
+    at = zip(basis.point_names, basis.point_position.tolist(), strict=True)
+    return Drawing(
+        basis.vertex_position,
+        basis.cells,
+        dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
+        {name: (x, y) for name, (x, y) in at},
+        supports.outline,
+        [(edge.start, edge.end, edge.kind) for edge in supports.edges],
+        held,
+        masses,
+    )
+
+
+def drawing_block(inputs: Inputs, answer: Answer) -> Picture:
+    """Return the panel with supports, masses, patches and points over the worst map."""
+    mapped = worst_map(inputs)
+    figure = panel_figure(drawing_of(inputs), None if mapped is None else mapped[1])
+    caption = "The panel"
+    if mapped is not None:
+        named = {one.scenario.label: one.name for one in (answer.bare, *answer.candidates)}
+        label = mapped[0]
+        known = named.get(label, "bare panel" if label.startswith("bare") else label)
+        caption += (
+            f"; colour: rms acceleration of the {known}"
+            if known == "bare panel"
+            else (f"; colour: rms acceleration with {known}")
+        )
+    return Picture("panel", style.png(figure), f"{caption}.")
+
+
+def psd_block(inputs: Inputs, answer: Answer) -> Picture:
+    """Return the PSD at the worst point, bare against the best scenario with its band."""
+    point, reading = answer.worst, answer.reading
+    psd = inputs.psd.sel(reading=reading, point=point)
+    frequency = inputs.psd["frequency"].to_numpy()
+    one = answer.bare
+
+    def label(one: Candidate) -> str:
+        at = answer.of(one)
+        return f"{one.name}: {value_text(at.rms, at.rms_error)} g rms"
+
+    values = psd["acceleration_psd"].sel(scenario=one.scenario.label).to_numpy()
+    curves = [Curve(label(one), values, style.BARE, width=0.7)]
+    for best in answer.candidates[:1]:
+        name = best.scenario.label
+        curves.append(
+            Curve(
+                label(best),
+                psd["acceleration_psd"].sel(scenario=name).to_numpy(),
+                style.PLACES[0],
+                inside_of(inputs.psd, reading, name),
+                width=1.8,
+                log_error=log_error_of(inputs.psd, reading, name, point),
+            )
+        )
+    figure = response_figures.psd_figure(
+        frequency, [Panel("", "", curves)], width=NARROW, height=3.7
+    )
+    banded = any(curve.log_error is not None for curve in curves)
+    what = "bare panel and largest reduction" if len(curves) > 1 else "bare panel"
+    caption = f"Acceleration PSD at point {point}, one-sided: {what}."
+    caption += " Band: one standard error." if banded else ""
+    return Picture("answer", style.png(figure), caption, [chart_of("", frequency, curves)])
+
+
+def mass_block(answer: Answer, weighed: Sequence[Candidate]) -> Picture:
+    """Return the reduction at the worst point against the mass of the dampers."""
+    groups = list(dict.fromkeys(_group(one) for one in weighed))
+    colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
+    marks = []
+    for one in weighed:
+        at, group = answer.of(one), _group(one)
+        fillings = one.scenario.fillings
+        fill = fillings[0].fill_fraction if len(fillings) == 1 else None
+        marks.append(
+            Mark(
+                "" if fill is None else f"r = {fill:g}",
+                group,
+                colours[group],
+                one.mass,
+                at.reduction,
+                at.reduction_error,
+                at.dead_weight,
+            )
+        )
+    caption = f"Reduction of the rms acceleration at point {answer.worst} against mass."
+    return Picture(
+        "reduction_mass", style.png(mass_figure(marks, f"point {answer.worst}")), caption
+    )
+
+
+def _group(one: Candidate) -> str:
+    fillings = one.scenario.fillings
+    if len(fillings) > 1:
+        return one.scenario.label
+    damper = fillings[0].damper
+    return fillings[0].patch + ("" if damper in (None, "coupon") else f", {damper}")

@@ -1,0 +1,28 @@
+"""PSDs as curves that a reader can zoom and switch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import style
+from pidpanel.report.html import Chart
+from pidpanel.report.html import Curve as ChartCurve
+from pidpanel.report.response_figures import Curve
+
+
+def chart_of(title: str, frequency: Array, curves: Sequence[Curve]) -> Chart:
+    """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
+    drawn = [
+        ChartCurve(
+            curve.label,
+            curve.values / STANDARD_GRAVITY**2,
+            curve.colour,
+            curve.dotted or (curve.inside is not None and not bool(curve.inside.any())),
+            1.0 if curve.colour == style.BARE else 2.0,
+            curve.log_error,
+        )
+        for curve in curves
+    ]
+    return Chart(title, frequency, "acceleration PSD, g²/Hz", drawn)

@@ -1,0 +1,125 @@
+"""A coupon in words: particles, cell, accuracy, and what came out in plain figures."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from pidpanel.cells import SHAPES
+from pidpanel.report.text import counted, number, percent, value_text
+from pidpanel.study.coupon import Binary, Coupon, Mono, Normal
+
+DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
+
+
+def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
+    """Return material, e, μ, cell, gravity and accuracy of a coupon in a few sentences.
+
+    Parameters
+    ----------
+    coupon
+        The section of the study; what it varies is said as varied.
+    cases
+        Its ``coupon/cases.csv``.
+    """
+    own = coupon.particles
+
+    def shown(key: str, text: str) -> str:
+        if key not in coupon.vary:
+            return text
+        values = ", ".join(f"{value:g}" for value in coupon.vary[key])
+        return f"{text.partition(' = ')[0]} = {values} (varied)"
+
+    sizes = sorted(1e3 * d for d in coupon.diameters)
+    size = (
+        " and ".join(f"{d:g}" for d in sizes)
+        if len(sizes) < 3
+        else (f"{sizes[0]:g} to {sizes[-1]:g}")
+    )
+    parts = [
+        f"Particles of {size} mm{_spread(coupon)}",
+        shown("particles.density_kg_m3", f"ρ = {own.density_kg_m3:g} kg/m³"),
+        shown("particles.youngs_modulus_mpa", f"E = {own.youngs_modulus_mpa:g} MPa"),
+        shown("particles.poissons_ratio", f"ν = {own.poissons_ratio:g}"),
+        shown("particles.restitution", f"e = {own.restitution:g}{_wall(coupon, 'restitution')}"),
+        shown("particles.friction", f"μ = {own.friction:g}{_wall(coupon, 'friction')}"),
+    ]
+    if own.rolling_friction or "particles.rolling_friction" in coupon.vary:
+        parts.append(shown("particles.rolling_friction", f"μ_r = {own.rolling_friction:g}"))
+    if own.shell_mm is not None:
+        parts.append(f"hollow, shell of {own.shell_mm:g} mm")
+    cell = coupon.cell
+    count = "a varied number of" if "cell.count" in coupon.vary else f"{cell.count}"
+    word = "" if "cell.shape" in coupon.vary else f"{SHAPES[cell.shape].word} "
+    gravity = (
+        "gravity varied"
+        if {"gravity_g", "gravity_direction"} & set(coupon.vary)
+        else (
+            f"{coupon.gravity_g:g} g "
+            + DIRECTIONS.get(coupon.gravity_direction, f"along {coupon.gravity_direction}")
+        )
+    )
+    return (
+        f"{', '.join(parts)}; {count} {word}cells of {cell.across_flats_mm:g} mm × "
+        f"{cell.depth_mm:g} mm; {gravity}. {accuracy_text(coupon, cases)}"
+    )
+
+
+def accuracy_text(coupon: Coupon, cases: pd.DataFrame) -> str:
+    """Return which accuracy was asked for, and which was reached."""
+    good = cases[cases["status"] == "ok"]
+    asked = coupon.accuracy
+    said = (
+        f"{counted(asked.seeds, 'packing')} a case, run until the standard error of C_e is "
+        f"{percent(asked.relative_error)} or {asked.max_cycles} cycles are over"
+    )
+    if not len(good):
+        return f"{said}; no case is ok."
+    relative = (good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"]).abs()
+    return (
+        f"{said}; reached: {percent(relative.median(), 1)} in the median, "
+        f"{percent(relative.max(), 1)} at most, in {len(good)} of {counted(len(cases), 'case')}."
+    )
+
+
+def coupon_finding(cases: pd.DataFrame) -> str:
+    """Return the range of C_e and where the particles dissipate most, with errors.
+
+    Parameters
+    ----------
+    cases
+        Rows of ``coupon/cases.csv`` with status ok.
+    """
+    if not len(cases):
+        return "No case is ok: nothing is known of this coupon."
+    most = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
+    low, high = cases["equivalent_damping_n_s_m3"].min(), cases["equivalent_damping_n_s_m3"].max()
+    span = (
+        f"{number(low)} to {number(high)} N s/m³"
+        if len(cases) > 1
+        else value_text(low, float(cases["equivalent_damping_error_n_s_m3"].iloc[0])) + " N s/m³"
+    )
+    return (
+        f"C_e is {span}; the largest loss factor is "
+        f"{value_text(most['loss_factor'], most['loss_factor_error'])} (the bound of an inelastic "
+        f"bed is 1.27), at r = {most['fill_fraction']:g}, {most['frequency_hz']:g} Hz, "
+        f"Γ = {most['acceleration_g']:.4g}."
+    )
+
+
+def _wall(coupon: Coupon, key: str) -> str:
+    """Return the constant of the walls where it differs."""
+    if f"walls.{key}" in coupon.vary:
+        return " (walls varied)"
+    wall = getattr(coupon.walls, key)
+    return "" if wall is None else f" (walls {wall:g})"
+
+
+def _spread(coupon: Coupon) -> str:
+    spread = coupon.particles.distribution
+    if isinstance(spread, Mono):
+        return ""
+    if isinstance(spread, Normal):
+        return f" ± {spread.deviation_mm:g} mm (normal)"
+    if isinstance(spread, Binary):
+        return f" and {spread.second_mm:g} mm ({percent(spread.second_share)} by number)"
+    return f" ± {spread.half_width_mm:g} mm (uniform)"

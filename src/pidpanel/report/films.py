@@ -1,0 +1,139 @@
+"""A shaken cell in motion: made by LIGGGHTS, kept as a file, drawn as an animation."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from PIL import Image
+
+from pidpanel.coupon.film import Film, watch
+from pidpanel.coupon.from_study import cases_by_coupon
+from pidpanel.coupon.liggghts.failures import SolverFailure
+from pidpanel.report import evidence, pictures
+from pidpanel.report.evidence import Shot
+from pidpanel.report.html import Picture
+from pidpanel.report.layout import few
+from pidpanel.stamp import stamp
+from pidpanel.study import CouponStudy
+
+CYCLES, FRAMES = 2, 24
+"""Cycles of the drive that are shown, and frames in each."""
+
+CELLS_SHOWN = 2
+"""Cells of an animation at most."""
+
+SECONDS = 2.0
+"""How long an animation takes for one cycle [s]."""
+
+PIXELS = 320
+"""Width of an animation [pixel]."""
+
+
+def write_film(study: CouponStudy, damper: str, table: Path, folder: Path, file: Path) -> None:
+    """Watch the case that a page pictures, and write the positions of its spheres.
+
+    Parameters
+    ----------
+    study, damper
+        The study, and the name of the damper.
+    table
+        Its ``cases.csv``.
+    folder
+        Runs of the coupon, ``results/coupon``.
+    file
+        NetCDF file to write; without frames where the run cannot be continued.
+    """
+    cases = pd.read_csv(table)
+    found: Film | None = None
+    label = evidence.nearest_case(cases) if (cases["status"] == "ok").any() else ""
+    if label:
+        case = cases_by_coupon(study)[damper][label]
+        try:
+            found = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
+        except SolverFailure as failure:
+            print(f"no animation: {failure}")
+    film = found or Film(np.zeros(0), np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.zeros(0))
+    axes = ("frame", "sphere", "axis")
+    xr.Dataset(
+        {
+            "time": ("frame", film.time, {"units": "s"}),
+            "position": (axes, film.position.astype(np.float32), {"units": "m"}),
+            "velocity": (axes, film.velocity.astype(np.float32), {"units": "m/s"}),
+            "diameter": ("sphere", film.diameters, {"units": "m"}),
+        },
+        attrs={**stamp(study), "case": label},
+    ).to_netcdf(file, engine="scipy")
+
+
+def read_film(study: CouponStudy, damper: str, folder: Path, file: Path) -> Shot | None:
+    """Read a file of `write_film`; None where there is none, or it has no frames.
+
+    Parameters
+    ----------
+    study, damper, folder, file
+        As of `write_film`.
+    """
+    if not file.is_file():
+        return None
+    with xr.open_dataset(file, engine="scipy") as dataset:
+        data = dataset.load()
+    case = cases_by_coupon(study)[damper].get(data.attrs["case"])
+    if case is None or not data.sizes["frame"]:
+        return None
+    time, position, velocity, diameters = (
+        data[name].to_numpy().astype(float) for name in ("time", "position", "velocity", "diameter")
+    )
+    film = Film(time, position, velocity, diameters)
+    return Shot(case.point, film)
+
+
+def film_picture(shot: Shot) -> Picture:
+    """Return an animation of the spheres, seen from the laboratory, in slow motion."""
+    run, film = shot.run, shot.film
+    packing, drive = run.packing, run.drive
+    shown = min(packing.count, CELLS_SHOWN)
+    inside = pictures.in_first_cells(film.position[0], packing.across_flats, packing.count, shown)
+    index = few(np.arange(len(film.time), dtype=float), CYCLES * FRAMES).astype(int)[:-1]
+    speed = np.linalg.norm(film.velocity[:, inside], axis=2)
+    limits = (0.0, float(np.quantile(speed, 0.99)))
+    images = pictures.spheres_film(
+        [
+            pictures.moved_to_first_cells(
+                film.position[i, inside], packing.across_flats, packing.count, shown
+            )
+            for i in index
+        ],
+        film.diameters[inside],
+        speed[index],
+        limits,
+        lift=drive.amplitude * np.sin(2 * np.pi * drive.frequency * film.time[index]),
+        outline=packing.outline,
+        across_flats=packing.across_flats,
+        depth=packing.depth,
+        count=shown,
+        pixels=PIXELS,
+    )
+    slow = SECONDS * drive.frequency
+    caption = (
+        f"{CYCLES} cycles at {drive.frequency:g} Hz, Γ = {drive.gamma:.4g}, r = "
+        f"{run.fill_fraction:g}, slowed down {slow:.0f} times: computed positions of the particles "
+        f"in {shown} of {packing.count} cells, seen from outside; the cells move by "
+        f"±{1e3 * drive.amplitude:.2g} mm. Colour: speed relative to the cell, 0 (dark) to "
+        f"{limits[1]:.2g} m/s (bright)."
+    )
+    return Picture("film", _webp(images, SECONDS * CYCLES / len(images)), caption, format="webp")
+
+
+def _webp(images: list[pictures.Image], seconds: float) -> bytes:
+    """Return images as an animation without end, each shown for so long [s]."""
+    frames = [Image.fromarray(image) for image in images]
+    buffer = BytesIO()
+    frames[0].save(
+        buffer, "WEBP", save_all=True, append_images=frames[1:], duration=round(1e3 * seconds),
+        loop=0, quality=70, method=4,
+    )  # fmt: skip
+    return buffer.getvalue()
