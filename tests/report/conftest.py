@@ -1,5 +1,7 @@
 """A small study with made-up responses: the report is told what came out and must say it."""
 
+import shutil
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -7,13 +9,17 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from pidpanel.coupon import coding
+from pidpanel.coupon import rows as coupon_rows
+from pidpanel.coupon.from_study import cases_of, write_table
+from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.report import style
 from pidpanel.report.inputs import Inputs
 from pidpanel.response.stress import QUANTITIES
 from pidpanel.stamp import stamp
-from pidpanel.study import load_study
+from pidpanel.study import load_any_study, load_study
 
 PRINTED = Path(__file__).parents[2] / "workflow" / "data" / "paper" / "table_1.csv"
 SIZE = (1.5, 1.0)
@@ -130,7 +136,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
     for i, reading in enumerate(readings):
         for j, scenario in enumerate(study.all_scenarios()):
             level = 10 ** ((scenario.oaspl_db - 150) / 10)
-            stable = scenario.patch is None or reading == "paper_corrected"
+            stable = scenario.patch is None or reading != "paper_printed"
             for k, point in enumerate(points):
                 lowered = scale.get((scenario.label, point), 0.0)
                 row = {"reading": reading, "scenario": scenario.label, "point": point}
@@ -321,3 +327,79 @@ def cases():
         for level in (3.0, 12.0, 50.0)
     ]
     return pd.DataFrame(rows)
+
+
+# ------------------------------------------------------------------ pages of small studies
+
+GOLDEN = Path(__file__).parents[1] / "coupon" / "liggghts" / "golden" / "shake"
+
+COUPON = """
+title: One cell
+coupon:
+  cell: {count: 1, depth_mm: 10}
+  particles: {diameter_mm: 2.5}
+  sweep: {fill_fraction: [0.5], frequency_hz: [200], acceleration_g: [10]}
+  accuracy: {seeds: 1}
+"""
+
+
+def script_of(name):
+    return import_module(f"scripts.{name}").main
+
+
+@pytest.fixture(scope="session")
+def script():
+    """A script of the workflow by its name."""
+    return script_of
+
+
+@pytest.fixture(scope="session")
+def table(tmp_path_factory, write_study, table_values):
+    """Results of a study with measured damping, from mesh to maps; its file and its folder."""
+    root = tmp_path_factory.mktemp("table")
+    study, folder = write_study(root, "table", table_values()), root / "results" / "table"
+    for stage in ("panel", "sound", "response"):
+        (folder / stage).mkdir(parents=True)
+
+    def at(*names):
+        return [str(folder / name) for name in names]
+
+    modes, force, air = at("panel/modes.nc", "sound/modal_force.nc", "sound/air.nc")
+    section, plate = at("panel/section.csv", "panel/plate.nc")
+    panel = at("panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh")
+    script_of("panel")([str(study), modes, *panel, section, plate])
+    script_of("sound")([str(study), modes, *at("sound/spectrum.csv"), force, air])
+    names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
+    response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
+    script_of("response")([str(study), modes, force, plate, section, "none", air, *response])
+    maps = at("response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps")
+    script_of("maps")([str(study), modes, force, "none", plate, *maps])
+    script_of("report")([str(study), str(folder), str(folder.parent / "coupon")])
+    return study, folder
+
+
+@pytest.fixture(scope="session")
+def coupon(tmp_path_factory):
+    """A study of one case and its run: the recorded one, its steps as this deck would count them."""
+    folder = tmp_path_factory.mktemp("coupon")
+    file = folder / "cell.yaml"
+    file.write_text(COUPON)
+    study = load_any_study(file)
+    (case,) = cases_of(study.coupon)
+    (run,), (outcome,) = case.runs, case.outcomes(folder / "runs")
+    outcome.parent.mkdir(parents=True)
+    for name in ("last.dump", "start.data"):
+        shutil.copy(GOLDEN / name, outcome.parent)
+    head = [line for line in (GOLDEN / "cycles_1.txt").read_text().splitlines() if line[0] == "#"]
+    rows = np.loadtxt(GOLDEN / "cycles_1.txt")
+    text = [f"{number * run.steps_per_cycle} " + " ".join(f"{x:.8g}" for x in row[1:])
+            for number, row in enumerate(rows, 1)]  # fmt: skip
+    (outcome.parent / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
+    mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
+    digest = coupon_rows.digest(run, outcome.parent, (len(rows),), len(rows))
+    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest)
+    coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
+    write_table(study, "coupon", folder / "runs", folder / "cases.csv")
+    paths = ("cases.csv", "runs", "report.html", "report")
+    script_of("coupon_report")([str(file), *(str(folder / path) for path in paths)])
+    return file, folder, case

@@ -1,0 +1,154 @@
+"""What the page answers: which scenarios, at which level, and what can be told apart."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pidpanel.report import answer, answer_section, answer_text
+from pidpanel.report.answer import AtPoint
+from pidpanel.report.html import Picture
+from pidpanel.study import Study
+
+POINTS = ["middle", "corner"]
+SCALE = {("A_r0.1_150dB", p): 3.0 for p in POINTS} | {("A_r0.7_150dB", p): 2.8 for p in POINTS}
+SCALE |= {("A_r0.9_150dB", p): 1.0 for p in POINTS} | {("B_r0.5_150dB", p): 0.5 for p in POINTS}
+
+
+def answered(study, respond, error_db=0.2, **changes):
+    summary, _ = respond(SCALE, error_db=error_db)
+    summary = summary[summary["reading"] == "paper_corrected"].assign(**changes)
+    one = study.model_copy(
+        update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
+    )
+    return answer.answer_of(one, summary)
+
+
+def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
+    # red: APART = 0; errors of a difference added up without squares would join r = 0.9 too
+    found = answered(study, respond)
+    assert [one.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
+    assert [one.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
+    # 3.0 and 2.8 dB: 0.2 dB apart, told apart from errors of 0.07 dB each on
+    assert len(answered(study, respond, 0.0706).best) == 1
+    assert len(answered(study, respond, 0.0708).best) == 2
+
+
+def test_the_sentence_has_place_mass_values_and_errors(study, respond):
+    # red: the mass left out; the sign of the change; the error of the first alone
+    weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
+    said = answer_text.headline(answered(study, respond, **weights))
+    assert said.startswith("A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 177 → 125–128 g rms")
+    assert "(−2.8 to −3.0 ± 0.2 dB); these cannot be told apart." in said
+    said = answer_text.headline(answered(study, respond, 0.01, **weights))
+    assert "A at r = 0.1, 0.30 kg" in said and "(−3.00 ± 0.01 dB). Next is A at r = 0.7" in said
+
+
+def test_without_errors_no_scenario_is_called_better(study, respond):
+    # red: `has_errors` always true
+    found = answered(study, respond, math.nan)
+    assert len(found.best) == len(found.candidates) > 3
+    said = answer_text.headline(found)
+    assert "The damping has no stated error, so no scenario is called better." in said
+    assert "±" not in said and "nan" not in said
+    assert all("no stated error" in one.doubts for one in found.candidates)
+
+
+def test_a_gain_within_its_error_is_none(study, respond):
+    # red: is_gain without APART
+    said = answer_text.headline(answered(study, respond, 1.6))
+    assert said.endswith("no reduction beyond its error.")
+
+
+def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
+    # red: `not abs(…) <= …` in are_apart
+    one, other = AtPoint(1.0, math.nan, 6.0, math.nan), AtPoint(1.0, 0.1, 0.0, 0.1)
+    assert not answer.are_apart(one, other)
+    assert answer.is_gain(one) is None and answer.is_gain(other) is False
+
+
+def test_a_point_on_a_support_takes_no_part(study, respond):
+    # red: all points of the panel in answer_of
+    summary, _ = respond(SCALE, error_db=0.2)
+    of = summary["point"] == "middle"
+    summary.loc[of & (summary["status"] == "ok"), "status"] = "held"
+    summary.loc[of, ["acceleration_rms_g", "reduction_db"]] = 0.0
+    found = answer.answer_of(study, summary)
+    assert found.points == ("corner",)
+    summary["status"] = summary["status"].replace("ok", "held")
+    assert answer.answer_of(study, summary) is None
+
+
+def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
+    # red: the first level of all
+    assert answer.main_level(study) == 150
+    elsewhere = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": 120})})
+    # the families without a level of their own follow the study
+    assert answer.main_level(elsewhere) == 120
+    family = {"level": study.scenarios["level"]}
+    alone = elsewhere.model_copy(update={"scenarios": family})
+    assert isinstance(alone, Study) and answer.main_level(alone) == 150
+
+
+def test_measured_damping_answers_before_a_law():
+    # red: readings[0]
+    assert answer.main_reading(("paper_corrected", "dem")) == "dem"
+    assert answer.main_reading(("paper_printed", "paper_corrected")) == "paper_corrected"
+
+
+def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respond):
+    # red: the first five by reduction
+    found = answered(study, respond)
+    many = [
+        dataclasses.replace(
+            one, scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"})
+        )
+        for i in range(3)
+        for one in found.candidates
+        if one.scenario.patch == "A"
+    ]
+    last = [one for one in found.candidates if one.scenario.patch == "B"]
+    crowded = dataclasses.replace(found, candidates=(*many, *last))
+    chosen = answer.shown(crowded)
+    assert len(chosen) == answer.ROWS
+    assert chosen[-1] is last[0] and chosen[0] is many[0]
+
+
+def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs):
+    # red: trust that is always "yes"
+    found = answered(study, respond, levels=2, outside_run_points_share=0.12)
+    table = answer_section.answer_table(inputs, found)
+    assert len(table.rows) <= 6
+    for row in table.rows[1:]:
+        assert len(row) == len(table.columns)
+        assert row[-1] == "no: 12 % of lines extrapolated, several solutions"
+    good = answer_section.answer_table(inputs, answered(study, respond))
+    assert [row[-1] for row in good.rows] == ["yes"] * len(good.rows)
+    # g rms ± error (3σ), and dB ± error
+    assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
+
+
+def test_caveats_are_three_at_most_and_the_gravest_first(inputs, respond):
+    # red: CAVEATS = 9; the order of `said`
+    summary, psd = respond(SCALE, error_db=0.2)
+    summary = summary.assign(beyond_linear_plate=True, outside_run_points_share=0.2, levels=3)
+    summary["displacement_rms_mm"] = 7.0
+    one = dataclasses.replace(inputs, summary=summary, psd=psd)
+    said = answer_text.caveats(one, answer.answer_of(inputs.study, summary))
+    assert len(said) == 3
+    assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
+    assert "extrapolated" in said[1] and "20 % of the lines" in said[1]
+
+
+def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respond):
+    # red: the last candidate drawn; the bare panel not the first curve
+    summary, psd = respond(SCALE, error_db=0.2)
+    one = dataclasses.replace(inputs, summary=summary, psd=psd)
+    picture = answer_section.psd_block(one, answer.answer_of(inputs.study, summary))
+    assert isinstance(picture, Picture)
+    (chart,) = picture.charts
+    assert [curve.label.split(":")[0] for curve in chart.curves] == ["bare panel", "A, r = 0.1"]
+    bare, best = chart.curves
+    assert best.values == pytest.approx(bare.values / 10**0.3)
+    assert best.log_error == pytest.approx(np.full(len(best.values), 0.2 * np.log(10) / 10))
