@@ -24,7 +24,7 @@ addEventListener("beforeprint", () => {
 addEventListener("afterprint", () => closed.forEach(one => { one.open = false; }));
 
 function shortNumber(value) {
-  if (value == null) return "–";
+  if (value == null) return "";
   if (value !== 0 && (value < 1e-3 || value >= 1e5)) return value.toExponential(2).replace("-", "−");
   return String(Number(value.toPrecision(3)));
 }
@@ -62,7 +62,7 @@ function draw(box, width) {
     data.push(curve.values);
     series.push({
       label: curve.label, class: curve === told.curves[0] ? "first" : "other", stroke: curve.colour, width: curve.width, dash: curve.dashed ? [6, 3] : undefined,
-      points: { show: false }, value: (u, v) => shortNumber(v), banded: !!curve.band,
+      points: { show: false }, value: (u, v) => shortNumber(v), banded: !!curve.band, colour: curve.colour,
     });
   }
   const top = Math.max(...told.curves.flatMap(c => c.values.filter(v => v != null)));
@@ -75,6 +75,7 @@ function draw(box, width) {
       y: { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] },
     },
     series, bands,
+    legend: { markers: { width: 0, fill: (u, index) => u.series[index].colour } },
     axes: [
       { ...axis, label: "frequency, Hz", splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 34 },
       { ...axis, label: told.unit, splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 52 },

@@ -152,3 +152,29 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respon
     bare, best = chart.curves
     assert best.values == pytest.approx(bare.values / 10**0.3)
     assert best.log_error == pytest.approx(np.full(len(best.values), 0.2 * np.log(10) / 10))
+
+
+def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
+    # red: any(doubts) for all(doubts); _untrusted left out; NO_ERROR among its doubts
+    said = answer_text.headline(answered(study, respond, outside_run_points_share=0.12))
+    assert said.endswith(" Not to be trusted as it stands: 12 % of lines extrapolated.")
+    found = answered(study, respond, outside_run_points_share=0.12)
+    first, second, *rest = found.candidates
+    partly = dataclasses.replace(
+        found, candidates=(first, dataclasses.replace(second, doubts=()), *rest)
+    )
+    assert "trusted" not in answer_text.headline(partly)
+    assert "trusted" not in answer_text.headline(answered(study, respond, math.nan))
+
+
+def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, monkeypatch):
+    # red: colours in the order of the scenarios
+    drawn = []
+    monkeypatch.setattr(answer_section, "mass_figure", lambda marks, point: drawn.extend(marks))
+    monkeypatch.setattr(answer_section.style, "png", lambda figure: b"")
+    found = answered(study, respond, added_mass_kg=0.3)
+    answer_section.mass_block(found, found.candidates[::-1], ["A", "B"])
+    assert {mark.group: mark.colour for mark in drawn} == {
+        "A": answer_section.style.place_colour("A", ["A", "B"]),
+        "B": answer_section.style.place_colour("B", ["A", "B"]),
+    }

@@ -1,5 +1,6 @@
 """Figures carry their units, one line a scenario, and say where damping is a continuation."""
 
+import itertools
 import re
 
 import numpy as np
@@ -22,7 +23,8 @@ from pidpanel.report.coupon_figures import (
     LOSS_FACTOR,
 )
 from pidpanel.report.evidence import Record
-from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.html import RESOLUTION
+from pidpanel.report.response_figures import Curve, Panel, nested_width
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
 LINES = np.geomspace(30, 2000, 300)
@@ -56,6 +58,17 @@ def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
     assert_units(figure)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12])
+def test_no_curve_hides_those_below_it(count):
+    # red: nested_width that returns the same for all, or the widest last
+    widths = [nested_width(index, count) for index in range(count)]
+    # the uppermost has the width of a line alone, and all stay lines
+    assert widths[-1] == nested_width(0, 1) and widths[0] <= 3.3
+    # half the difference shows on either side: a quarter of a pixel of the PNG file at least
+    pixel = 72 / RESOLUTION
+    assert all(below - above > 0.5 * pixel for below, above in itertools.pairwise(widths))
 
 
 def test_a_psd_is_drawn_in_g_squared():

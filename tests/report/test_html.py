@@ -104,3 +104,17 @@ def test_a_row_that_does_not_fit_its_columns_is_refused():
     # red: __post_init__ left out
     with pytest.raises(ValueError, match="a row of 1 cells for 2 columns"):
         html.Table("Cases", ["case", "status"], [["r0.1"]])
+
+
+def test_folded_rows_are_behind_a_title_and_their_caption_is_told_once():
+    # red: <summary>{{ block.caption }}</summary>
+    rows = [["r0.1", "ok"]]
+    table = html.Table("Every case.", ["case", "status"], rows, folded=True, title="Cases")
+    text = html.render(page(table))
+    assert "<summary>Cases</summary>" in text and text.count("Every case.") == 1
+    assert (
+        html.render(page(html.Table("Every case.", ["a"], [["b"]], folded=True))).count(
+            "Every case."
+        )
+        == 1
+    )

@@ -43,6 +43,8 @@ def test_one_singular_corner_does_not_take_the_colours():
 
 
 def test_the_section_names_its_cases(maps):
-    section = maps_section(maps, np.array([[True, False]]))
+    section = maps_section(
+        maps, np.array([[True, False]]), dict.fromkeys(maps["scenario"].to_numpy(), "one")
+    )
     assert section.blocks[0].image.startswith(b"\x89PNG")
     assert "t, b" in section.blocks[0].caption

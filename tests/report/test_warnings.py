@@ -22,7 +22,7 @@ def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_
     summary, psd = respond(lowered, read_at=312.0, inside=0.75)
     said = warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     (outside,) = (text for text in said if "outside the simulated range" in text)
-    assert "A_r0.1_150dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
+    assert "A, r = 0.1, 150 dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
     # flat spectra from 100 to 400 Hz: (141 − 100)/300
     assert "These lines account for 14 % to 14 % of the change" in outside
 
@@ -39,7 +39,7 @@ def test_motion_beyond_a_tenth_of_the_thickness_is_told(study, respond):
     (said,) = (
         t for t in warnings.response_warnings(study, summary, psd, NO_LAYOUTS) if "Linear" in t
     )
-    assert "25.5 mm (bare_150dB, point middle)" in said
+    assert "25.5 mm (bare panel, 150 dB, point middle)" in said
 
 
 def test_scenarios_without_a_steady_response_are_told(study, respond):
@@ -48,7 +48,7 @@ def test_scenarios_without_a_steady_response_are_told(study, respond):
     said = warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     (unstable,) = (text for text in said if "no steady response" in text)
     assert unstable.startswith(READINGS["paper_printed"])
-    assert "B_r0.5_150dB" in unstable
+    assert "B, r = 0.5, 150 dB" in unstable
 
 
 def test_power_that_is_lost_from_the_balance_is_told(study, respond):

@@ -50,6 +50,6 @@ Figures, from arrays and frames:
 `style`, `layout`
     Colours and PNG files; margins, legends and axes that figures share.
 
-`text`, `rms`, `psds`
-    Numbers, units and names as pages write them; rms accelerations and PSDs of scenarios.
+`text`, `names`, `rms`, `psds`
+    Numbers and units, and scenarios, as pages write them; rms accelerations and PSDs of scenarios.
 """

@@ -15,6 +15,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL
+from pidpanel.report.names import scenario_name
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import percent, records
 from pidpanel.study import Scenario, Study
@@ -25,7 +26,7 @@ APART = 2.0
 ROWS = 5
 """Scenarios in the first table at most, beside the bare panel."""
 
-NOT_LINEAR, EXTRAPOLATED = "not linear", "extrapolated"
+NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 
 PREFERRED = (
     "coupled", "random", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
@@ -284,7 +285,7 @@ def doubts(rows: Sequence[dict[str, Any]], *, is_bare: bool) -> list[str]:
     if first.get("basis_error", 0.0) > BASIS_ERROR:
         said.append("basis too small")
     if not is_bare and not math.isfinite(first.get("reduction_error_db", math.nan)):
-        said.append("no stated error")
+        said.append(NO_ERROR)
     return said
 
 
@@ -306,29 +307,6 @@ def shown(answer: Answer, count: int = ROWS) -> list[Candidate]:
         order.append((groups[key], rank))
     chosen = sorted(rank for _, rank in sorted(order)[:count])
     return [answer.candidates[rank] for rank in chosen]
-
-
-def scenario_name(scenario: Scenario) -> str:
-    """Return a scenario as a reader knows it.
-
-    Examples
-    --------
-    >>> from pidpanel.study import Filling
-    >>> one = Filling(patch="PID-1", damper=None, fill_fraction=0.5)
-    >>> scenario_name(Scenario(label="PID-1_r0.5", fillings=(one,), oaspl_db=None))
-    'PID-1, r = 0.5'
-    >>> scenario_name(Scenario.bare_at(142.0))
-    'bare panel'
-    """
-    if scenario.is_bare:
-        return "bare panel"
-    parts = []
-    for filling in scenario.fillings:
-        fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-        damper = [] if filling.damper in (None, "coupon") else [str(filling.damper)]
-        parts.append(", ".join([filling.patch, *damper, *fill]))
-    named = "; ".join(parts)
-    return named if len(parts) == 1 else f"{scenario.label} ({named})"
 
 
 def together(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:

@@ -39,7 +39,7 @@ def answer_blocks(inputs: Inputs, answer: Answer) -> list[Block]:
     blocks.append(psd_block(inputs, answer))
     weighed = [one for one in answer.candidates if math.isfinite(one.mass) and one.mass > 0]
     if weighed:
-        blocks.append(mass_block(answer, weighed))
+        blocks.append(mass_block(answer, weighed, list(inputs.study.panel.patches)))
     return blocks
 
 
@@ -169,9 +169,22 @@ def psd_block(inputs: Inputs, answer: Answer) -> Picture:
     return Picture("answer", style.png(figure), caption, [chart_of("", frequency, curves)])
 
 
-def mass_block(answer: Answer, weighed: Sequence[Candidate]) -> Picture:
-    """Return the reduction at the worst point against the mass of the dampers."""
-    groups = list(dict.fromkeys(_group(one) for one in weighed))
+def mass_block(
+    answer: Answer, weighed: Sequence[Candidate], patches: Sequence[str] = ()
+) -> Picture:
+    """Return the reduction at the worst point against the mass of the dampers.
+
+    Parameters
+    ----------
+    answer
+        The answer.
+    weighed
+        Scenarios whose mass is known.
+    patches
+        All patches of the panel, whose colours are those of the drawing.
+    """
+    # what is no patch alone takes the colours that are left
+    groups = dict.fromkeys([*patches, *(_group(one) for one in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
     marks = []
     for one in weighed:

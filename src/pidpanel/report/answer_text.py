@@ -11,6 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
     EXTRAPOLATED,
+    NO_ERROR,
     NOT_LINEAR,
     Answer,
     AtPoint,
@@ -36,10 +37,21 @@ CAVEATS = 3
 
 def headline(answer: Answer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
+    return _result(answer) + _untrusted(answer)
+
+
+def _untrusted(answer: Answer) -> str:
+    """Say why the result is not to be trusted, where none of its numbers is."""
+    shown = answer.best or (answer.bare,)
+    doubts = [[doubt for doubt in one.doubts if doubt != NO_ERROR] for one in shown]
+    return f" Not to be trusted as it stands: {', '.join(doubts[0])}." if all(doubts) else ""
+
+
+def _result(answer: Answer) -> str:
     bare = answer.bare.at[answer.worst].rms
     if not answer.candidates:
         said = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
-        said += f"{answer.worst}, the worst, under {answer.oaspl:.1f} dB."
+        said += f"{answer.worst}, the worst, under {round(answer.oaspl, 1):g} dB."
         if answer.lost:
             said += " No damper of the study gives a steady response."
         return said

@@ -11,6 +11,9 @@ from pidpanel.report.html import Chart
 from pidpanel.report.html import Curve as ChartCurve
 from pidpanel.report.response_figures import Curve
 
+PIXELS = 1.6
+"""Width of a curve on a screen over that in a figure [pixel/pt]."""
+
 
 def chart_of(title: str, frequency: Array, curves: Sequence[Curve]) -> Chart:
     """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
@@ -20,7 +23,7 @@ def chart_of(title: str, frequency: Array, curves: Sequence[Curve]) -> Chart:
             curve.values / STANDARD_GRAVITY**2,
             curve.colour,
             curve.dotted or (curve.inside is not None and not bool(curve.inside.any())),
-            1.0 if curve.colour == style.BARE else 2.0,
+            1.0 if curve.colour == style.BARE else PIXELS * curve.width,
             curve.log_error,
         )
         for curve in curves

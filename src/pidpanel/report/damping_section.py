@@ -223,12 +223,13 @@ def _at_fill_table(at: pd.DataFrame) -> Table:
              str(int(first["points"]))]
         )  # fmt: skip
     return Table(
-        "Constants of Eq. 5 at each Γ and fill: value [95 % confidence interval], ω in rad/s; wide "
+        "Value [95 % confidence interval], ω in rad/s; wide "
         "where three constants are fitted to four or five frequencies",
         ["Γ", "r", "a₁", "a₂", "a₃, s", "the paper's a₁, a₂, a₃ as printed",
          "the paper's, corrected, for ω in rad/s", "scatter of ln C_e", "cases"],
         rows,
         folded=True,
+        title="Constants of Eq. 5 at each Γ and fill",
     )  # fmt: skip
 
 

@@ -182,9 +182,11 @@ class Table:
     rows
         Rows, each as long as ``columns``.
     folded
-        Whether the rows are hidden behind the caption.
+        Whether the rows are hidden behind the title.
     cards
         Whether each row is a block of its own on a narrow screen.
+    title
+        What folded rows are hidden behind; none for the caption.
 
     Raises
     ------
@@ -197,6 +199,7 @@ class Table:
     rows: Sequence[Sequence[str]]
     folded: bool = False
     cards: bool = False
+    title: str = ""
     kind: Literal["table"] = "table"
 
     @property

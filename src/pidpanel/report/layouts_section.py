@@ -13,8 +13,9 @@ from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Inputs
+from pidpanel.report.names import names_of
 from pidpanel.report.psds import inside_of, log_error_of
-from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.response_figures import Curve, Panel, nested_width
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import READINGS, does_not_move, number, percent, records, with_error
 from pidpanel.study import Scenario
@@ -77,13 +78,13 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
         (row["reading"], row["scenario"], row["point"]): row for row in records(inputs.summary)
     }
     rows = []
-    readings = inputs.study.readings
+    readings, names = inputs.study.readings, names_of(inputs.study)
     for scenario in scenarios:
         for reading in readings:
             for index, point in enumerate(points):
                 one = by_key[reading, scenario.label, point]
                 steady = one["status"] in ("ok", "held")
-                what = [scenario.label] if index == 0 else [""]
+                what = [names[scenario.label]] if index == 0 else [""]
                 if layouts:
                     what.append(patches_text(scenario) if index == 0 else "")
                 if len(readings) > 1:
@@ -105,6 +106,7 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
         columns,
         rows,
         folded=not layouts,
+        title="Mass, reduction and dead weight",
     )
 
 
@@ -163,9 +165,10 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
         "element": "C_e of each element is read at its own motion (damping.level.by: element); "
         "Γ of C_e is their mean",
     }[by]
+    names = names_of(inputs.study)
     rows = [
         [
-            row["scenario"],
+            names[row["scenario"]],
             READINGS[row["reading"]],
             row["patch"],
             str(row["damper"]),
@@ -180,13 +183,14 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
         for row in records(of)
     ]
     return Table(
-        "Every filled patch. Motion: amplitude of the sine with the rms acceleration of the patch, "
+        "Motion: amplitude of the sine with the rms acceleration of the patch, "
         "mean over its area, with the dampers and on the bare panel; of its elements: lowest and "
         f"highest. What the mean hides: {read}.",
         ["layout", "reading", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
          "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
         rows,
         folded=len(rows) > ROWS_SHOWN,
+        title="Every filled patch",
     )  # fmt: skip
 
 
@@ -217,7 +221,7 @@ def _psd_picture(
     ]
     colours = dict(zip(inputs.study.layouts, itertools.cycle(style.PLACES), strict=False))
     dead, own = [], []
-    for scenario in scenarios:
+    for index, scenario in enumerate(scenarios):
         label, colour = scenario.label, colours[scenario.label]
         weight = of["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
         if np.isfinite(weight).all():
@@ -228,6 +232,7 @@ def _psd_picture(
                 of["acceleration_psd"].sel(scenario=label).to_numpy(),
                 colour,
                 inside_of(inputs.psd, reading, label),
+                nested_width(index, len(scenarios)),
                 # a band of one curve hides nothing; those of several would
                 log_error=log_error_of(inputs.psd, reading, label, point)
                 if len(scenarios) == 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import xarray as xr
 
 from pidpanel.arrays import Flags
@@ -11,18 +13,22 @@ from pidpanel.report.maps_figures import BEYOND, map_figure
 from pidpanel.report.text import READINGS, percent
 
 
-def maps_section(maps: xr.Dataset, cell_in_patch: Flags) -> Section:
+def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> Section:
     """Return the maps of rms acceleration and stress.
 
     Parameters
     ----------
     maps, cell_in_patch
         As of `map_figure`.
+    names
+        From `names_of`.
     """
     cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
     titles = {
         (str(reading), str(label)): (
-            "bare panel" if str(label).startswith("bare") else f"{label}\n{READINGS[str(reading)]}"
+            names[str(label)]
+            if str(label).startswith("bare")
+            else f"{names[str(label)]}\n{READINGS[str(reading)]}"
         )
         for reading, label in cases
     }

@@ -73,13 +73,16 @@ def _levels(candidates: Sequence[Candidate], point: str) -> str:
     """Return the reductions at the lowest and the highest level."""
     ends = sorted(candidates, key=lambda one: one.scenario.oaspl_db or 0.0)
     low, high = ends[0], ends[-1]
-    levels = [one.scenario.oaspl_db or math.nan for one in (low, high)]
+    levels = [
+        "the level of the spectrum"
+        if one.scenario.oaspl_db is None
+        else f"{one.scenario.oaspl_db:g} dB"
+        for one in (low, high)
+    ]
     said = [
         value_text(one.at[point].reduction, one.at[point].reduction_error) for one in (low, high)
     ]
-    return f"at {point} {said[0]} dB under {number(levels[0], 4)} dB, {said[1]} dB under " + (
-        f"{number(levels[1], 4)} dB"
-    )
+    return f"at {point} {said[0]} dB under {levels[0]}, {said[1]} dB under {levels[1]}"
 
 
 def _span(at: Sequence[AtPoint]) -> str:

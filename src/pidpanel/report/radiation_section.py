@@ -63,7 +63,7 @@ def radiation_finding(
         if len(damped):
             best = damped.sort_values("reduction_db").iloc[-1]
             said[-1] += (
-                f", and the best damper ({best['scenario']}) gives "
+                f", and the largest reduction ({best['scenario']}) is "
                 f"{best['reduction_db_beside']:.1f} dB instead of {best['reduction_db']:.1f} dB"
             )
     carried = "added mass included" if air_mass else "resistance without added mass"

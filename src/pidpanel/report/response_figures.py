@@ -60,6 +60,24 @@ class Curve:
     dotted: bool = False
 
 
+WIDTHS = (0.9, 3.3, 0.6)
+"""Width of the uppermost of several curves, that of the widest, and what each below adds [pt]."""
+
+
+def nested_width(index: int, count: int) -> float:
+    """Return the width of a curve among several drawn one over the other, the widest first [pt].
+
+    Where curves coincide, each then shows beside the one over it, and none is hidden.
+
+    Examples
+    --------
+    >>> [nested_width(i, 3) for i in range(3)]
+    [2.1, 1.5, 0.9]
+    """
+    last, widest, step = WIDTHS
+    return round(last + min(step, (widest - last) / max(count - 1, 1)) * (count - 1 - index), 3)
+
+
 @dataclass(frozen=True)
 class Steps:
     """Values by frequency band: their name in the legend, colour, edges [Hz], and values."""

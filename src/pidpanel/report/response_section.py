@@ -12,7 +12,7 @@ from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import mass_table
 from pidpanel.report.psds import inside_of
-from pidpanel.report.response_figures import Curve, Panel, Steps
+from pidpanel.report.response_figures import Curve, Panel, Steps, nested_width
 from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
 from pidpanel.response.bands import reduction, third_octaves
@@ -131,12 +131,13 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
     curves = [
         Curve(called, psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8) for label in bare
     ]
-    for scenario in scenarios:
+    for index, scenario in enumerate(scenarios):
         label, colour = _known_as(inputs, name, scenario)
+        width = nested_width(index, len(scenarios))
         values = psd.sel(scenario=scenario.label).to_numpy()
         # no bands: those of several curves would hide them
         inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(Curve(label, values, colour, inside))
+        curves.append(Curve(label, values, colour, inside, width))
     return curves
 
 

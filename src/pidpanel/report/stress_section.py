@@ -60,4 +60,5 @@ def stress_table(stress: pd.DataFrame) -> Table:
         [*where, "layer", *(f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items())],
         rows,
         folded=True,
+        title="Strain and stress of the layer that is stressed most",
     )

@@ -20,6 +20,7 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.names import names_of, with_names
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
@@ -80,6 +81,8 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[Section
 def _sections(inputs: Inputs) -> list[Section]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, points = inputs.study, list(inputs.study.panel.points)
+    names = names_of(study)
+    summary = with_names(inputs.summary, names)
     sections = [
         panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
         sound_section(
@@ -102,12 +105,15 @@ def _sections(inputs: Inputs) -> list[Section]:
         own = study.response.radiation
         sections.append(
             radiation_section(
-                inputs.summary, inputs.radiation, own, points, air_mass=study.response.air_mass
+                summary,
+                with_names(inputs.radiation, names),
+                own,
+                points,
+                air_mass=study.response.air_mass,
             )
         )
     if inputs.maps is not None:
-        sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch))
-    labels = [scenario.label for scenario in study.all_scenarios()]
-    sections.append(summary_section(inputs.summary, labels, points))
-    sections.append(stress_section(inputs.stress))
+        sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
+    sections.append(summary_section(summary, list(names.values()), points))
+    sections.append(stress_section(with_names(inputs.stress, names)))
     return sections

@@ -33,7 +33,7 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
     summary
         ``response/summary.csv``: one row per reading, scenario and point (points as text).
     scenarios, points
-        Labels of the scenarios and names of the points in order.
+        Scenarios as in the table, and names of the points in order.
     """
     readings = list(dict.fromkeys(summary["reading"]))
     columns = ["scenario", "point"]

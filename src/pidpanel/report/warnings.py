@@ -18,6 +18,7 @@ from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import of_layouts
 from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
+from pidpanel.report.names import names_of, with_names
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
@@ -57,7 +58,7 @@ def study_warnings(inputs: Inputs) -> list[str]:
     elif inputs.layouts["damping_read_at_g"].notna().any():
         said.append(EQUIVALENT_SINE)
     if inputs.radiation is not None:
-        both = compared(inputs.summary, inputs.radiation)
+        both = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
         response, points = study.response, list(study.panel.points)
         said.append(radiation_finding(both, response.radiation, points, air_mass=response.air_mass))
     for results in inputs.damping.values():
@@ -79,7 +80,7 @@ def response_warnings(
     summary, psd, layouts
         ``response/summary.csv`` (points as text), ``response/psd.nc``, ``response/layouts.csv``.
     """
-    good = summary[summary["status"] == "ok"]
+    good, names = summary[summary["status"] == "ok"], names_of(study)
     warnings = []
     beyond = good[good["beyond_linear_plate"].astype(bool)]
     if len(beyond):
@@ -90,15 +91,16 @@ def response_warnings(
             f"Linear plate theory does not hold in {left} of {all_} combinations of scenario and "
             "point: the rms displacement exceeds a tenth of the panel's thickness of "
             f"{study.panel.section.thickness_mm:g} mm. The largest is "
-            f"{worst['displacement_rms_mm']:.3g} mm ({worst['scenario']}, point {worst['point']}). "
-            "A real panel becomes stiffer there through membrane stress, which is not modelled."
+            f"{worst['displacement_rms_mm']:.3g} mm ({names[worst['scenario']]}, "
+            f"point {worst['point']}). A real panel becomes stiffer there through membrane stress, "
+            "which is not modelled."
         )
     for reading in dict.fromkeys(good["reading"]):
         one = good[good["reading"] == reading].drop_duplicates("scenario")
         outside = one[one["outside_run_points_share"] > 0]
         if len(outside):
             parts = [
-                f"{row['scenario']}, Γ = {_read_at(row, layouts)}, "
+                f"{names[row['scenario']]}, Γ = {_read_at(row, layouts)}, "
                 f"{percent(row['outside_run_points_share'])} of the lines "
                 f"({_ranges_outside(psd, reading, row['scenario'])})"
                 for row in records(outside)
@@ -116,15 +118,15 @@ def response_warnings(
         if len(several):
             warnings.append(
                 f"{READINGS[reading]}: damping and motion agree at more than one acceleration in "
-                + ", ".join(several["scenario"])
+                + "; ".join(several["scenario"].map(names))
                 + "; the solution with the largest motion is shown."
             )
         rough = one[one["motion_residual"] > MOTION_RESIDUAL]
         if len(rough):
             warnings.append(
                 f"{READINGS[reading]}: the motion at which C_e is read is not converged in "
-                f"{', '.join(rough['scenario'])}: it differs from the motion that comes out by up "
-                f"to {percent(rough['motion_residual'].max(), 1)}."
+                f"{'; '.join(rough['scenario'].map(names))}: it differs from the motion "
+                f"that comes out by up to {percent(rough['motion_residual'].max(), 1)}."
             )
     balance = good["power_balance_error"].max()
     if balance > POWER_BALANCE:
@@ -135,8 +137,8 @@ def response_warnings(
         largest = records(good.sort_values("basis_error"))[-1]
         warnings.append(
             "The shapes of the panel do not carry all of its dampers: against all elements the "
-            f"PSDs of {largest['scenario']} ({READINGS[largest['reading']]}) are off by about "
-            f"{percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
+            f"PSDs of {names[largest['scenario']]} ({READINGS[largest['reading']]}) are off by "
+            f"about {percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
         )
     unstable = summary[~summary["status"].isin(["ok", "held"])].drop_duplicates(
         ["reading", "scenario"]
@@ -144,7 +146,8 @@ def response_warnings(
     for reading, rows in unstable.groupby("reading", sort=False):
         warnings.append(
             f"{READINGS[str(reading)]}: no steady response in {len(rows)} scenarios "
-            f"({', '.join(rows['scenario'])}): {', '.join(dict.fromkeys(rows['status']))}."
+            f"({'; '.join(rows['scenario'].map(names))}): "
+            f"{', '.join(dict.fromkeys(rows['status']))}."
         )
     return warnings
 
