@@ -371,7 +371,9 @@ def table(tmp_path_factory, write_study, table_values):
     script_of("sound")([str(study), modes, *at("sound/spectrum.csv"), force, air])
     names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
     response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
-    script_of("response")([str(study), modes, force, plate, section, "none", air, *response])
+    script_of("response")(
+        [str(study), modes, force, plate, section, "none", air, "none", *response]
+    )
     maps = at("response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps")
     script_of("maps")([str(study), modes, force, "none", plate, *maps])
     script_of("report")([str(study), str(folder), str(folder.parent / "coupon")])

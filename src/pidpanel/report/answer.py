@@ -29,7 +29,8 @@ ROWS = 5
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 
 PREFERRED = (
-    "coupled", "random", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
+    "coupled", "random_with_source", "random", "stated", "dem", "table", "paper_corrected",
+    "paper_printed", "bare",
 )  # fmt: skip
 """Readings of the damping, the one that answers first: what is measured before a law."""
 

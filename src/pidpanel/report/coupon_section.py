@@ -23,9 +23,9 @@ from pidpanel.report.coupon_figures import (
 from pidpanel.report.evidence import Spheres
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import Block, Fold, Picture, Section, Table
+from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
-from pidpanel.report.text import counted, number, records, with_error
+from pidpanel.report.text import counted, number, percent, records, with_error
 
 CELLS_SHOWN = 5
 """Cells of a picture at most: in more of them a particle would be too small to see."""
