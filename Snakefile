@@ -40,4 +40,3 @@ rule all:
     input:
         results("report.html"),
         results("response/export") if HAS_PANEL else [],
-        results("coupled/verdict.csv") if HAS_PANEL and STUDY.is_coupled else [],

@@ -22,6 +22,7 @@ rule report:
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
         films=FILMS,
+        verdict=results("coupled/verdict.csv") if STUDY.is_coupled else [],
         damping=DAMPING_FILES,
     output:
         page=results("report.html"),

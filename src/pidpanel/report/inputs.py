@@ -105,4 +105,5 @@ class Inputs:
     stress: pd.DataFrame
     radiation: pd.DataFrame | None = None
     maps: xr.Dataset | None = None
+    verdict: pd.DataFrame | None = None
     damping: Mapping[str, DampingResults] = field(default_factory=dict)

@@ -65,6 +65,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         stress=_read_by_point(response / "stress.csv"),
         radiation=_read_by_point(response / "radiation.csv") if beside else None,
         maps=_read_dataset(response / "maps.nc"),
+        verdict=_read_by_point(folder / "coupled" / "verdict.csv") if study.is_coupled else None,
         damping={name: read_damping(study, name, folder) for name in study.surfaces},
     )
 

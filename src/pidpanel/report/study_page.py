@@ -28,6 +28,7 @@ from pidpanel.report.response_section import response_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
+from pidpanel.report.verdict_section import verdict_section
 from pidpanel.report.warnings import study_warnings
 
 
@@ -101,6 +102,8 @@ def _sections(inputs: Inputs) -> list[Section]:
     if study.layouts:
         sections.append(layouts_section(inputs))
     sections += [response_section(inputs, name) for name in study.families]
+    if inputs.verdict is not None:
+        sections.append(verdict_section(with_names(inputs.verdict, names), points))
     if inputs.radiation is not None:
         own = study.response.radiation
         sections.append(
