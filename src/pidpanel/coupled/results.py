@@ -297,7 +297,8 @@ class _Beds:
         independent, common = (
             np.interp(place, at, one) for one in (found.independent, found.likely_common)
         )
-        return independent, common
+        # stations that push against each other are no part in common; a PSD is not negative
+        return independent, np.maximum(common, 0.0)
 
 
 class _Seen:
