@@ -87,6 +87,8 @@ class Inputs:
         ``response/radiation.csv`` (points as text); None without ``response.radiation_beside``.
     maps
         ``response/maps.nc``.
+    verdict
+        ``coupled/verdict.csv`` (points as text); None without coupled runs.
     damping
         Of the coupons that are read, by the names of their dampers.
     """
