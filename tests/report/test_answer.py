@@ -173,7 +173,8 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     monkeypatch.setattr(answer_section, "mass_figure", lambda marks, point: drawn.extend(marks))
     monkeypatch.setattr(answer_section.style, "png", lambda figure: b"")
     found = answered(study, respond, added_mass_kg=0.3)
-    answer_section.mass_block(found, found.candidates[::-1], ["A", "B"])
+    b_first = sorted(found.candidates, key=lambda one: one.scenario.patch, reverse=True)
+    answer_section.mass_block(found, b_first, ["A", "B"])
     assert {mark.group: mark.colour for mark in drawn} == {
         "A": answer_section.style.place_colour("A", ["A", "B"]),
         "B": answer_section.style.place_colour("B", ["A", "B"]),
