@@ -1,11 +1,13 @@
 """Headless Chromium, told what to do over a pipe: the DevTools protocol without a library."""
 
 import base64
+import contextlib
 import itertools
 import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import zlib
@@ -20,7 +22,7 @@ class Browser:
     """One page in a browser without a window; a context manager."""
 
     def __init__(self, width, height=900):
-        self._folder = tempfile.TemporaryDirectory()
+        self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         theirs_in, self._out = os.pipe()
         self._in, theirs_out = os.pipe()
 
@@ -33,7 +35,7 @@ class Browser:
                  "--remote-debugging-pipe", f"--user-data-dir={self._folder.name}",
                  "--hide-scrollbars", "--no-first-run", "about:blank")  # fmt: skip
         self._process = subprocess.Popen(
-            [CHROMIUM, *flags], preexec_fn=pipes, close_fds=False,
+            [CHROMIUM, *flags], preexec_fn=pipes, close_fds=False, start_new_session=True,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(theirs_in)
@@ -50,7 +52,13 @@ class Browser:
         return self
 
     def __exit__(self, *error):
-        self._process.kill()
+        # first by itself, with the processes it has started; they write into its folder to the end
+        with contextlib.suppress(OSError, RuntimeError):
+            self._say("Browser.close")
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=20)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
         os.close(self._in)
         os.close(self._out)
