@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pidpanel.report import answer, answer_section, answer_text
@@ -179,3 +180,22 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
         "A": answer_section.style.place_colour("A", ["A", "B"]),
         "B": answer_section.style.place_colour("B", ["A", "B"]),
     }
+
+
+def test_what_a_coupled_run_refutes_is_not_trusted(study, respond, inputs):
+    # red: _tried that returns what it is given; rows of another reading or scenario taken for it
+    summary, psd = respond(SCALE, error_db=0.2)
+    told = dataclasses.replace(inputs, summary=summary, psd=psd)
+    rows = [
+        ("A_r0.1_150dB", "paper_corrected", "middle", "yes"),
+        ("A_r0.1_150dB", "paper_corrected", "corner", "no"),
+        ("A_r0.7_150dB", "paper_corrected", "middle", "open"),
+        ("A_r0.9_150dB", "dead weight", "middle", "no"),
+    ]
+    verdict = pd.DataFrame(rows, columns=["scenario", "reading", "point", "holds"])
+    found = answer.answer_of(study, summary, verdict)
+    doubted = [one.name for one in found.candidates if answer.REFUTED in one.doubts]
+    assert doubted == ["A, r = 0.1"]
+    assert any("in one time integration" in said for said in answer_text.caveats(told, found))
+    plain = answer.answer_of(study, summary)
+    assert not any(answer.REFUTED in one.doubts for one in plain.candidates)

@@ -37,8 +37,8 @@ The parts of a page, each a function ``<part>_section``:
     What was put in, and the coupon.
 `damping_section`, `layouts_section`, `response_section`, `radiation_section`
     The surface and its laws, explicit layouts, families of scenarios, the air.
-`maps_section`, `summary_section`, `stress_section`
-    Fields over the panel, all scenarios, strain and stress.
+`verdict_section`, `maps_section`, `summary_section`, `stress_section`
+    Readings beside coupled runs, fields over the panel, all scenarios, strain and stress.
 
 Figures, from arrays and frames:
 

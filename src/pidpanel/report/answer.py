@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
@@ -27,6 +27,7 @@ ROWS = 5
 """Scenarios in the first table at most, beside the bare panel."""
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
+REFUTED = "not as in the coupled run"
 
 PREFERRED = (
     "coupled", "random_with_source", "random", "stated", "dem", "table", "paper_corrected",
@@ -164,7 +165,9 @@ def is_gain(at: AtPoint) -> bool | None:
     return at.reduction > APART * at.reduction_error
 
 
-def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
+def answer_of(
+    study: Study, summary: pd.DataFrame, verdict: pd.DataFrame | None = None
+) -> Answer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
     Parameters
@@ -173,6 +176,9 @@ def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
         The study.
     summary
         ``response/summary.csv`` (points as text).
+    verdict
+        ``coupled/verdict.csv`` (points as text), where there is one: a reading that a coupled run
+        refutes is not trusted.
 
     Returns
     -------
@@ -190,7 +196,7 @@ def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    found = candidates_of(of, reading, steady, points)
+    found = [_tried(one, reading, verdict) for one in candidates_of(of, reading, steady, points)]
     found.sort(key=lambda one: -one.at[points[0]].reduction)
     own = [by_key[bare.label, point] for point in points]
     return Answer(
@@ -201,6 +207,15 @@ def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
         candidates=tuple(found),
         lost=tuple(s for s in scenarios if s not in steady),
     )
+
+
+def _tried(one: Candidate, reading: str, verdict: pd.DataFrame | None) -> Candidate:
+    """Return a scenario with the doubt that a coupled run of it leaves, if any."""
+    if verdict is None:
+        return one
+    of = verdict[(verdict["scenario"] == one.scenario.label) & (verdict["reading"] == reading)]
+    refuted = bool((of["holds"] == "no").any())
+    return replace(one, doubts=(*one.doubts, REFUTED)) if refuted else one
 
 
 def candidates_of(

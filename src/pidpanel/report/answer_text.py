@@ -13,6 +13,7 @@ from pidpanel.report.answer import (
     EXTRAPOLATED,
     NO_ERROR,
     NOT_LINEAR,
+    REFUTED,
     Answer,
     AtPoint,
     Candidate,
@@ -153,6 +154,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
+        (REFUTED, "panel and particles in one time integration move otherwise"),
         (
             "several solutions",
             "damping and motion agree at several accelerations; the highest is shown",

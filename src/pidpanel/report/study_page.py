@@ -43,7 +43,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         How to reproduce the results, as of `pidpanel.report.html.Page`.
     """
     study = inputs.study
-    answer = answer_of(study, inputs.summary)
+    answer = answer_of(study, inputs.summary, inputs.verdict)
     return Page(
         title=study.title or study.name,
         answer=headline(answer) if answer else NOTHING_MOVES,
