@@ -19,8 +19,10 @@ what such a damper is, C_e, m_a and the force of the bed that is its own, is fou
     C_e, m_a and the bed's own force from records, with the sound as instrument.
 `estimation`
     Third octaves and rms of the whole patch from those of the run, with errors.
-`library`, `process`
-    LIGGGHTS through its C interface, and the process around it.
+`beds`, `process`
+    The spheres of a run in LIGGGHTS as a library, and the process around it.
+`record_files`, `tables`, `results`
+    What runs leave, and what they tell.
 `from_study`
     The runs of a study, and their files.
 """

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.coupled.library import Spheres
 from pidpanel.coupon import contact, geometry, preparation
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.liggghts.library import Spheres
 
 STEP_S, SPHERE_STEP_S = 40e-6, 90e-9
 """CPU time of a step, and of each sphere in it [s] (752 spheres: 110 µs)."""

@@ -17,7 +17,6 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.coupled import integration, linear, sound_record, tables
 from pidpanel.coupled.beds import cpu_per_step, rayleigh_time_of, spheres_of
-from pidpanel.coupled.library import load_library
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupled.record_files import read_record, write_record
 from pidpanel.coupled.results import (
@@ -32,6 +31,7 @@ from pidpanel.coupon import coding, contact
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
+from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.response.bands import third_octaves

@@ -7,12 +7,12 @@ import pytest
 
 from pidpanel.coupled.beds import spheres_of
 from pidpanel.coupled.integration import integrate
-from pidpanel.coupled.library import commands
 from pidpanel.coupled.process import in_child
 from pidpanel.coupon import attempts, geometry, preparation
 from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import RunStopped
+from pidpanel.coupon.liggghts.library import commands
 from pidpanel.study.coupon import Coupon
 
 COUPON = Coupon.model_validate(
@@ -50,7 +50,7 @@ def shaken(bed, folder, stations, steps, acceleration):
     """Momentum gained, impulse of walls and weight, and of the kicks, by station [N s]."""
 
     def work(progress):
-        from pidpanel.coupled.library import load_library
+        from pidpanel.coupon.liggghts.library import load_library
 
         found, beds = bed
         step = step_of(found)
@@ -93,7 +93,7 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate):
     # 0.15 s after a blow; the weight of the bed alone does not move the panel by a tenth of it
     # red: the sign of `kick`, with which the spheres are moved the other way
     def work(progress):
-        from pidpanel.coupled.library import load_library
+        from pidpanel.coupon.liggghts.library import load_library
 
         found, beds = bed
         spheres = spheres_of(load_library(), found, MODULUS, step_of(found), beds, tmp_path, 8)
@@ -123,7 +123,7 @@ def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
     soft = replace(found, constants=replace(found.constants, poissons_ratio=7.0))
 
     def work(progress):
-        from pidpanel.coupled.library import load_library
+        from pidpanel.coupon.liggghts.library import load_library
 
         spheres_of(load_library(), soft, MODULUS, 1e-6, beds, tmp_path, 8)
 
