@@ -82,7 +82,7 @@ OTHERS = {
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",
-    "coupled": "beds from_study process record_files tables",
+    "coupled": "beds from_study process record_files",
     "response": "export from_study map_files nastran random_rounds refinement results rounds "
     "verification "
     "verdict_files verification_layouts verification_panel",
