@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.optimize import brentq
-
 from pidpanel.arrays import Array, Flags
 
 FEWEST = 6
@@ -51,6 +49,8 @@ def scatter(means: Sequence[Array], errors: Sequence[Array]) -> float:
 
     if freedom == 0 or left(LEAST) <= 0:
         return 0.0
+    from scipy.optimize import brentq  # slow to import, and a check of a study needs none of it
+
     return float(brentq(left, LEAST, MOST)) if left(MOST) < 0 else MOST
 
 

@@ -52,7 +52,7 @@ def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
     Examples
     --------
     >>> reach(np.log([0.5, 0.5]), np.log([4.0, 16.0]), 1.0).round(4)
-    array([   -inf, -0.837 ])
+    array([  -inf, -0.837])
     """
     left = 1 - 2 * onset_g * np.exp(-log_stroke - log_gamma)
     with np.errstate(divide="ignore"):
