@@ -210,3 +210,19 @@ def last_impedance(wildcards):
     while not RandomRound.read(Path(random_round_file(number))).is_last:
         number += 1
     return results(f"random/impedance{number}.csv")
+
+
+# batches, beds and packings by their labels, filled in coupon.smk and as rounds want more
+BATCHES, BATCH_OF = {}, {}
+BEDS = {bed.label: bed for bed in RANDOM_BEDS.values()}
+PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+
+
+def add_batch(batch):
+    """Make a batch known, and its beds and packings."""
+    BATCHES[batch.label] = batch
+    for case in batch.cases:
+        BATCH_OF[case.label] = batch.label
+        for run in case.runs:
+            BEDS[run.bed.label] = run.bed
+            PACKINGS[run.packing.label] = run.packing

@@ -7,21 +7,6 @@
 COUPON_CASES = cases_by_coupon(STUDY)
 DISTINCT_CASES = distinct_cases(STUDY)
 CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
-BATCHES, BATCH_OF = {}, {}
-BEDS = {bed.label: bed for bed in RANDOM_BEDS.values()}
-PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
-
-
-def add_batch(batch):
-    """Make a batch known, and its beds and packings."""
-    BATCHES[batch.label] = batch
-    for case in batch.cases:
-        BATCH_OF[case.label] = batch.label
-        for run in case.runs:
-            BEDS[run.bed.label] = run.bed
-            PACKINGS[run.packing.label] = run.packing
-
-
 # no batch of two coupons: a change of one leaves the batches of the others as they are
 for damper, cases in DISTINCT_CASES.items():
     alone = HAS_TARGET and damper == SECTION

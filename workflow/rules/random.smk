@@ -24,7 +24,7 @@ checkpoint random_round:
     log:
         results("random/round{round}.log"),
     params:
-        folder=results("random"),
+        folder=lambda wildcards, output: str(Path(output[0]).parent),
         air=AIR or "none",
         study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RANDOM),
         dampers=DAMPERS,
