@@ -75,7 +75,7 @@ def stages(folder, study, *, radiation):
     beside = at("radiation.csv") if radiation else []
     response.main(
         [str(study), *at("modes.nc", "modal_force.nc", "plate.nc", "section.csv"), "none",
-         *(air or ["none"]),
+         *(air or ["none"]), "none",
          *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"), *beside]
     )  # fmt: skip
     maps.main(

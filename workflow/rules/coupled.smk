@@ -23,7 +23,8 @@ def coupled_digest(scenario):
     return values_digest(
         {
             "scenario": run.scenario.model_dump(),
-            "coupled": STUDY.damping.coupled.model_dump(),
+            # further seeds run only what is missing
+            "coupled": STUDY.damping.coupled.model_dump(exclude={"seeds"}),
             "coupons": [coupon.model_dump(exclude={"sweep", "accuracy"}) for coupon in coupons],
             "damping_ratio": STUDY.panel.damping_ratio,
             "sound": STUDY.sound.model_dump(),
