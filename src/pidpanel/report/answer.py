@@ -30,7 +30,7 @@ NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated er
 REFUTED = "not as in the coupled run"
 
 PREFERRED = (
-    "coupled", "random_with_source", "random", "stated", "dem", "table", "paper_corrected",
+    "coupled", "random", "random_with_source", "stated", "dem", "table", "paper_corrected",
     "paper_printed", "bare",
 )  # fmt: skip
 """Readings of the damping, the one that answers first: what is measured before a law."""

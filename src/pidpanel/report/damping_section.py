@@ -124,7 +124,8 @@ def target_table(rounds: Sequence[Round]) -> Table:
 def law_blocks(results: DampingResults) -> list[Block]:
     """Return the equation with its constants at every Γ and fill, beside the paper's."""
     law = results.law[results.law["form"] == "paper"]
-    over = law[law["fill_fraction"].isna()]
+    # at a Γ with cases of one fill alone there is nothing to tell over fill
+    over = law[law["fill_fraction"].isna() & law["constant"].isin(OVER_FILL)]
     blocks: list[Block] = []
     if len(over):
         best = float(over["acceleration_g"].to_numpy()[int(over["scatter"].argmin())])
