@@ -1,6 +1,7 @@
 """The damping on the page says what its tables hold."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -110,3 +111,16 @@ def test_figures_are_at_the_values_of_the_sweep_not_of_single_tones():
     # red: np.unique without the counts
     values = pd.Series([4.0] * 6 + [20.0] * 5 + [29.1, 31.3, 31.3])
     np.testing.assert_array_equal(damping_figures.swept(values), [4.0, 20.0])
+
+
+def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):
+    # red: in law_blocks, over = law[law["fill_fraction"].isna()]
+    alone = results.law[results.law["fill_fraction"].notna()].iloc[:3]
+    tones = alone.assign(acceleration_g=512.0)
+    law = pd.concat([results.law, tones, tones.assign(fill_fraction=np.nan, scatter=0.0)])
+    with style.context():
+        blocks = damping_section(replace(results, law=law)).blocks
+    tables = [b for b in blocks if isinstance(b, Table) and "over fill" in b.caption.lower()]
+    assert all(row[0] != "512" for table in tables for row in table.rows)
+    (text,) = (b.text for b in blocks if isinstance(b, Paragraph) and "a₂ =" in b.text)
+    assert "Γ = 512" not in text
