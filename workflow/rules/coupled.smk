@@ -10,29 +10,6 @@ BEDS |= {bed.label: bed for run in COUPLED_RUNS.values() for bed in run.beds}
 PACKINGS |= {bed.packing.label: bed.packing for bed in BEDS.values()}
 
 
-def beds_of_run(wildcards):
-    """The beds of a coupled run."""
-    run = COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"]
-    return [f"results/coupon/bed/{bed.label}/bed.json" for bed in run.beds]
-
-
-def coupled_digest(scenario):
-    """Hash of what the study says of the runs of a scenario beside its beds and its panel."""
-    run = COUPLED_SCENARIOS[scenario]
-    coupons = (STUDY.all_dampers[filling.damper].coupon for filling in run.scenario.fillings)
-    return values_digest(
-        {
-            "scenario": run.scenario.model_dump(),
-            # further seeds run only what is missing
-            "coupled": STUDY.damping.coupled.model_dump(exclude={"seeds"}),
-            "coupons": [coupon.model_dump(exclude={"sweep", "accuracy"}) for coupon in coupons],
-            "damping_ratio": STUDY.panel.damping_ratio,
-            "sound": STUDY.sound.model_dump(),
-            "frequency_hz": STUDY.response.frequency_hz,
-        }
-    )
-
-
 rule coupled_run:
     input:
         modes=results("panel/modes.nc"),

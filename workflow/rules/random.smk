@@ -2,7 +2,10 @@
 # until both agree. This loop from the response back to the coupon is here and nowhere else.
 
 # what changes no motion of a patch
-NOT_FOR_RANDOM = {"response": {"maps", "radiation_beside"}, "damping": {"target"}}
+NOT_FOR_RANDOM = {
+    "response": {"maps", "radiation_beside"},
+    "damping": {"target", "tones", "coupled"},
+}
 
 
 wildcard_constraints:

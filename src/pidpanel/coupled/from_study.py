@@ -34,7 +34,7 @@ from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.panel.plate_files import StoredPlate, read_plate
-from pidpanel.response.bands import third_octaves
+from pidpanel.response.bands import whole_third_octaves
 from pidpanel.response.basis_error import joined_shapes
 from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
 from pidpanel.response.lines import root_mean_square
@@ -471,6 +471,5 @@ def _result_of(
     studied: StudiedPanel, coupled: CoupledPanel, records: Sequence[SettledRecord]
 ) -> CoupledResult:
     low, high = studied.study.response.frequency_hz
-    centre, edge = third_octaves(low, high)
-    edge[0, 0], edge[-1, 1] = low, high
+    centre, edge = whole_third_octaves(low, high)
     return coupled_result(coupled, records, studied.panel.frequency, centre, edge)

@@ -37,6 +37,23 @@ def third_octaves(low: float, high: float) -> tuple[Array, Array]:
     return center_frequency(number), np.clip(edge_frequency(number), low, high)
 
 
+def whole_third_octaves(low: float, high: float) -> tuple[Array, Array]:
+    """Return `third_octaves` of which the first begins at ``low`` and the last ends at ``high``.
+
+    The bands then hold all of a response: also what lies beyond the outer edges of those bands.
+
+    Examples
+    --------
+    >>> _, edge = whole_third_octaves(90.0, 140.0)
+    >>> edge.round(1)
+    array([[ 90. , 112.2],
+           [112.2, 140. ]])
+    """
+    centre, edge = third_octaves(low, high)
+    edge[0, 0], edge[-1, 1] = low, high
+    return centre, edge
+
+
 def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
     """Root mean square of a PSD in each band, √∫ S df.
 

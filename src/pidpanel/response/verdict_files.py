@@ -11,7 +11,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.bands import band_rms, third_octaves
+from pidpanel.response.bands import band_rms, whole_third_octaves
 from pidpanel.response.lines import root_mean_square
 from pidpanel.response.results import is_steady, read_psd
 from pidpanel.response.verdict import Coupled, Distance, distance
@@ -101,8 +101,7 @@ def _readings(
 
 def _distance(study: Study, frequency: Array, psd: Array, coupled: Coupled) -> Distance:
     low, high = study.response.frequency_hz
-    _, edge = third_octaves(low, high)
-    edge[0, 0], edge[-1, 1] = low, high  # as in the tables of the coupled runs
+    _, edge = whole_third_octaves(low, high)  # as in the tables of the coupled runs
     return distance(
         float(root_mean_square(frequency, psd)), band_rms(frequency, psd, edge), coupled
     )

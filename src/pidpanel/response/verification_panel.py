@@ -197,7 +197,7 @@ def papers_panel(
     return Studied.rayleigh(plate, wider)
 
 
-def diffuse(frequency: float, face: MovedFace) -> Array:
+def diffuse(frequency: float, face: MovedFace | PanelBasis) -> Array:
     """Return G [m⁴] of a diffuse field at a frequency [Hz]."""
     panel = PanelQuadrature(
         face.quadrature_position, face.quadrature_weight, face.shape_at_quadrature
@@ -207,10 +207,7 @@ def diffuse(frequency: float, face: MovedFace) -> Array:
 
 def of_shapes(basis: PanelBasis, frequency: Array) -> Array:
     """Return that of the shapes of a basis at frequencies (nf,) [Hz], (nf, n, n)."""
-    panel = PanelQuadrature(
-        basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
-    )
-    return np.array([diffuse_modal_force(float(k), panel) for k in wavenumber(frequency, SPEED)])
+    return np.array([diffuse(f, basis) for f in frequency.tolist()])
 
 
 STORED = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
