@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Iterable, Iterator
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,9 @@ from pidpanel.paths import PROJECT
 
 ROOTS = {"pidpanel": PROJECT / "src", "scripts": PROJECT / "workflow"}
 """Folder in which each of the project's packages lies."""
+
+BLOCKS = {"body", "orelse", "finalbody"}
+"""Fields of a syntax tree that hold statements."""
 
 
 def code_digest(*modules: str) -> str:
@@ -113,33 +116,42 @@ def _with_members(module: str) -> Iterator[str]:
             yield ".".join((module, *(part for part in parts if part != "__init__")))
 
 
-@lru_cache
+@cache
 def _tree(path: Path) -> ast.Module:
     return ast.parse(path.read_bytes(), str(path))
 
 
-@lru_cache
+@cache
 def _meaning(path: Path) -> str:
     """Hash of the syntax tree of a file without docstrings; comments are not in it."""
-    tree = ast.parse(path.read_bytes(), str(path))
-    for node in ast.walk(tree):
-        for field in ("body", "orelse", "finalbody"):
-            block = getattr(node, field, None)
-            if isinstance(block, list):
-                kept = [one for one in block if not _is_docstring(one)]
-                setattr(node, field, kept)
-    return hashlib.sha256(_dump(tree).encode()).hexdigest()
+    parts: list[str] = []
+    _dump(_tree(path), parts.append)
+    return hashlib.sha256("".join(parts).encode()).hexdigest()
 
 
-def _dump(node: Any) -> str:
+def _dump(node: Any, write: Callable[[str], None]) -> None:
     """As `ast.dump`, whose text changed with Python 3.12 and 3.13: what is empty is left out."""
     if isinstance(node, ast.AST):
-        values = ((name, getattr(node, name, None)) for name in node._fields)
-        kept = (f"{name}={_dump(value)}" for name, value in values if value not in (None, []))
-        return f"{type(node).__name__}({', '.join(kept)})"
-    if isinstance(node, list):
-        return f"[{', '.join(_dump(item) for item in node)}]"
-    return repr(node)
+        write(type(node).__name__)
+        before = "("
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if name in BLOCKS and isinstance(value, list):
+                value = [one for one in value if not _is_docstring(one)]
+            if value is not None and value != []:
+                write(f"{before}{name}=")
+                _dump(value, write)
+                before = ", "
+        write("()" if before == "(" else ")")
+    elif isinstance(node, list):
+        write("[")
+        for number, item in enumerate(node):
+            if number:
+                write(", ")
+            _dump(item, write)
+        write("]")
+    else:
+        write(repr(node))
 
 
 def _is_docstring(node: ast.AST) -> bool:
@@ -150,7 +162,7 @@ def _is_docstring(node: ast.AST) -> bool:
     )
 
 
-@lru_cache
+@cache
 def _imported(module: str) -> tuple[str, ...]:
     """Modules of this project that a module imports, and the packages they lie in."""
     path = _file_of(module)

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+from scipy.special import stdtrit
 
 from pidpanel.arrays import Array
 from pidpanel.damping.surface_cases import ERROR, VALUE
@@ -181,7 +181,7 @@ def _estimate(constants: Array, residual: Array, variance: Array, units: Array) 
     """Student intervals from weighted residuals (…, n) and the unscaled variances (…, p)."""
     freedom = residual.shape[-1] - constants.shape[-1]
     scatter = np.sqrt((residual**2).sum(-1) / freedom)
-    reach = stats.t.ppf(0.5 + CONFIDENCE / 2, freedom) * scatter[..., None] * np.sqrt(variance)
+    reach = stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter[..., None] * np.sqrt(variance)
     return Estimate(
         constants * units,
         (constants - reach) * units,

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 from scipy.optimize import least_squares
+from scipy.special import stdtrit
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
@@ -153,7 +153,7 @@ def fit(form: Form, points: Points, log_eta: Array) -> Fit:
     n, count = len(log_eta), len(form.constants)
     variance = (found.fun**2).sum() / (n - count)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
-    reach = stats.t.ppf(0.975, n - count) * np.sqrt(np.diag(covariance))
+    reach = stdtrit(n - count, 0.975) * np.sqrt(np.diag(covariance))
     held_out = np.empty(n)
     for fold in folds(n):
         rest = np.setdiff1d(np.arange(n), fold)

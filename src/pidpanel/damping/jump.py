@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import log_ndtr, ndtr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import matern
@@ -111,7 +111,7 @@ class Jump:
         scaled = cross * self._root  # type: ignore[attr-defined]
         explained = (scaled * np.linalg.solve(self._inner, scaled.T).T).sum(axis=1)  # type: ignore[attr-defined]
         variance = np.maximum(SIZE**2 - explained, 0.0)
-        return np.asarray(norm.cdf((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
+        return np.asarray(ndtr((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
 
     def with_case(self, point: Array, reached: Array, crosses: bool) -> Jump:
         """Return the same with a further case, at ``point`` (1, 2) with u ``reached`` (1,)."""
@@ -144,7 +144,7 @@ def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
             spread = np.sqrt(WIDTH**2 + 1 / kept)
             z = sign[i] * (away[i] - centre) / spread
             # mean and variance of its product with Φ (Rasmussen and Williams 2006, Eq. 3.58)
-            ratio = np.exp(norm.logpdf(z) - norm.logcdf(z))
+            ratio = np.exp(-(z**2) / 2 - np.log(2 * np.pi) / 2 - log_ndtr(z))
             moved = centre - sign[i] * ratio / (spread * kept)
             narrowed = 1 / kept - ratio * (z + ratio) / (spread * kept) ** 2
             gained = max(1 / narrowed - kept, 0.0) - precision[i]  # rounding
