@@ -15,8 +15,9 @@ run: ready
 verification: ready
 	snakemake -j$(CORES) verification
 
+# a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 test: ready
-	pytest
+	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
 
 # changes formulas one at a time and counts how many of the changes the tests catch
 mutants: ready

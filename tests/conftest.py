@@ -13,6 +13,19 @@ settings.register_profile(
 )
 settings.load_profile("any machine")
 
+TESTS = Path(__file__).parent
+SHARED = {"coupled", "report", "response"}
+"""Folders whose tests share what took long to make."""
+
+
+def pytest_collection_modifyitems(items):
+    """Whole workflows first, and together what shares results: two processes end together."""
+    items.sort(key=lambda item: item.path.parent != TESTS / "workflow")  # keeps the order otherwise
+    for item in items:
+        folder = item.path.relative_to(TESTS).parts[0]
+        group = folder if folder in SHARED else str(item.path)
+        item.add_marker(pytest.mark.xdist_group(group))
+
 LAW = {
     "title": "A small panel with the paper's law",
     "damping": {"readings": ["paper_corrected", "paper_printed"]},

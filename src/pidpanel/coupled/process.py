@@ -6,6 +6,7 @@ far it is; silence, or more time than it was given, ends it.
 
 from __future__ import annotations
 
+import faulthandler
 import multiprocessing
 import os
 import tempfile
@@ -88,6 +89,7 @@ def in_child(
 
 
 def _work(work: Callable[[Progress], Any], to: Connection, said: int, parent: int) -> None:
+    faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
     os.dup2(said, 1)
     os.dup2(said, 2)
 
