@@ -26,6 +26,7 @@ def pytest_collection_modifyitems(items):
         group = folder if folder in SHARED else str(item.path)
         item.add_marker(pytest.mark.xdist_group(group))
 
+
 LAW = {
     "title": "A small panel with the paper's law",
     "damping": {"readings": ["paper_corrected", "paper_printed"]},

@@ -50,7 +50,7 @@ function power(value) {
 
 function draw(box, width) {
   const told = JSON.parse(box.querySelector("script").textContent);
-  const series = [{ label: "Hz", value: (u, v) => shortNumber(v) }], data = [told.x], bands = [];
+  const series = [{ label: "frequency, Hz", value: (u, v) => v == null ? "–" : shortNumber(v) }], data = [told.x], bands = [];
   // the first curve last: it lies over all others
   for (const curve of [...told.curves.slice(1), told.curves[0]]) {
     if (curve.band) {

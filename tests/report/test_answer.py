@@ -10,6 +10,8 @@ import pytest
 from pidpanel.report import answer, answer_section, answer_text
 from pidpanel.report.answer import AtPoint
 from pidpanel.report.html import Picture
+from pidpanel.report.inputs import CoupledResults
+from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
 
 POINTS = ["middle", "corner"]
@@ -60,6 +62,19 @@ def test_a_gain_within_its_error_is_none(study, respond):
     # red: is_gain without APART
     said = answer_text.headline(answered(study, respond, 1.6))
     assert said.endswith("no reduction beyond its error.")
+
+
+def test_a_scenario_whose_rounds_ended_early_is_not_trusted(study, respond):
+    # red: in _doubted, `in not_agreed` -> `not in not_agreed`; without `reading in RANDOM`
+    summary, _ = respond(SCALE, error_db=0.2)
+    label = answer.answer_of(study, summary).candidates[0].scenario.label
+    assert (
+        answer.NOT_AGREED
+        not in answer.answer_of(study, summary, not_agreed={label}).candidates[0].doubts
+    )
+    one = answer.answer_of(study, summary).candidates[0]
+    assert answer.NOT_AGREED in answer._doubted(one, "random", {label}).doubts
+    assert answer.NOT_AGREED not in answer._doubted(one, "random", ()).doubts
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
@@ -182,20 +197,40 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     }
 
 
-def test_what_a_coupled_run_refutes_is_not_trusted(study, respond, inputs):
-    # red: _tried that returns what it is given; rows of another reading or scenario taken for it
+def test_coupled_runs_answer_for_their_scenarios(study, respond, inputs):
+    # red: in _as_coupled, `reduction=one.at[point].reduction`; rows of another scenario; `<=` of
+    # the points left out
     summary, psd = respond(SCALE, error_db=0.2)
-    told = dataclasses.replace(inputs, summary=summary, psd=psd)
+    bare = answer.answer_of(study, summary).bare
     rows = [
-        ("A_r0.1_150dB", "paper_corrected", "middle", "yes"),
-        ("A_r0.1_150dB", "paper_corrected", "corner", "no"),
-        ("A_r0.7_150dB", "paper_corrected", "middle", "open"),
-        ("A_r0.9_150dB", "dead weight", "middle", "no"),
-    ]
-    verdict = pd.DataFrame(rows, columns=["scenario", "reading", "point", "holds"])
-    found = answer.answer_of(study, summary, verdict)
-    doubted = [one.name for one in found.candidates if answer.REFUTED in one.doubts]
-    assert doubted == ["A, r = 0.1"]
-    assert any("in one time integration" in said for said in answer_text.caveats(told, found))
-    plain = answer.answer_of(study, summary)
-    assert not any(answer.REFUTED in one.doubts for one in plain.candidates)
+        ("A_r0.1_150dB", point, bare.at[point].rms / 10, bare.at[point].rms / 100)
+        for point in bare.at
+    ] + [("A_r0.7_150dB", "middle", 1.0, 0.1)]
+    of = pd.DataFrame(rows, columns=["scenario", "point", "g_rms", "g_rms_error"])
+    f = psd["frequency"].to_numpy()
+    lines = pd.DataFrame(
+        {"scenario": "A_r0.1_150dB", "point": "middle", "frequency_hz": f,
+         "acceleration_psd_g2_hz": 4.0, "error_db": 1.0}
+    )  # fmt: skip
+    coupled = CoupledResults(of, lines, pd.DataFrame())
+    found = answer.answer_of(study, summary, coupled)
+    (one,) = (one for one in found.candidates if one.is_coupled)
+    assert one.scenario.label == "A_r0.1_150dB" and found.candidates[0] is one
+    assert one.at["middle"].reduction == pytest.approx(20)
+    assert one.at["middle"].reduction_error == pytest.approx(8.686 / 10, rel=1e-3)
+    assert not found.is_coupled
+    told = dataclasses.replace(inputs, summary=summary, psd=psd, coupled=coupled)
+    table = answer_section.answer_table(told, found)
+    assert "panel and particles together: A, r = 0.1" in table.caption
+    if found.worst == "middle":
+        curve = answer_section.psd_block(told, found).charts[0].curves[1]
+        assert curve.values[0] == pytest.approx(4.0)
+
+
+def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):
+    # red: without SAME_LEVEL
+    none = study.sound.model_copy(update={"oaspl_db": None})
+    table = round(spectrum_of(none).oaspl, 1)
+    family = study.scenarios["level"].model_copy(update={"oaspl_db": (table - 10, table, 170.0)})
+    one = study.model_copy(update={"sound": none, "scenarios": {"level": family}})
+    assert answer.main_level(one) == table

@@ -1,6 +1,7 @@
 # Figures and one page that holds them all.
 
 CASES_CSV = [coupon_file("coupon", damper, "cases.csv") for damper in STUDY.coupons]
+COUPLED_SHOWN = ("summary", "psd", "verdict")
 DAMPING_FILES = [
     coupon_file("damping", damper, name)
     for damper in STUDY.surfaces
@@ -22,8 +23,9 @@ rule report:
         spectrum=results("sound/spectrum.csv"),
         cases=CASES_CSV,
         films=FILMS,
-        verdict=results("coupled/verdict.csv") if STUDY.is_coupled else [],
+        coupled=[results(f"coupled/{n}.csv") for n in COUPLED_SHOWN] if STUDY.is_coupled else [],
         damping=DAMPING_FILES,
+        random=last_impedance if RANDOM_COUPONS else [],
     output:
         page=results("report.html"),
         figures=directory(results("report")),

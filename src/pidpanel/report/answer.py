@@ -8,17 +8,20 @@ and fall together, so that the error of their difference is smaller than taken h
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
 
+from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL
 from pidpanel.report.names import scenario_name
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import percent, records
+from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Scenario, Study
+from pidpanel.study.damping import RANDOM
 
 APART = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
@@ -26,8 +29,11 @@ APART = 2.0
 ROWS = 5
 """Scenarios in the first table at most, beside the bare panel."""
 
+SAME_LEVEL = 0.05
+"""Difference of two levels below which they are written alike [dB]."""
+
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
-REFUTED = "not as in the coupled run"
+NOT_AGREED = "motion and damping not agreed"
 
 PREFERRED = (
     "coupled", "random", "random_with_source", "stated", "dem", "table", "paper_corrected",
@@ -71,6 +77,8 @@ class Candidate:
         Its acceleration by point; none without a steady response.
     doubts
         Why its numbers are not to be trusted, in a few words each.
+    is_coupled
+        Whether they are of panel and particles in one time integration.
     """
 
     scenario: Scenario
@@ -78,6 +86,7 @@ class Candidate:
     share: float
     at: dict[str, AtPoint]
     doubts: tuple[str, ...]
+    is_coupled: bool = False
 
     @property
     def name(self) -> str:
@@ -116,6 +125,11 @@ class Answer:
     def worst(self) -> str:
         """The point at which the bare panel moves most."""
         return self.points[0]
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether all scenarios are of panel and particles in one time integration."""
+        return bool(self.candidates) and all(one.is_coupled for one in self.candidates)
 
     @property
     def has_errors(self) -> bool:
@@ -166,7 +180,10 @@ def is_gain(at: AtPoint) -> bool | None:
 
 
 def answer_of(
-    study: Study, summary: pd.DataFrame, verdict: pd.DataFrame | None = None
+    study: Study,
+    summary: pd.DataFrame,
+    coupled: CoupledResults | None = None,
+    not_agreed: Collection[str] = (),
 ) -> Answer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
@@ -176,9 +193,10 @@ def answer_of(
         The study.
     summary
         ``response/summary.csv`` (points as text).
-    verdict
-        ``coupled/verdict.csv`` (points as text), where there is one: a reading that a coupled run
-        refutes is not trusted.
+    coupled
+        Of the study, where it has coupled runs: they answer for their scenarios.
+    not_agreed
+        Labels of the scenarios whose rounds at random ended early.
 
     Returns
     -------
@@ -196,7 +214,11 @@ def answer_of(
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    found = [_tried(one, reading, verdict) for one in candidates_of(of, reading, steady, points)]
+    known = candidates_of(of, reading, steady, points)
+    found = [_doubted(one, reading, not_agreed) for one in known]
+    if coupled is not None:
+        still = {point: by_key[bare.label, point]["acceleration_rms_g"] for point in points}
+        found = [_as_coupled(one, still, coupled.summary) for one in found]
     found.sort(key=lambda one: -one.at[points[0]].reduction)
     own = [by_key[bare.label, point] for point in points]
     return Answer(
@@ -209,13 +231,41 @@ def answer_of(
     )
 
 
-def _tried(one: Candidate, reading: str, verdict: pd.DataFrame | None) -> Candidate:
-    """Return a scenario with the doubt that a coupled run of it leaves, if any."""
-    if verdict is None:
+def _doubted(one: Candidate, reading: str, not_agreed: Collection[str]) -> Candidate:
+    """Return a scenario with the doubt that rounds ended early leave, if any."""
+    if reading in RANDOM and one.scenario.label in not_agreed:
+        return replace(one, doubts=(*one.doubts, NOT_AGREED))
+    return one
+
+
+def _as_coupled(one: Candidate, bare: Mapping[str, float], summary: pd.DataFrame) -> Candidate:
+    """Return a scenario as its coupled runs have it, if there are any.
+
+    Parameters
+    ----------
+    one
+        The scenario.
+    bare
+        Rms acceleration of the bare panel at the points [g].
+    summary
+        ``coupled/summary.csv`` (points as text).
+    """
+    of = summary[summary["scenario"] == one.scenario.label].set_index("point")
+    if not set(bare) <= set(of.index):
         return one
-    of = verdict[(verdict["scenario"] == one.scenario.label) & (verdict["reading"] == reading)]
-    refuted = bool((of["holds"] == "no").any())
-    return replace(one, doubts=(*one.doubts, REFUTED)) if refuted else one
+    at = {}
+    for point, bare_rms in bare.items():
+        rms, error = float(of["g_rms"][point]), float(of["g_rms_error"][point])
+        at[point] = replace(
+            one.at[point],
+            rms=rms,
+            rms_error=error,
+            reduction=20 * math.log10(bare_rms / rms),
+            reduction_error=20 / math.log(10) * error / rms,
+        )
+    # what is left of the doubts is of the panel, not of a reading of the damping
+    doubts = tuple(doubt for doubt in one.doubts if doubt == NOT_LINEAR)
+    return replace(one, at=at, doubts=doubts, is_coupled=True)
 
 
 def candidates_of(
@@ -253,6 +303,10 @@ def main_level(study: Study) -> float | None:
     levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [own]
     if own in levels:
         return own
+    table = spectrum_of(study.sound).oaspl
+    for level in levels:
+        if level is not None and abs(level - table) < SAME_LEVEL:
+            return level
     return max(
         levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
     )

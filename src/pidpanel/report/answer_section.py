@@ -6,6 +6,10 @@ import itertools
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from pidpanel.arrays import Flags
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import response_figures, style
@@ -61,8 +65,9 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
     beside = len(answer.candidates) - len(rows) + 1
     left = f" {beside} more below, under All scenarios." if beside else ""
     lost = f" {len(answer.lost)} without a steady response." if answer.lost else ""
-    reading = "" if not answer.candidates else f"Damping: {READINGS[answer.reading]}. "
-    error = "±: one standard error, that of the damping. " if answer.has_errors else ""
+    reading = "" if not answer.candidates else f"Damping: {_damping(answer)}. "
+    of = "of the coupled runs" if answer.is_coupled else "that of the damping"
+    error = f"±: one standard error, {of}. " if answer.has_errors else ""
     return Table(
         f"{reading}Acceleration in g rms, 3σ in brackets; reduction of the rms at point "
         f"{answer.worst}, where the bare panel moves most. {error}"
@@ -75,6 +80,15 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
         rows,
         cards=True,
     )  # fmt: skip
+
+
+def _damping(answer: Answer) -> str:
+    """Say what the damping of the scenarios is, and which are of coupled runs."""
+    if answer.is_coupled:
+        return READINGS["coupled"].lower() + ", in one time integration"
+    coupled = [one.name for one in answer.candidates if one.is_coupled]
+    beside = f"; {READINGS['coupled'].lower()}: {', '.join(coupled)}" if coupled else ""
+    return READINGS[answer.reading] + beside
 
 
 def _rms(at: AtPoint) -> str:
@@ -149,16 +163,17 @@ def psd_block(inputs: Inputs, answer: Answer) -> Picture:
     curves = [Curve(label(one), values, style.BARE, width=0.7)]
     for best in answer.candidates[:1]:
         name = best.scenario.label
-        curves.append(
-            Curve(
-                label(best),
-                psd["acceleration_psd"].sel(scenario=name).to_numpy(),
-                style.PLACES[0],
-                inside_of(inputs.psd, reading, name),
-                width=1.8,
-                log_error=log_error_of(inputs.psd, reading, name, point),
-            )
-        )
+        inside: Flags | None = inside_of(inputs.psd, reading, name)
+        values = psd["acceleration_psd"].sel(scenario=name).to_numpy()
+        log_error = log_error_of(inputs.psd, reading, name, point)
+        if best.is_coupled and inputs.coupled is not None:
+            of = inputs.coupled.psd
+            of = of[(of["scenario"] == name) & (of["point"] == point)]
+            lines, inside = of["frequency_hz"], None
+            values = np.interp(frequency, lines, of["acceleration_psd_g2_hz"]) * STANDARD_GRAVITY**2
+            log_error = np.interp(frequency, lines, of["error_db"]) * math.log(10) / 10
+        look = style.PLACES[0], inside
+        curves.append(Curve(label(best), values, *look, width=1.8, log_error=log_error))
     figure = response_figures.psd_figure(
         frequency, [Panel("", "", curves)], width=NARROW, height=3.7
     )

@@ -12,8 +12,8 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
     EXTRAPOLATED,
     NO_ERROR,
+    NOT_AGREED,
     NOT_LINEAR,
-    REFUTED,
     Answer,
     AtPoint,
     Candidate,
@@ -154,7 +154,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
-        (REFUTED, "panel and particles in one time integration move otherwise"),
+        (NOT_AGREED, "driven at random, motion and damping do not agree to the accuracy wanted"),
         (
             "several solutions",
             "damping and motion agree at several accelerations; the highest is shown",
@@ -181,7 +181,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"{READINGS[answer.reading]} gives no mass: the particles weigh on the panel, and that "
             "is not computed."
         )
-    if answer.candidates and reads_dem(inputs, answer.reading):
+    if answer.candidates and not answer.is_coupled and reads_dem(inputs, answer.reading):
         said.append(
             "C_e is measured at one frequency at a time; under sound, which has all of them at "
             "once, it is lower at high frequencies: reductions are overstated."

@@ -187,7 +187,10 @@ def _term(value: float) -> str:
 def _interval(of: pd.DataFrame, constant: str, *, exponent: bool = False) -> str:
     """Return a constant, or e to it, with its interval: value [low, high]."""
     numbers = [float(of[name][constant]) for name in ("value", "low", "high")]
-    value, low, high = (float(np.exp(n)) for n in numbers) if exponent else numbers
+    if exponent:
+        with np.errstate(over="ignore"):  # an interval without an end
+            numbers = np.exp(numbers).tolist()
+    value, low, high = numbers
     return f"{number(value)} [{number(low)}, {number(high)}]"
 
 

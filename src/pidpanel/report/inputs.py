@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 import pandas as pd
 import xarray as xr
 
+from pidpanel.damping.random_reading import RandomReading
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.random_round import RandomRound
 from pidpanel.report.evidence import Record, Shot, Spheres
 from pidpanel.round import Round
 from pidpanel.study import Study
@@ -64,6 +66,39 @@ class DampingResults:
 
 
 @dataclass(frozen=True)
+class RandomResults:
+    """What the rounds of the random drive left.
+
+    Attributes
+    ----------
+    rounds
+        ``random/round*.json`` in order, the last wants no more.
+    readings
+        By scenario and patch, from the impedances of the last round.
+    """
+
+    rounds: Sequence[RandomRound]
+    readings: Mapping[tuple[str, str], RandomReading]
+
+
+@dataclass(frozen=True)
+class CoupledResults:
+    """What the runs of panel and particles together left; points as text.
+
+    Attributes
+    ----------
+    summary, psd
+        ``coupled/summary.csv``, ``coupled/psd.csv``.
+    verdict
+        ``coupled/verdict.csv``: every reading beside them.
+    """
+
+    summary: pd.DataFrame
+    psd: pd.DataFrame
+    verdict: pd.DataFrame
+
+
+@dataclass(frozen=True)
 class Inputs:
     """All that the page of a study with a panel is made from.
 
@@ -87,10 +122,12 @@ class Inputs:
         ``response/radiation.csv`` (points as text); None without ``response.radiation_beside``.
     maps
         ``response/maps.nc``.
-    verdict
-        ``coupled/verdict.csv`` (points as text); None without coupled runs.
+    coupled
+        None without coupled runs.
     damping
         Of the coupons that are read, by the names of their dampers.
+    random
+        Of the coupons driven at random; None where there are none.
     """
 
     study: Study
@@ -107,5 +144,6 @@ class Inputs:
     stress: pd.DataFrame
     radiation: pd.DataFrame | None = None
     maps: xr.Dataset | None = None
-    verdict: pd.DataFrame | None = None
+    coupled: CoupledResults | None = None
     damping: Mapping[str, DampingResults] = field(default_factory=dict)
+    random: RandomResults | None = None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 from matplotlib import ticker
@@ -11,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
+
+Value = TypeVar("Value")
 
 WIDTH = 10.0
 """Width of a figure that fills the page [inch]."""
@@ -79,6 +82,11 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
+
+
+def few_of(values: Sequence[Value], count: int) -> list[Value]:
+    """Return at most ``count`` of some values, evenly spaced, the first and the last included."""
+    return [values[int(index)] for index in few(np.arange(float(len(values))), count)]
 
 
 def few(values: Array, count: int) -> Array:

@@ -10,16 +10,21 @@ import xarray as xr
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon
 from pidpanel.damping import surface_files
+from pidpanel.damping.random_reading import read_random
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
+from pidpanel.random_round import RandomRound
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
-from pidpanel.report.inputs import Coupon, DampingResults, Inputs
+from pidpanel.report.inputs import CoupledResults, Coupon, DampingResults, Inputs, RandomResults
 from pidpanel.report.known_errors import with_known_errors
 from pidpanel.round import read_rounds
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
+
+COUPLED = ("summary", "psd", "verdict")
+"""Tables of `CoupledResults`."""
 
 STEADINESS_SHOWN = 6
 """Cases of which the cycles are shown."""
@@ -65,9 +70,25 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         stress=_read_by_point(response / "stress.csv"),
         radiation=_read_by_point(response / "radiation.csv") if beside else None,
         maps=_read_dataset(response / "maps.nc"),
-        verdict=_read_by_point(folder / "coupled" / "verdict.csv") if study.is_coupled else None,
+        coupled=CoupledResults(
+            *(_read_by_point(folder / "coupled" / f"{name}.csv") for name in COUPLED)
+        )
+        if study.is_coupled
+        else None,
         damping={name: read_damping(study, name, folder) for name in study.surfaces},
+        random=read_rounds_at_random(folder / "random") if study.random_coupons() else None,
     )
+
+
+def read_rounds_at_random(folder: Path) -> RandomResults:
+    """Read ``random/round*.json`` up to the last, and the impedances that it found.
+
+    Files of more rounds than that are of an older run, and are not looked at.
+    """
+    rounds = [RandomRound.read(folder / "round0.json")]
+    while not rounds[-1].is_last:
+        rounds.append(RandomRound.read(folder / f"round{len(rounds)}.json"))
+    return RandomResults(rounds, read_random(folder / f"impedance{len(rounds) - 1}.csv"))
 
 
 def _read_by_point(path: Path) -> pd.DataFrame:

@@ -24,6 +24,7 @@ from pidpanel.report.names import names_of, with_names
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
+from pidpanel.report.random_section import not_agreed, random_section
 from pidpanel.report.response_section import response_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
@@ -43,7 +44,8 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         How to reproduce the results, as of `pidpanel.report.html.Page`.
     """
     study = inputs.study
-    answer = answer_of(study, inputs.summary, inputs.verdict)
+    ended = not_agreed(inputs.random.rounds) if inputs.random else []
+    answer = answer_of(study, inputs.summary, inputs.coupled, {one.scenario for one in ended})
     return Page(
         title=study.title or study.name,
         answer=headline(answer) if answer else NOTHING_MOVES,
@@ -99,11 +101,13 @@ def _sections(inputs: Inputs) -> list[Section]:
     for name in inputs.coupons:
         of_coupon = _coupon_sections(inputs, name, law)
         sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
+    if inputs.random is not None:
+        sections.append(random_section(inputs.random, names))
     if study.layouts:
         sections.append(layouts_section(inputs))
     sections += [response_section(inputs, name) for name in study.families]
-    if inputs.verdict is not None:
-        sections.append(verdict_section(with_names(inputs.verdict, names), points))
+    if inputs.coupled is not None:
+        sections.append(verdict_section(with_names(inputs.coupled.verdict, names), points))
     if inputs.radiation is not None:
         own = study.response.radiation
         sections.append(

@@ -21,6 +21,7 @@ from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
 from pidpanel.report.names import names_of, with_names
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
+from pidpanel.report.random_section import random_warnings
 from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.round import Round
 from pidpanel.study import Study
@@ -61,6 +62,8 @@ def study_warnings(inputs: Inputs) -> list[str]:
         both = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
         response, points = study.response, list(study.panel.points)
         said.append(radiation_finding(both, response.radiation, points, air_mass=response.air_mass))
+    if inputs.random is not None:
+        said += random_warnings(inputs.random, names_of(study))
     for results in inputs.damping.values():
         said += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():

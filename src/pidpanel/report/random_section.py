@@ -1,0 +1,141 @@
+"""Coupons driven at random on the page: C_e and m_a of every patch, and how the rounds ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pidpanel.random_round import PatchDrive, RandomRound
+from pidpanel.report import style
+from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.inputs import RandomResults
+from pidpanel.report.layout import WIDTH, few_of, frequency_axis
+from pidpanel.report.text import percent, plain
+
+CURVES = 6
+"""Patches in the figure at most."""
+
+
+def not_agreed(rounds: Sequence[RandomRound]) -> list[PatchDrive]:
+    """Return the drives of the last round whose motion or accuracy is not as wanted."""
+    return [drive for drive in rounds[-1].drives if not drive.reached]
+
+
+def random_warnings(results: RandomResults, names: Mapping[str, str]) -> list[str]:
+    """Return which scenarios ended before their motion and damping agreed.
+
+    Parameters
+    ----------
+    results
+        What the rounds left.
+    names
+        Of the scenarios by their labels.
+    """
+    said = dict.fromkeys(
+        f"{names[one.scenario]} (rms acceleration moved by {_percent(one.moved)} in the last "
+        f"round, known to {_percent(one.relative_error)})"
+        for one in not_agreed(results.rounds)
+    )
+    if not said:
+        return []
+    return [
+        "Driven at random, motion and damping do not agree to the accuracy of damping.random in "
+        f"{'; '.join(said)}. More time (max_time_s), rounds (max_rounds) or packings (seeds) may "
+        "help."
+    ]
+
+
+def random_section(results: RandomResults, names: Mapping[str, str]) -> Section:
+    """Return C_e and m_a with their errors, and a table of the rounds.
+
+    Parameters
+    ----------
+    results
+        What the rounds left.
+    names
+        Of the scenarios by their labels.
+    """
+    count, left = len(results.rounds[-1].drives), len(not_agreed(results.rounds))
+    ended = f"{count - left} of {count} patches ended with both" if left else "All ended with both"
+    blocks: list[Block] = [
+        Paragraph(
+            "Each coupon is driven with the acceleration PSD of its own patch, and the panel "
+            "answers with the C_e and m_a found, until no rms acceleration moves by more than 1 % "
+            "and all are known to the accuracy of damping.random. "
+            f"{ended}."
+        ),
+        Picture(
+            "random_damping",
+            style.png(random_figure(results, names)),
+            "C_e and m_a of a coupon under the random motion of its patch, in third octaves, with "
+            "standard errors. A negative C_e is not shown.",
+        ),
+        rounds_table(results.rounds, names),
+    ]
+    return Section("random", "Driven at random", blocks)
+
+
+def random_figure(results: RandomResults, names: Mapping[str, str]) -> Figure:
+    """Draw C_e and m_a over frequency, at most `CURVES` patches."""
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    damping, mass = figure.subplots(1, 2)
+    keys = few_of(list(results.readings), CURVES)
+    scenarios = {scenario for scenario, _ in keys}
+    least = np.inf
+    for number, key in enumerate(keys):
+        bands = results.readings[key].bands
+        look = {
+            "fmt": f"-{style.MARKERS[number % len(style.MARKERS)]}",
+            "color": style.PLACES[number % len(style.PLACES)],
+            "capsize": 1.5,
+            "elinewidth": 0.7,
+            "label": names[key[0]] + (f": {key[1]}" if len(keys) > len(scenarios) else ""),
+        }
+        shown = np.where(bands.equivalent_damping > 0, bands.equivalent_damping, np.nan)
+        least = min(least, np.nanmin(shown, initial=np.inf))
+        damping.errorbar(bands.frequency, shown, bands.equivalent_damping_error, **look)
+        mass.errorbar(bands.frequency, bands.apparent_mass, bands.apparent_mass_error, **look)
+    bands_shown = [results.readings[key].bands for key in keys]
+    low = min(float(bands.low[0]) for bands in bands_shown)
+    high = max(float(bands.high[-1]) for bands in bands_shown)
+    for axes in (damping, mass):
+        frequency_axis(axes, low, high)
+    damping.set_yscale("log", nonpositive="clip")
+    damping.set_ylim(bottom=least / 3 if np.isfinite(least) else None)  # not down to an error's end
+    damping.set_ylabel(r"$C_e$, N s/m³")
+    mass.set_ylabel(r"$m_a$, kg/m²")
+    mass.axhline(0, color="#999999", lw=0.6)
+    figure.legend(*damping.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def rounds_table(rounds: Sequence[RandomRound], names: Mapping[str, str]) -> Table:
+    """Return a row for each patch: rounds, time, motion, and what was reached."""
+    rows = []
+    for drive in rounds[-1].drives:
+        periods = [one.drive(drive.label).period for one in rounds]
+        rows.append(
+            [
+                names[drive.scenario],
+                drive.patch,
+                str(sum(period > 0 for period in periods)),
+                plain(sum(periods), 1),
+                _percent(drive.moved),
+                _percent(drive.relative_error),
+                "yes" if drive.reached else "no",
+            ]
+        )
+    return Table(
+        "Rounds of coupon and panel",
+        [
+            "scenario", "patch", "rounds", "record of a packing, s", "moved in the last round",
+            "standard error", "as wanted",
+        ],
+        rows,
+    )  # fmt: skip
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else percent(share, 1)

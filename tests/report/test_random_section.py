@@ -1,0 +1,105 @@
+"""Coupons driven at random, on the page."""
+
+import numpy as np
+import pytest
+
+from pidpanel.damping.best_linear import LinearApproximation
+from pidpanel.damping.random_reading import RandomReading
+from pidpanel.random_round import PatchDrive, RandomRound
+from pidpanel.report import style
+from pidpanel.report.html import Table
+from pidpanel.report.inputs import RandomResults
+from pidpanel.report.layout import few_of
+from pidpanel.report.random_section import (
+    not_agreed,
+    random_figure,
+    random_section,
+    random_warnings,
+)
+from pidpanel.report.read import read_rounds_at_random
+
+BANDS = LinearApproximation(
+    low=np.array([20.0, 100.0]),
+    high=np.array([100.0, 900.0]),
+    frequency=np.array([50.0, 400.0]),
+    equivalent_damping=np.array([400.0, -30.0]),
+    equivalent_damping_error=np.array([500.0, 200.0]),
+    apparent_mass=np.array([3.0, -0.5]),
+    apparent_mass_error=np.array([0.3, 0.1]),
+    coherence=np.array([0.9, 0.1]),
+    common_psd=np.array([10.0, 0.0]),
+    own_psd=np.array([2.0, 8.0]),
+    packing_error=0.03,
+)
+NAMES = {"low": "PID-1, 122 dB", "high": "PID-1, 142 dB"}
+
+
+def drive(scenario, period, moved, error, *, reached):
+    return PatchDrive(
+        label=scenario, scenario=scenario, patch="PID-1", damper="coupon", fill_fraction=0.5,
+        period=period, phases=1, moved=moved, relative_error=error, reached=reached,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def results():
+    ends = {"low": True, "high": False}
+    rounds = [
+        RandomRound(0, tuple(drive(one, 1.0, None, None, reached=False) for one in ends)),
+        RandomRound(1, (drive("low", 0.0, 0.004, 0.011, reached=True),
+                        drive("high", 2.0, 0.3, 0.05, reached=False))),
+        RandomRound(2, (drive("low", 0.0, 0.004, 0.011, reached=True),
+                        drive("high", 0.0, 0.032, 0.017, reached=False))),
+    ]  # fmt: skip
+    reading = RandomReading(BANDS, weight=6.4, area=1e-4)
+    return RandomResults(rounds, {(one, "PID-1"): reading for one in ends})
+
+
+def test_a_scenario_that_ended_early_is_named_with_what_is_missing(results):
+    # red: in not_agreed, `not drive.reached` -> `drive.reached`
+    (said,) = random_warnings(results, NAMES)
+    assert "PID-1, 142 dB (rms acceleration moved by 3.2 %" in said and "known to 1.7 %" in said
+    assert "122 dB" not in said
+    agreed = RandomResults(
+        [RandomRound(0, (drive("low", 0.0, 0.004, 0.011, reached=True),))], results.readings
+    )
+    assert random_warnings(agreed, NAMES) == []
+
+
+def test_the_table_has_rounds_time_and_what_was_reached(results):
+    # red: in rounds_table, `period > 0` -> `period >= 0`
+    section = random_section(results, NAMES)
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    assert table.rows == [
+        ["PID-1, 122 dB", "PID-1", "1", "1.0", "0.4 %", "1.1 %", "yes"],
+        ["PID-1, 142 dB", "PID-1", "2", "3.0", "3.2 %", "1.7 %", "no"],
+    ]
+    assert "1 of 2 patches" in section.blocks[0].text
+
+
+def test_an_error_beyond_the_value_does_not_stretch_the_axis(results):
+    # red: without set_ylim
+    with style.context():
+        damping, _ = random_figure(results, NAMES).axes
+    low, high = damping.get_ylim()
+    assert 100 < low < 400 < high
+
+
+def test_values_are_chosen_evenly():
+    # red: `values[: count]` in few_of
+    assert few_of("abcdefg", 3) == ["a", "d", "g"]
+
+
+def test_rounds_after_the_last_are_not_read(results, tmp_path):
+    # red: glob of round*.json in read_rounds_at_random
+    for number, one in enumerate((*results.rounds, results.rounds[0])):
+        one.write(tmp_path / f"round{number}.json")
+    (tmp_path / "impedance2.csv").write_text(
+        "scenario,patch,particle_mass_per_area_kg_m2,coupon_area_m2,packing_error,low_hz,high_hz,"
+        "frequency_hz,equivalent_damping_n_s_m3,equivalent_damping_error_n_s_m3,"
+        "apparent_mass_kg_m2,apparent_mass_error_kg_m2,coherence,common_force_psd_pa2_hz,"
+        "own_force_psd_pa2_hz\nhigh,PID-1,6.4,1e-4,0.03,20,100,50,400,40,3,0.3,0.9,10,2\n"
+    )
+    found = read_rounds_at_random(tmp_path)
+    assert len(found.rounds) == 3 and list(found.readings) == [("high", "PID-1")]
+    assert [one.scenario for one in not_agreed(found.rounds)] == ["high"]
