@@ -10,10 +10,11 @@ from pidpanel.coupon import coding
 from pidpanel.coupon.balance import Balance
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
-from pidpanel.coupon.records import MeasuredBalance, State
+from pidpanel.coupon.records import End, MeasuredBalance, State
 
 BALANCE = MeasuredBalance(Balance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
-STATE = State("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", BALANCE, "b" * 64)
+ENDS = (End(12, BALANCE, "d" * 64), End(18, None, "e" * 64))
+STATE = State("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", ENDS, "b" * 64)
 
 
 @pytest.mark.parametrize("state", [STATE, State("a", 1, 1e-6)])
@@ -21,7 +22,7 @@ def test_a_state_survives_its_way_through_a_file(tmp_path, state):
     # red: legs left a list; a balance left a dictionary
     state.write(tmp_path)
     assert State.read(tmp_path) == state
-    assert not list(tmp_path.glob("*.new"))
+    assert not list(tmp_path.glob(".new*"))
 
 
 def test_a_folder_without_a_state_has_none(tmp_path):
@@ -42,7 +43,7 @@ def values(**changes):
         (json.dumps(values(mass=None)), r"mass = None: not of type float"),
         (json.dumps(values(legs=[12, 6.5])), r"legs\[1\] = 6.5: not of type int"),
         (json.dumps(values(legs=12)), r"legs = 12: not of type"),
-        (json.dumps(values(balance={"closure": 0.0})), r"balance: no key 'cycles' of MeasuredBalance"),
+        (json.dumps(values(ends=[{"cycles": 1, "last_digest": ""}])), r"ends\[0\]: no key 'balance' of End"),
         (json.dumps([1]), r"\[1\] is not a State"),
         (json.dumps(values())[:-9], r"Expecting|Unterminated|delimiter"),
         ("", r"Expecting value"),

@@ -45,7 +45,7 @@ def test_the_frames_go_on_where_the_run_ended(left):
     assert shot.diameters == pytest.approx(2.5e-3)
     # the first frame is that of the end, but for the steps to the first dump
     last = sphere_dump.read_dump(
-        (folder / runs.LAST_FILE).read_text(), "last", sphere_dump.POSITION_AND_VELOCITY
+        (folder / runs.last_file(10)).read_text(), "last", sphere_dump.POSITION_AND_VELOCITY
     )[-1]
     fastest = np.abs(shot.velocity).max()
     # 1e-6 m: a dump has six digits of some centimetres

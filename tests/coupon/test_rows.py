@@ -227,7 +227,7 @@ def write_cells(folder, leg, steps, values):
 
 
 def shaken(legs, count):
-    return Shaken(count, legs, 9, MASS, "accuracy", None, "")
+    return Shaken(count, legs, 9, MASS, "accuracy", None, "", "")
 
 
 def test_the_cells_of_all_legs_follow_one_another(tmp_path):

@@ -39,7 +39,7 @@ def record(case, folder, *, status="ok", closure=0.001, energies=None):
     shutil.copy(GOLDEN / "cycles_1.txt", file.parent)
     balance = MeasuredBalance(energies or LOSSES, closure, 1, 100)
     digest = rows.digest(case.point, file.parent, (12,), 12)
-    found = Shaken(12, (12,), 8, MASS, "accuracy", balance, digest)
+    found = Shaken(12, (12,), 8, MASS, "accuracy", balance, digest, "")
     if status != "ok":
         found = None
     coding.write(

@@ -391,7 +391,7 @@ def coupon(tmp_path_factory):
     (run,), (outcome,) = case.runs, case.outcomes(folder / "runs")
     outcome.parent.mkdir(parents=True)
     for name in ("last.dump", "start.data"):
-        shutil.copy(GOLDEN / name, outcome.parent)
+        shutil.copy(GOLDEN / name, outcome.parent / name.replace("last", "at_12"))
     head = [line for line in (GOLDEN / "cycles_1.txt").read_text().splitlines() if line[0] == "#"]
     rows = np.loadtxt(GOLDEN / "cycles_1.txt")
     text = [f"{number * run.steps_per_cycle} " + " ".join(f"{x:.8g}" for x in row[1:])
@@ -399,7 +399,7 @@ def coupon(tmp_path_factory):
     (outcome.parent / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
     digest = coupon_rows.digest(run, outcome.parent, (len(rows),), len(rows))
-    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest)
+    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest, "")
     coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")
     paths = ("cases.csv", "runs", "report.html", "report")

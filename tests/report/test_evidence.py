@@ -29,12 +29,12 @@ def write_run(case, folder):
     own = file.parent
     own.mkdir(parents=True)
     mass = 2 * 1190 * np.pi / 6 * 2.5e-3**3
-    found = Shaken(12, (12,), 2, mass, "accuracy", None, "")
+    found = Shaken(12, (12,), 2, mass, "accuracy", None, "", "")
     coding.write(file, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, case.runs[0], case.target, found))
     (own / "start.data").write_text(
         "spheres\n\n2 atoms\n\nAtoms\n\n1 1 0.0025 1190 0 0 0.002\n2 1 0.002 1190 0 0 0.006\n"
     )
-    (own / "last.dump").write_text(
+    (own / "at_12.dump").write_text(
         "ITEM: TIMESTEP\n5\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
         "ITEM: ATOMS id x y z vx vy vz \n2 0 0 0.007 0 0 0.1 \n1 0 0 0.003 0.3 0 0.4 \n"
     )

@@ -5,12 +5,14 @@ nothing but the labels to share runs with another:
 
 packing
     its values and outline, the constants of the pour (`POURING`), the deck that pours, the
-    version of LIGGGHTS, the code that pours (`PREPARING`);
+    command that runs it, the version of LIGGGHTS, the code that pours (`PREPARING`);
 bed
     its packing, its fill fraction, the constants of the loosening (`LOOSENING`), the deck that
-    shakes it loose, the version of LIGGGHTS, the code that loosens (`PREPARING`);
+    shakes it loose, the command that runs it, the version of LIGGGHTS, the code that loosens
+    (`PREPARING`);
 run
-    its bed, its drive, the deck that shakes it, the version of LIGGGHTS;
+    its bed, its drive, the deck that shakes it, the command that runs a cycle, the version of
+    LIGGGHTS;
 case
     its runs.
 
@@ -272,6 +274,7 @@ class Packing:
             [f"{x:.12g} {y:.12g}" for x, y in self.outline],
             coding.encode(POURING),
             deck.without_comments(text),
+            process.RUN,
             process.VERSION,
             fingerprint.module_digest(*PREPARING),
         )
@@ -336,6 +339,7 @@ class Bed:
             self.fill_fraction,
             coding.encode(LOOSENING),
             loosening(self).deck_digest(),
+            process.RUN,
             process.VERSION,
             fingerprint.module_digest(*PREPARING),
         )
@@ -502,6 +506,7 @@ class Run:
             self.bed.identity,
             coding.encode(self.drive),
             [self.deck_digest(restart) for restart in restarts],
+            process.CYCLE,
             process.VERSION,
         )
 

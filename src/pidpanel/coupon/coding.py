@@ -16,6 +16,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
+from pidpanel import durable
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
 
 Record = TypeVar("Record")
@@ -63,7 +64,7 @@ def write(path: Path, record: Any) -> None:
     """Write a record as a JSON file."""
     values = encode(record)
     text = json.dumps({**values, DIGEST: _digest(values)}, indent=1)
-    path.write_text(text + "\n", encoding="utf-8")
+    durable.write_text(path, text + "\n")
 
 
 def _digest(values: Mapping[str, Any]) -> str:

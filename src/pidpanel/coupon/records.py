@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -100,6 +99,8 @@ class Shaken:
     """None where the deck cannot list its contacts."""
     rows_digest: str
     """Hash of the rows of these cycles; see `rows.digest`."""
+    last_digest: str
+    """Hash of the file with the spheres at the end; see `runs.last_file`."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +161,18 @@ class ShakeOutcome(Attempt):
 
 
 @dataclass(frozen=True)
+class End:
+    """What a run left where it met a target."""
+
+    cycles: int
+    """Of the run so far."""
+    balance: MeasuredBalance | None
+    """Of the cycles that follow; None where the deck cannot list its contacts."""
+    last_digest: str
+    """As of `Shaken`."""
+
+
+@dataclass(frozen=True)
 class State:
     """What of a run's folder counts."""
 
@@ -173,9 +186,10 @@ class State:
     """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
     restart: str = ""
     """File from which the run can continue; empty before the first."""
-    balance: MeasuredBalance | None = None
+    ends: tuple[End, ...] = ()
+    """One for each length at which the run has met a target."""
     balance_code: str = ""
-    """`window.code` when the balance was measured; of other code it is measured anew."""
+    """`window.code` when their balances were measured; of other code they are measured anew."""
     rows_digest: str = ""
     """Hash of all rows; see `rows.digest`."""
     files: Files = field(default_factory=dict)
@@ -186,16 +200,20 @@ class State:
         """Of all legs."""
         return sum(self.legs)
 
+    def ended(self, end: End, balance_code: str) -> State:
+        """The state with one more end; those of other code of the balance do not count."""
+        kept = self.ends if self.balance_code == balance_code else ()
+        others = (one for one in kept if one.cycles != end.cycles)
+        return replace(self, ends=(*others, end), balance_code=balance_code)
+
     def after(self, cycles: int, restart: str) -> State:
         """The state after so many more cycles of the last leg; its hashes are those of before."""
         legs = (*self.legs[:-1], self.legs[-1] + cycles)
         return replace(self, legs=legs, restart=restart)
 
     def write(self, folder: Path) -> None:
-        """Write ``state.json`` at one stroke."""
-        draft = folder / "state.json.new"
-        coding.write(draft, self)
-        os.replace(draft, folder / "state.json")
+        """Write ``state.json``."""
+        coding.write(folder / "state.json", self)
 
     @staticmethod
     def read(folder: Path) -> State | None:

@@ -2,34 +2,45 @@
 
 The folder holds the run as far as it has ever gone: the rows of its cycles, a restart at the last
 of them, and ``state.json``, which says what of the files counts. A target that asks for more
-continues from there; one that asks for less reads the rows it would have run itself, so a study
-gives the same numbers whatever ran before.
+continues from there; one that asks for less reads the rows it would have run itself. What is
+measured where a target is met, the energy balance, is kept for each; where it is missing, the run
+is repeated to there. So a study gives the same numbers, to the last bit, whatever ran before.
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from pidpanel import durable
 from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.cases import Run, Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
-from pidpanel.coupon.records import Shaken, State, check_files, files_of
+from pidpanel.coupon.records import End, Shaken, State, check_files, files_of
 
-LAST_FILE = "last.dump"
-"""Spheres at the end of a run, with the columns `sphere_dump.POSITION_AND_VELOCITY`."""
+AGAIN = "again"
+"""Folder below that of a run in which something of it is made again."""
+
+
+def last_file(cycles: int) -> str:
+    """Name of the file of the spheres after so many cycles, where a run met a target.
+
+    Its columns are `sphere_dump.POSITION_AND_VELOCITY`.
+    """
+    return f"at_{cycles}.dump"
 
 
 def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
     """Shake one run until its error target or its last cycle: files in ``folder``.
 
     ``shake_<leg>.in`` runs again under ``liggghts -in``; ``cycles_<leg>.txt`` are the rows,
-    ``shake_<leg>.log`` the log, ``last.dump`` the spheres at the end.
+    ``shake_<leg>.log`` the log, ``at_<cycles>.dump`` the spheres where it met a target.
 
     Raises
     ------
@@ -47,24 +58,28 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
                 solver = stack.enter_context(_started(run, state, folder))
                 state = replace(state, legs=(*state.legs, 0))
             state = _continued(solver, run, state, folder, done)
-        if not _is_balanced(run, state) and solver is None:
-            solver = stack.enter_context(_started(run, state, folder))
-        if solver is not None:
-            solver.dump(LAST_FILE, sphere_dump.POSITION_AND_VELOCITY)
-            if not _is_balanced(run, state):
-                least = rows.smallest_error(run, state.mass)
-                balance = window.measure_balance(solver, run, state.spheres, least, folder)
-                state = replace(state, balance=balance, balance_code=window.code())
-                state.write(folder)
-            solver.finish(solver.now().step, state.spheres)
+        end = _end_at(state, done, folder)
+        if end is None:
+            home = folder
+            if solver is None and done == state.cycles and run.deck is None:
+                solver = stack.enter_context(_started(run, state, folder))
+            elif solver is None:
+                home = folder / AGAIN
+                solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
+                _check_same(run, state, done, folder, home)
+            end = _ended(solver, run, state, done, home, folder)
+            state = state.ended(end, window.code())
+            state.write(folder)
+            shutil.rmtree(folder / AGAIN, ignore_errors=True)
     return Shaken(
         cycles=done,
         legs=state.legs,
         spheres=state.spheres,
         mass_kg=state.mass,
         ended_by="accuracy" if good else "max_cycles",
-        balance=state.balance,
+        balance=end.balance,
         rows_digest=rows.digest(run, folder, state.legs, done),
+        last_digest=end.last_digest,
     )
 
 
@@ -87,9 +102,50 @@ def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, 
     return wanted, False
 
 
-def _is_balanced(run: Run, state: State) -> bool:
-    """Whether no energy balance is to be measured."""
-    return state.balance_code == window.code() or not run.lists_contacts
+def _end_at(state: State, done: int, folder: Path) -> End | None:
+    """What the run left after so many cycles; None if it is not there or of other code."""
+    if state.balance_code != window.code():
+        return None
+    found = next((one for one in state.ends if one.cycles == done), None)
+    name = last_file(done)
+    kept = found is not None and files_of(folder, [name])[name] == found.last_digest
+    return found if kept else None
+
+
+def _repeated(run: Run, state: State, done: int, bed_folder: Path, home: Path) -> Liggghts:
+    """LIGGGHTS after so many cycles from nothing, in another folder.
+
+    For a target that ends before the last restart, or of a deck of which a restart need not hold
+    everything. It runs to the same bits as the run did.
+    """
+    fresh = _begun(run, bed_folder, home)
+    solver = _started(run, fresh, home)
+    try:
+        _continued(solver, run, replace(fresh, legs=(0,)), home, done)
+    except BaseException:
+        solver.__exit__(None, None, None)
+        raise
+    return solver
+
+
+def _check_same(run: Run, state: State, done: int, folder: Path, home: Path) -> None:
+    """Refuse a run whose rows are not those that it gives again."""
+    if rows.digest(run, home, (done,), done) != rows.digest(run, folder, state.legs, done):
+        raise FileDamaged(f"{folder}: run again, the rows of its cycles are others")
+
+
+def _ended(solver: Liggghts, run: Run, state: State, done: int, home: Path, folder: Path) -> End:
+    """Write the spheres as they are and measure the energy balance, after the last cycle."""
+    last = last_file(done)
+    solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
+    balance = None
+    if run.lists_contacts:
+        least = rows.smallest_error(run, state.mass)
+        balance = window.measure_balance(solver, run, state.spheres, least, home)
+    solver.finish(solver.now().step, state.spheres)
+    durable.sync(home / last)
+    (home / last).replace(folder / last)
+    return End(done, balance, files_of(folder, [last])[last])
 
 
 def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State | None:
@@ -108,14 +164,13 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
         path = folder / file_of(len(state.legs))
         lines = rows.rows_text(path).splitlines(keepends=True)
         if len(lines) > 2 + state.legs[-1]:
-            path.write_text("".join(lines[: 2 + state.legs[-1]]))
+            durable.write_text(path, "".join(lines[: 2 + state.legs[-1]]))
     if rows.digest(run, folder, state.legs, state.cycles) != state.rows_digest:
         raise FileDamaged(f"{folder}: the rows of its cycles are not those that were written")
     _restore_start(run, state, bed_folder, folder)
     # a deck of the user's own may hold what no restart keeps: all of it is there, or none
-    if run.deck is not None:
-        complete = _judged(run, target, state, folder)[0] <= state.cycles
-        return state if complete and _is_balanced(run, state) else None
+    if run.deck is not None and _judged(run, target, state, folder)[0] > state.cycles:
+        return None
     return state
 
 
@@ -123,7 +178,7 @@ def _restore_start(run: Run, state: State, bed_folder: Path, folder: Path) -> No
     """Write the spheres and the walls of the start again where they are not what they were."""
     start = {name: state.files[name] for name in (deck.START_FILE, deck.WALLS_FILE)}
     if files_of(folder, start) != start:
-        again = folder / "again"
+        again = folder / AGAIN
         write_start(again, run.packing, read_bed(bed_folder), bed_folder)
         for name in start:
             (again / name).replace(folder / name)
@@ -154,13 +209,14 @@ def _continued(solver: Liggghts, run: Run, state: State, folder: Path, wanted: i
     """Run to a cycle and leave a restart there: the state then."""
     restart = f"at_{wanted}.restart"
     more = wanted - state.cycles
-    reached = solver.run_and_save(more * run.steps_per_cycle, restart)
+    reached = solver.run_cycles(more, run.steps_per_cycle, restart)
     last = (run.cycles_before + wanted) * run.steps_per_cycle
     if reached.step != last:
         raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
     after = state.after(more, restart)
+    durable.sync(folder / restart, *(folder / f(len(after.legs)) for f in rows.files_of_rows(run)))
     after = replace(
         after,
         rows_digest=rows.digest(run, folder, after.legs, after.cycles),

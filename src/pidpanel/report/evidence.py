@@ -166,7 +166,7 @@ def read_spheres(case: Case, folder: Path) -> Spheres:
     """
     run, path = case.point, case.outcomes(folder)[0]
     found = coding.read(ShakeOutcome, path).shaken
-    last = path.parent / runs.LAST_FILE
+    last = path.parent / runs.last_file(found.cycles)
     state = sphere_dump.read_dump(last.read_text(), str(last), sphere_dump.POSITION_AND_VELOCITY)[
         -1
     ]

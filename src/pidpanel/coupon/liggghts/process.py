@@ -48,6 +48,11 @@ TICK = 1.0
 """Silence is counted in ticks of this length [s], so that none is counted while the caller itself
 is suspended."""
 
+RUN, CYCLE = "run {steps}", "run {steps} post no"
+"""Commands that move the spheres; they enter the labels of what is run by them. A run goes cycle by
+cycle: LIGGGHTS lists the neighbours anew at the start of each, as it does after a restart, so a run
+that goes on and one that never stopped have the same rows to the last bit."""
+
 _RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
@@ -195,11 +200,12 @@ class Liggghts:
             their mean speed along x [m/s].
         """
         value = "0" if read is None else _READINGS[read]
-        return self._execute(f"run {steps}", value, steps=steps)
+        return self._execute(RUN.format(steps=steps), value, steps=steps)
 
-    def run_and_save(self, steps: int, restart: str) -> Instant:
-        """Run so many steps and write a restart there, from which a deck can continue."""
-        return self._execute(f"run {steps}\nwrite_restart {restart}", steps=steps)
+    def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
+        """Run so many cycles of so many steps; write a restart there, from which a deck can go on."""
+        commands = [CYCLE.format(steps=steps)] * cycles
+        return self._execute("\n".join([*commands, f"write_restart {restart}"]), steps=steps)
 
     def run_from_files(self, steps: int, every: int, variables: tuple[str, ...]) -> Instant:
         """Run so many steps; every few of them variables of style ``file`` take their next line.
