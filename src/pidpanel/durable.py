@@ -5,8 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+BROKEN = ".broken"
+"""What the name of a damaged file ends with once it is set aside."""
 
 DRAFT = ".new_"
 """What the name of a file begins with until it is whole; its suffix stays."""
@@ -53,6 +57,18 @@ def sync(*paths: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
+
+
+def set_aside(path: Path, why: str) -> None:
+    """Give a damaged file or folder another name, in place of one that had it, and say so."""
+    aside = path.with_name(path.name + BROKEN)
+    try:
+        discard(aside)
+        path.replace(aside)
+        what = f"kept as {aside.name}, made anew"
+    except FileNotFoundError:
+        what = "made anew"
+    print(f"{why}; {what}", file=sys.stderr, flush=True)
 
 
 def discard(path: Path) -> None:

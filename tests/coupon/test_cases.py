@@ -78,8 +78,8 @@ def test_whatever_the_result_depends_on_changes_the_label(change):
 def test_a_run_is_the_same_run_whatever_accuracy_is_asked_of_it():
     before, after = (cases_of(coupon(accuracy={"relative_error": error})) for error in (0.05, 0.01))
     assert [case.label for case in before] == [case.label for case in after]
-    assert before[0].target.label == "7.071pc_12to400"
-    assert after[0].target.label == "1.414pc_12to400"
+    assert before[0].target.label == "7.07106781pc_12to400"
+    assert after[0].target.label == "1.41421356pc_12to400"
 
 
 def test_an_amplitude_of_displacement_is_the_acceleration_over_omega_squared():

@@ -12,6 +12,7 @@ import math
 import os
 import resource
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -20,11 +21,15 @@ from typing import TypeVar
 
 import numpy as np
 
+from pidpanel import durable
 from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import (
+    BY_INPUTS,
+    DAMAGED,
     FilesFailed,
+    RunFailed,
     RunStopped,
     SolverFailure,
     SolverMissing,
@@ -41,16 +46,18 @@ from pidpanel.coupon.records import (
     files_of,
 )
 from pidpanel.coupon.runs import shake
+from pidpanel.locks import alone
 
 Found = TypeVar("Found")
 
 
 def pour_packing(packing: Packing, file: Path) -> PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
-    attempt, found = _attempted(lambda: pour(packing, file.parent), file.parent)
-    files = files_of(file.parent, (PACKING_FILE,) if found else ())
-    outcome = PourOutcome(**vars(attempt), packing=packing, found=found, files=files)
-    _write(file, outcome)
+    with alone(_lock(file.parent)):
+        attempt, found = _attempted(lambda: pour(packing, file.parent), file.parent)
+        files = files_of(file.parent, (PACKING_FILE,) if found else ())
+        outcome = PourOutcome(**vars(attempt), packing=packing, found=found, files=files)
+        _write(file, outcome)
     return outcome
 
 
@@ -68,25 +75,32 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     """
     before = sound_packing(bed.packing, packing_file)
     poured = before.found
-    if poured is None:
-        attempt, found = _handed_on(before), None
-    else:
-        full = poured.spheres_full
-        attempt, found = _attempted(
-            lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
-        )
-    files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if found else ())
-    outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found, files=files)
-    _write(file, outcome)
+    with alone(_lock(file.parent)):
+        if poured is None:
+            attempt, found = _handed_on(before), None
+        else:
+            full = poured.spheres_full
+            attempt, found = _attempted(
+                lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
+            )
+        files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if found else ())
+        outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found, files=files)
+        _write(file, outcome)
     return outcome
+
+
+def _lock(folder: Path) -> Path:
+    """Lock of who writes a folder, beside it."""
+    return folder.with_name(f".{folder.name}.lock")
 
 
 def sound_packing(packing: Packing, file: Path) -> PourOutcome:
     """What ``packing.json`` says; a packing that is not as it was left is poured again."""
     try:
         outcome = coding.read(PourOutcome, file)
-        check_files(file.parent, outcome.files)
-    except SolverFailure:
+        check_sound(outcome, file)
+    except SolverFailure as failure:
+        print(f"{failure}; poured again", file=sys.stderr)
         with _beside(file) as scratch:
             outcome = pour_packing(packing, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))
@@ -100,12 +114,25 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     """
     try:
         outcome = coding.read(LoosenOutcome, file)
-        check_files(file.parent, outcome.files)
-    except SolverFailure:
+        check_sound(outcome, file)
+    except SolverFailure as failure:
+        print(f"{failure}; made again", file=sys.stderr)
         with _beside(file) as scratch:
             outcome = loosen_bed(bed, packing_file, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))
     return outcome
+
+
+def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
+    """Refuse what is not as it was left, and a failure that need not come again.
+
+    Raises
+    ------
+    FileDamaged, RunFailed
+    """
+    if outcome.status != OK and outcome.status not in BY_INPUTS:
+        raise RunFailed(outcome.status, f"{file}: {outcome.status}")
+    check_files(file.parent, outcome.files)
 
 
 @contextlib.contextmanager
@@ -255,14 +282,15 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
     """
     ended = {}
     for case in cases:
-        outcomes = shake_case(case, folder)
-        paths = case.with_reserve.outcomes(folder)
-        for path, outcome in zip(paths, outcomes, strict=False):
-            _write(path, replace(outcome, seeds=len(outcomes)))
-            ended[str(path.parent.relative_to(folder))] = outcome.status
-        for path in paths[len(outcomes) :]:  # of an earlier version that needed them
-            path.unlink(missing_ok=True)
-    file.write_text(json.dumps(ended, indent=1) + "\n")
+        with alone(folder / case.label / ".lock"):
+            outcomes = shake_case(case, folder)
+            paths = case.with_reserve.outcomes(folder)
+            for path, outcome in zip(paths, outcomes, strict=False):
+                _write(path, replace(outcome, seeds=len(outcomes)))
+                ended[str(path.parent.relative_to(folder))] = outcome.status
+            for path in paths[len(outcomes) :]:  # of an earlier version that needed them
+                path.unlink(missing_ok=True)
+    durable.write_text(file, json.dumps(ended, indent=1) + "\n")
 
 
 def _write(file: Path, outcome: Attempt) -> None:
@@ -274,7 +302,8 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
     """Do it, twice if need be; a failure is kept by its name.
 
     The first failure may be the machine's; the second is reported. A stopped run continues from
-    its last restart; what any other failure left is removed.
+    its last restart; a folder with damaged files is set aside; what any other failure left is
+    removed.
     """
     attempts = 0
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -294,7 +323,10 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
             return Attempt(status, message, attempts, VERSION, round(spent, 2)), found
-        if status != RunStopped.__name__:
+        if status in DAMAGED:
+            durable.set_aside(folder, message)
+        elif status != RunStopped.__name__:
+            print(f"{message}; tried again", file=sys.stderr)
             shutil.rmtree(folder, ignore_errors=True)
 
 

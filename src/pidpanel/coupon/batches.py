@@ -29,8 +29,8 @@ class Batch:
 
     @property
     def label(self) -> str:
-        """``<cases>_<hash>``; the hash is that of the labels of the cases and their targets."""
-        text = " ".join(f"{case.label}/{case.target.label}" for case in self.cases)
+        """``<cases>_<hash>``; the hash is that of the labels of the cases and their ends."""
+        text = " ".join(f"{case.label}/{case.outcome}" for case in self.cases)
         return f"{len(self.cases)}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
     def as_list(self) -> list[dict[str, Any]]:

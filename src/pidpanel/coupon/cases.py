@@ -538,8 +538,8 @@ class Target:
 
     @property
     def label(self) -> str:
-        """Name of the file that says how a run ended."""
-        return f"{100 * self.relative_error:.4g}pc_{self.min_cycles}to{self.max_cycles}"
+        """A part of the name of the file that says how a run ended."""
+        return f"{100 * self.relative_error:.9g}pc_{self.min_cycles}to{self.max_cycles}"
 
     def as_strict_as(self, other: Target) -> Target:
         """Return the target that satisfies another too.
@@ -636,9 +636,14 @@ class Case:
         whole.__dict__["label"] = self.label
         return whole
 
+    @property
+    def outcome(self) -> str:
+        """Name of the files that say how its runs ended: all that the end depends on."""
+        return self.target.label + (f"_states{self.state_cycles}" if self.state_cycles else "")
+
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``, one a seed."""
-        return [own / f"{self.target.label}.json" for own in self.folders(folder)]
+        return [own / f"{self.outcome}.json" for own in self.folders(folder)]
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON holds it; `from_dict` is the inverse."""

@@ -59,6 +59,12 @@ class LossesApart(SolverFailure):
     """What the contacts dissipate in the window is of another size than what the rows say."""
 
 
+BY_INPUTS = frozenset(
+    kind.__name__ for kind in (Unphysical, NotFinite, ParticlesLost, UnderFilled, NotSteady)
+)
+"""Failures that the same inputs give again; any other is tried again in the next call."""
+
+
 class RunFailed(SolverFailure):
     """A step that ended with another failure, whose name is its `status`."""
 
@@ -69,3 +75,7 @@ class RunFailed(SolverFailure):
 
 class RecordUnreadable(SolverFailure):
     """A JSON file of a packing, a bed or a run is cut, or has other keys than are expected."""
+
+
+DAMAGED = frozenset(kind.__name__ for kind in (FileDamaged, LogTruncated, RecordUnreadable))
+"""Failures of files that were left here; they are set aside."""

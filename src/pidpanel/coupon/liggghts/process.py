@@ -149,7 +149,11 @@ class Liggghts:
             target=_listen, args=(self._output, self._said), daemon=True
         )
         self._listener.start()
-        self._check_version()
+        try:
+            self._check_version()
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
 
     def __enter__(self) -> Liggghts:
         return self
@@ -169,7 +173,9 @@ class Liggghts:
                 stream.close()
 
     def _check_version(self) -> None:
-        first = next(self._lines("its first line"), "")
+        first = next(self._lines("its first line"), None)
+        if first is None:  # killed before it said anything
+            raise self._failure([])
         if VERSION not in first:
             raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is required")
 
@@ -203,7 +209,7 @@ class Liggghts:
         return self._execute(RUN.format(steps=steps), value, steps=steps)
 
     def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
-        """Run so many cycles of so many steps; write a restart there, from which a deck can go on."""
+        """Run so many cycles of so many steps; write a restart, from which a deck can go on."""
         commands = [CYCLE.format(steps=steps)] * cycles
         return self._execute("\n".join([*commands, f"write_restart {restart}"]), steps=steps)
 
