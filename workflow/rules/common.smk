@@ -5,8 +5,11 @@ import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
+from pidpanel import durable, made
 from pidpanel.check import check_machine, checked_study
+from pidpanel.coupon import finished
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
@@ -32,6 +35,8 @@ os.environ.update(
     OMP_NUM_THREADS="1",
     # no param: where the study lies changes no result
     PIDPANEL_STUDY=STUDY_FILE,
+    # what it has started ends with it
+    PIDPANEL_WORKFLOW_PROCESS=str(os.getpid()),
 )
 
 
@@ -127,14 +132,53 @@ def outcomes_of(labels, table):
     """
     found = []
     for label in dict.fromkeys(BATCH_OF[label] for label in labels):
-        found.append(f"results/coupon/batch/{label}.json")
-        runs = (path for c in BATCHES[label].cases for path in c.outcomes(Path("results/coupon")))
-        made = Path(found[-1]).exists() or Path(table).exists()
-        if made and not all(path.exists() for path in runs):
+        file = f"results/coupon/batch/{label}.json"
+        found.append(file)
+        if file in LOOKED_AT or not workflow.is_main_process:
+            continue
+        LOOKED_AT.add(file)
+        if Path(file).exists() or Path(table).exists():
             # Snakemake knows one file per batch, not the outcomes behind it, and makes no file again
             # from which a table was made that is still there
-            workflow.dag.forcefiles.add(found[-1])
+            anew, faults = finished.changes(BATCHES[label], Path("results/coupon"), SHAKE)
+            for fault in faults:
+                logger.warning(fault)
+            if anew:
+                workflow.dag.forcefiles.add(file)
     return found
+
+
+# what is found of the files of a job is found once: on its way it changes them itself
+LOOKED_AT = set()
+
+
+def rests(*outputs, **values):
+    """What the files of a rule rest on besides its other inputs, in a file below ``results``.
+
+    A job is done again when the values change, and when what it left is damaged or lost; nothing of
+    this hangs on ``.snakemake``. Values may be functions of the wildcards.
+    """
+
+    def file_of(wildcards):
+        made_files = [output.format(**dict(wildcards.items())) for output in outputs]
+        file = made.rests_file(made_files[0])
+        if workflow.is_main_process and file not in LOOKED_AT:
+            LOOKED_AT.add(file)
+            texts = {key: v(wildcards) if callable(v) else v for key, v in values.items()}
+            made.write_rests(file, texts)
+            anew, damaged = made.changes(file, made_files)
+            for path in damaged:
+                why = f"{path}: damaged, changed or lost since it was made"
+                if workflow.dryrun:
+                    logger.warning(why)
+                else:
+                    durable.set_aside(path, why)
+            if anew:
+                workflow.dag.forcefiles.update(made_files)
+        return str(file)
+
+    # newer or older says nothing: its content counts
+    return ancient(file_of)
 
 
 def outcomes_wanted(damper):

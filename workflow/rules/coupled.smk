@@ -5,6 +5,7 @@ from pidpanel.coupled.from_study import coupled_runs
 COUPLED_RUNS = coupled_runs(STUDY)
 COUPLED_SCENARIOS = {run.scenario.label: run for run in COUPLED_RUNS.values()}
 COUPLED_NAMES = ("summary.csv", "third_octaves.csv", "impedance.csv", "psd.csv")
+COUPLED = [results(f"coupled/{name}") for name in COUPLED_NAMES]
 # their beds are poured and shaken loose by the rules of the coupon
 BEDS |= {bed.label: bed for run in COUPLED_RUNS.values() for bed in run.beds}
 PACKINGS |= {bed.packing.label: bed.packing for bed in BEDS.values()}
@@ -16,17 +17,20 @@ rule coupled_run:
         modal_force=results("sound/modal_force.nc"),
         plate=results("panel/plate.nc"),
         beds=beds_of_run,
+        rests=rests(
+            results("coupled/{scenario}/seed{seed}.nc"),
+            values=lambda wildcards: coupled_digest(wildcards.scenario),
+            decks=content(*(TEMPLATES / f"{n}.j2" for n in ("coupled.in", "header", "contacts"))),
+            code=code("coupled_run"),
+        ),
     output:
         results("coupled/{scenario}/seed{seed}.nc"),
     log:
         results("coupled/{scenario}/seed{seed}.log"),
-    params:
-        values=lambda wildcards: coupled_digest(wildcards.scenario),
-        decks=content(*(TEMPLATES / f"{n}.j2" for n in ("coupled.in", "header", "contacts"))),
-        code=code("coupled_run"),
     shell:
         'python -m scripts.coupled_run "$PIDPANEL_STUDY" {wildcards.scenario}/seed{wildcards.seed}'
-        " {input.modes} {input.modal_force} {input.plate} {output} {input.beds} 2> {log}"
+        " {input.modes} {input.modal_force} {input.plate} {output} {input.beds}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule coupled:
@@ -35,16 +39,19 @@ rule coupled:
         modal_force=results("sound/modal_force.nc"),
         plate=results("panel/plate.nc"),
         records=[results(f"coupled/{name}.nc") for name in COUPLED_RUNS],
+        rests=rests(
+            *COUPLED,
+            values=lambda wildcards: [coupled_digest(label) for label in COUPLED_SCENARIOS],
+            code=code("coupled"),
+        ),
     output:
-        [results(f"coupled/{name}") for name in COUPLED_NAMES],
+        COUPLED,
     log:
         results("coupled/coupled.log"),
-    params:
-        values=lambda wildcards: [coupled_digest(label) for label in COUPLED_SCENARIOS],
-        code=code("coupled"),
     shell:
         'python -m scripts.coupled "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {output} {input.records} 2> {log}"
+        " {input.plate} {output} {input.records}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule verdict:
@@ -52,13 +59,16 @@ rule verdict:
         psd=results("response/psd.nc"),
         summary=results("coupled/summary.csv"),
         bands=results("coupled/third_octaves.csv"),
+        rests=rests(
+            results("coupled/verdict.csv"),
+            scenarios=SCENARIOS,
+            readings=STUDY.readings,
+            code=code("verdict"),
+        ),
     output:
         results("coupled/verdict.csv"),
     log:
         results("coupled/verdict.log"),
-    params:
-        scenarios=SCENARIOS,
-        readings=" ".join(STUDY.readings),
-        code=code("verdict"),
     shell:
-        'python -m scripts.verdict "$PIDPANEL_STUDY" {input} {output} 2> {log}'
+        'python -m scripts.verdict "$PIDPANEL_STUDY" {input.psd} {input.summary} {input.bands}'
+        " {output} --made {input.rests} --to {output} 2> {log}"

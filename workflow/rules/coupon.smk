@@ -21,6 +21,10 @@ if HAS_ROUNDS:
         cases_of_round(file)
 
 
+# judges what was run: other code judges it anew, and runs nothing that is there
+SHAKE = code("shake")
+
+
 wildcard_constraints:
     damper=NAME,
 
@@ -58,37 +62,42 @@ rule shake:
         "results/coupon/batch/{batch}.log",
     params:
         values=lambda wildcards: json.dumps(BATCHES[wildcards.batch].as_list()),
-        code=code("shake"),
+        code=SHAKE,
     shell:
-        "python -m scripts.shake {params.values:q} results/coupon {output} 2> {log}"
+        "python -m scripts.shake {params.values:q} results/coupon {params.code} {output} 2> {log}"
 
 
 rule cases:
     input:
-        lambda wildcards: outcomes_wanted(SECTION),
+        outcomes=lambda wildcards: outcomes_wanted(SECTION),
+        rests=rests(
+            results("coupon/cases.csv"),
+            study=lambda wildcards: coupon_digest(SECTION),
+            code=code("cases"),
+        ),
     output:
         results("coupon/cases.csv"),
     log:
         results("coupon/cases.log"),
     params:
         chosen=lambda wildcards: last_round() if HAS_ROUNDS else "none",
-        study=lambda wildcards: coupon_digest(SECTION),
-        code=code("cases"),
     shell:
         'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
-        " 2> {log}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule damper_cases:
     input:
-        lambda wildcards: outcomes_wanted(wildcards.damper),
+        outcomes=lambda wildcards: outcomes_wanted(wildcards.damper),
+        rests=rests(
+            results("coupon/{damper}/cases.csv"),
+            study=lambda wildcards: coupon_digest(wildcards.damper),
+            code=code("cases"),
+        ),
     output:
         results("coupon/{damper}/cases.csv"),
     log:
         results("coupon/{damper}/cases.log"),
-    params:
-        study=lambda wildcards: coupon_digest(wildcards.damper),
-        code=code("cases"),
     shell:
         'python -m scripts.cases "$PIDPANEL_STUDY" {wildcards.damper} results/coupon none {output}'
-        " 2> {log}"
+        " --made {input.rests} --to {output} 2> {log}"

@@ -5,15 +5,18 @@ rule coupon_report:
     input:
         cases=results("coupon/cases.csv"),
         films=FILMS,
+        rests=rests(
+            results("report.html"),
+            results("report"),
+            study=section(),
+            files=content(*PAGE_FILES),
+            code=code("coupon_report"),
+        ),
     output:
         page=results("report.html"),
         figures=directory(results("report")),
     log:
         results("report.log"),
-    params:
-        study=section(),
-        files=content(*PAGE_FILES),
-        code=code("coupon_report"),
     shell:
         'python -m scripts.coupon_report "$PIDPANEL_STUDY" {input.cases} results/coupon'
-        " {output} 2> {log}"
+        " {output} --made {input.rests} --to {output} 2> {log}"

@@ -14,6 +14,12 @@ checkpoint design:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
         air=AIR,
+        rests=rests(
+            results("design/round{round}.json"),
+            study=section("coupon", *RESPONSE_SECTIONS, without={"response": {"maps"}}),
+            scenarios=SCENARIOS,
+            code=code("design"),
+        ),
     output:
         results("design/round{round}.json"),
     log:
@@ -21,24 +27,21 @@ checkpoint design:
     params:
         before=lambda wildcards: round_before(wildcards) or "none none",
         air=AIR or "none",
-        study=section("coupon", *RESPONSE_SECTIONS, without={"response": {"maps"}}),
-        scenarios=SCENARIOS,
-        code=code("design"),
     shell:
         'python -m scripts.design "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {params.before} {output} 2> {log}"
+        " {params.before} {output} --made {input.rests} --to {output} 2> {log}"
 
 
 rule round_cases:
     input:
-        outcomes_of_round,
+        outcomes=outcomes_of_round,
+        rests=rests(results("design/cases{round}.csv"), code=code("cases")),
     output:
         results("design/cases{round}.csv"),
     log:
         results("design/cases{round}.log"),
     params:
         chosen=lambda wildcards: results(f"design/round{wildcards.round}.json"),
-        code=code("cases"),
     shell:
         'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
-        " 2> {log}"
+        " --made {input.rests} --to {output} 2> {log}"

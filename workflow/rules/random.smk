@@ -21,6 +21,14 @@ checkpoint random_round:
         modes=results("panel/modes.nc"),
         modal_force=results("sound/modal_force.nc"),
         air=AIR,
+        rests=rests(
+            results("random/round{round}.json"),
+            results("random/impedance{round}.csv"),
+            study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RANDOM),
+            dampers=DAMPERS,
+            scenarios=SCENARIOS,
+            code=code("random_round"),
+        ),
     output:
         results("random/round{round}.json"),
         results("random/impedance{round}.csv"),
@@ -29,19 +37,23 @@ checkpoint random_round:
     params:
         folder=lambda wildcards, output: str(Path(output[0]).parent),
         air=AIR or "none",
-        study=section("coupon", *RESPONSE_SECTIONS, without=NOT_FOR_RANDOM),
-        dampers=DAMPERS,
-        scenarios=SCENARIOS,
-        code=code("random_round"),
     shell:
         'python -m scripts.random_round "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {params.air} {params.folder} {wildcards.round} {output} 2> {log}"
+        " {params.air} {params.folder} {wildcards.round} {output}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule random_leg:
     input:
         round=results("random/round{leg}.json"),
         start=leg_before,
+        rests=rests(
+            results("random/leg{leg}/{drive}_s{seed}.npz"),
+            coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
+            deck=content(*(TEMPLATES / n for n in ("random.in.j2", "header.j2", "contacts.j2"))),
+            # not of the study's models: legs are expensive
+            code=code_digest("pidpanel.coupon.random_runs"),
+        ),
     output:
         results("random/leg{leg}/{drive}_s{seed}.npz"),
     log:
@@ -49,10 +61,8 @@ rule random_leg:
     params:
         bed=bed_of_leg,
         before=lambda wildcards, input: "none" if wildcards.leg == "0" else input.start,
-        coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
-        deck=content(*(TEMPLATES / name for name in ("random.in.j2", "header.j2", "contacts.j2"))),
-        # not of the study's models: legs are expensive
-        code=code_digest("pidpanel.coupon.random_runs"),
+        folder=lambda wildcards, output: str(Path(output[0]).with_suffix("")),
     shell:
         'python -m scripts.random_leg "$PIDPANEL_STUDY" {input.round} {wildcards.drive}'
-        " {wildcards.seed} {params.bed} {params.before} {output} 2> {log}"
+        " {wildcards.seed} {params.bed} {params.before} {params.folder} {output}"
+        " --made {input.rests} --to {output} 2> {log}"

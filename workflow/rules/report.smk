@@ -26,6 +26,13 @@ rule report:
         coupled=[results(f"coupled/{n}.csv") for n in COUPLED_SHOWN] if STUDY.is_coupled else [],
         damping=DAMPING_FILES,
         random=last_impedance if RANDOM_COUPONS else [],
+        rests=rests(
+            results("report.html"),
+            results("report"),
+            study=section(),
+            files=content(PAPER_TABLE, *PAGE_FILES),
+            code=code("report"),
+        ),
     output:
         page=results("report.html"),
         figures=directory(results("report")),
@@ -33,8 +40,6 @@ rule report:
         results("report.log"),
     params:
         folder=lambda wildcards, output: str(Path(output.page).parent),
-        study=section(),
-        files=content(PAPER_TABLE, *PAGE_FILES),
-        code=code("report"),
     shell:
-        'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon 2> {log}'
+        'python -m scripts.report "$PIDPANEL_STUDY" {params.folder} results/coupon'
+        " --made {input.rests} --to {output} 2> {log}"

@@ -13,6 +13,10 @@ DAMPERS = values_digest(
     }
 )
 BESIDE = [results("response/radiation.csv")] if STUDY.response.radiation_beside != "none" else []
+RESPONSE_NAMES = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
+RESPONSE = [*(results(f"response/{name}") for name in RESPONSE_NAMES), *BESIDE]
+MAPS, MAPS_FOLDER = results("response/maps.nc"), results("response/maps")
+EXPORT = results("response/export")
 
 
 rule response:
@@ -24,28 +28,25 @@ rule response:
         surfaces=SURFACES,
         air=AIR,
         random=last_impedance if RANDOM_COUPONS else [],
+        rests=rests(
+            *RESPONSE,
+            study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+            dampers=DAMPERS,
+            scenarios=SCENARIOS,
+            code=code("response"),
+        ),
     output:
-        results("response/psd.nc"),
-        results("response/summary.csv"),
-        results("response/layouts.csv"),
-        results("response/stress.nc"),
-        results("response/stress.csv"),
-        results("response/left_out.nc"),
-        BESIDE,
+        RESPONSE,
     log:
         results("response/response.log"),
     params:
         damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
         air=AIR or "none",
         random=lambda wildcards, input: input.random or "none",
-        study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
-        dampers=DAMPERS,
-        scenarios=SCENARIOS,
-        code=code("response"),
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
         " {input.plate} {input.section} {params.damping} {params.air} {params.random} {output}"
-        " 2> {log}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule maps:
@@ -56,33 +57,41 @@ rule maps:
         plate=results("panel/plate.nc"),
         left_out=results("response/left_out.nc"),
         psd=results("response/psd.nc"),
+        rests=rests(
+            MAPS,
+            MAPS_FOLDER,
+            study=section("panel", "sound", "response"),
+            scenarios=SCENARIOS,
+            code=code("maps"),
+        ),
     output:
-        results("response/maps.nc"),
-        directory(results("response/maps")),
+        MAPS,
+        directory(MAPS_FOLDER),
     log:
         results("response/maps.log"),
     params:
         air=AIR or "none",
-        study=section("panel", "sound", "response"),
-        scenarios=SCENARIOS,
-        code=code("maps"),
     shell:
         'python -m scripts.maps "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {input.plate} {input.left_out} {input.psd} {output} 2> {log}"
+        " {input.plate} {input.left_out} {input.psd} {output}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule export:
     input:
         modes=results("panel/modes.nc"),
         psd=results("response/psd.nc"),
+        rests=rests(
+            EXPORT,
+            readings=STUDY.readings,
+            damping_ratio=STUDY.panel.damping_ratio,
+            scenarios=SCENARIOS,
+            code=code("export"),
+        ),
     output:
-        directory(results("response/export")),
+        directory(EXPORT),
     log:
         results("response/export.log"),
-    params:
-        readings=" ".join(STUDY.readings),
-        damping_ratio=STUDY.panel.damping_ratio,
-        scenarios=SCENARIOS,
-        code=code("export"),
     shell:
-        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd} {output} 2> {log}'
+        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd} {output}'
+        " --made {input.rests} --to {output} 2> {log}"

@@ -4,19 +4,23 @@ RADIATION = {STUDY.response.radiation, STUDY.response.radiation_beside} - {"none
 AIR = [results("sound/air.nc")] if RADIATION else []
 
 
+SOUND = [results("sound/spectrum.csv"), results("sound/modal_force.nc"), *AIR]
+
+
 rule sound:
     input:
         modes=results("panel/modes.nc"),
+        rests=rests(
+            *SOUND,
+            study=section("sound"),
+            highest=STUDY.response.frequency_hz[1],
+            air_mass=STUDY.response.air_mass,
+            code=code("sound"),
+        ),
     output:
-        results("sound/spectrum.csv"),
-        results("sound/modal_force.nc"),
-        AIR,
+        SOUND,
     log:
         results("sound/sound.log"),
-    params:
-        study=section("sound"),
-        highest=STUDY.response.frequency_hz[1],
-        air_mass=STUDY.response.air_mass,
-        code=code("sound"),
     shell:
-        'python -m scripts.sound "$PIDPANEL_STUDY" {input.modes} {output} 2> {log}'
+        'python -m scripts.sound "$PIDPANEL_STUDY" {input.modes} {output}'
+        " --made {input.rests} --to {output} 2> {log}"

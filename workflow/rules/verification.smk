@@ -33,17 +33,21 @@ DECKS = sorted(str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name
 
 
 rule verify:
+    input:
+        rests=rests(
+            "results/verification/{stage}/{case}.csv",
+            decks=content(*DECKS),
+            code=lambda wildcards: code_digest(
+                "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
+            ),
+        ),
     output:
         "results/verification/{stage}/{case}.csv",
     log:
         "results/verification/{stage}/{case}.log",
-    params:
-        decks=content(*DECKS),
-        code=lambda wildcards: code_digest(
-            "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
-        ),
     shell:
-        "python -m scripts.verify {wildcards.stage} {wildcards.case} {output} 2> {log}"
+        "python -m scripts.verify {wildcards.stage} {wildcards.case} {output}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 VERIFIED_ROWS = [
@@ -56,16 +60,20 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
+        rests=rests(
+            "results/verification/verification.html",
+            "results/verification/figures",
+            files=content(*PAGE_FILES),
+            code=code("verification"),
+        ),
     output:
         page="results/verification/verification.html",
         figures=directory("results/verification/figures"),
     log:
         "results/verification/verification.log",
-    params:
-        files=content(*PAGE_FILES),
-        code=code("verification"),
     shell:
-        "python -m scripts.verification {output.page} {output.figures} {input.rows} 2> {log}"
+        "python -m scripts.verification {output.page} {output.figures} {input.rows}"
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 # after the page, so that the page shows a number outside its tolerance as well

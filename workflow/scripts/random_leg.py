@@ -10,10 +10,10 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, round, label of the drive, seed, bed.json, record before or none; record."""
-    study, round_file, label, seed, bed, before, output = arguments
+    """Study, round, label of the drive, seed, bed.json, record before or none; folder, record."""
+    study, round_file, label, seed, bed, before, folder, output = arguments
     drive = RandomRound.read(Path(round_file)).drive(label)
-    paths = Path(bed), optional(before), Path(output)
+    paths = Path(bed), optional(before), Path(output), Path(folder)
     shake_random_leg(load_study(study), drive, int(seed), *paths)
 
 

@@ -10,10 +10,10 @@ from pidpanel.script import run
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Take the values of the cases and results/coupon; write the statuses of their runs."""
-    values, folder, output = arguments
+    """Take the values of the cases, results/coupon, the hash of the code; write their statuses."""
+    values, folder, code, output = arguments
     cases = [Case.from_dict(case) for case in json.loads(values)]
-    attempts.shake_cases(cases, Path(folder), Path(output))
+    attempts.shake_cases(cases, Path(folder), Path(output), code)
 
 
 if __name__ == "__main__":

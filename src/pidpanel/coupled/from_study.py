@@ -27,12 +27,12 @@ from pidpanel.coupled.results import (
     coupled_result,
 )
 from pidpanel.coupled.stations import stations_of
-from pidpanel.coupon import coding, contact
+from pidpanel.coupon import contact
+from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
 from pidpanel.coupon.liggghts.library import load_library
-from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.response.bands import whole_third_octaves
 from pidpanel.response.basis_error import joined_shapes
@@ -310,7 +310,7 @@ def write_run(
         coupled.at_stations,
         coupled.points,
     )
-    outcomes = [coding.read(LoosenOutcome, file) for file in bed_files]
+    outcomes = [bed_in_store(bed, file) for bed, file in zip(run.beds, bed_files, strict=True)]
     for outcome in outcomes:
         if outcome.found is None:
             raise RunFailed(outcome.status, outcome.message)

@@ -123,6 +123,12 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     return outcome
 
 
+def bed_in_store(bed: Bed, file: Path) -> LoosenOutcome:
+    """`sound_bed` where the packings lie in ``../../packing`` of the folder of the bed."""
+    packings = file.parent.parent.parent / "packing"
+    return sound_bed(bed, packings / bed.packing.label / "packing.json", file)
+
+
 def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
     """Refuse what is not as it was left, and a failure that need not come again.
 
@@ -166,8 +172,7 @@ def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOu
     folder
         Of the run.
     """
-    packings = bed_file.parent.parent.parent / "packing"
-    before = sound_bed(run.bed, packings / run.packing.label / "packing.json", bed_file)
+    before = bed_in_store(run.bed, bed_file)
     if before.found is None:
         attempt, found = _handed_on(before), None
     else:
@@ -266,7 +271,7 @@ def _shake_all(case: Case, target: Target, folder: Path) -> list[ShakeOutcome]:
     return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
-def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
+def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "") -> None:
     """Shake all seeds of some cases, one after the other, and write how each ended.
 
     One process for all of them: what Python imports is paid once.
@@ -279,6 +284,8 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
         ``results/coupon``, with the beds in ``bed``; each run is in its folder there.
     file
         Gets the status of each run as JSON.
+    code
+        Hash of the code that judges runs, for that file.
     """
     ended = {}
     for case in cases:
@@ -290,7 +297,7 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
                 ended[str(path.parent.relative_to(folder))] = outcome.status
             for path in paths[len(outcomes) :]:  # of an earlier version that needed them
                 path.unlink(missing_ok=True)
-    durable.write_text(file, json.dumps(ended, indent=1) + "\n")
+    durable.write_text(file, json.dumps({"code": code, "ended": ended}, indent=1) + "\n")
 
 
 def _write(file: Path, outcome: Attempt) -> None:

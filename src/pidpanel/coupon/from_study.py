@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import coding, contact, summary
+from pidpanel.coupon import contact, summary
+from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts.failures import RunFailed
 from pidpanel.coupon.preparation import read_bed
 from pidpanel.coupon.random_runs import RandomRun, Record, random_run, shake_at_random, sine_of
-from pidpanel.coupon.records import LoosenOutcome
 from pidpanel.random_round import PatchDrive
 from pidpanel.round import Round
 
@@ -152,7 +152,13 @@ def random_legs(study: Study) -> list[RandomRun]:
 
 
 def shake_random_leg(
-    study: Study, drive: PatchDrive, seed: int, bed_file: Path, before: Path | None, file: Path
+    study: Study,
+    drive: PatchDrive,
+    seed: int,
+    bed_file: Path,
+    before: Path | None,
+    file: Path,
+    folder: Path,
 ) -> None:
     """Run one leg of a coupon driven at random and write its record.
 
@@ -167,7 +173,9 @@ def shake_random_leg(
     before
         Record of the leg before; None for the first.
     file
-        The record, beside a folder of the same name with its deck and log.
+        The record.
+    folder
+        Of its deck and log.
 
     Raises
     ------
@@ -179,7 +187,7 @@ def shake_random_leg(
     coupon = study.coupon_of(drive.damper)
     bed = bed_at(coupon, drive.fill_fraction, seed)
     if before is None:
-        loosened = coding.read(LoosenOutcome, bed_file)
+        loosened = bed_in_store(bed, bed_file)
         if loosened.found is None:
             raise RunFailed(loosened.status, f"{bed_file}: {loosened.status}")
         spheres = read_bed(bed_file.parent)
@@ -189,7 +197,7 @@ def shake_random_leg(
     band = (float(motion[0][0]), float(motion[0][-1]))
     tone = sine_of(motion)
     run = random_run_of(coupon, bed, tone, band, drive.period, drive.phases)
-    shake_at_random(run, motion, spheres, file.with_suffix("")).write(file)
+    shake_at_random(run, motion, spheres, folder).write(file)
 
 
 def write_table(

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from pidpanel import durable
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupon import contact, geometry
 from pidpanel.coupon.cases import Bed, Constants
@@ -170,9 +171,8 @@ class Record:
 
     def write(self, path: Path) -> None:
         """Write it as NPZ."""
-        part = path.with_suffix(".part.npz")
-        np.savez(part, **vars(self))
-        part.rename(path)
+        with durable.replacing(path) as draft:
+            np.savez(draft, **vars(self))
 
     @staticmethod
     def read(path: Path) -> Record:

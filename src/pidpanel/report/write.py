@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from pidpanel import durable
 from pidpanel.paths import SECTION
 from pidpanel.report import style
 from pidpanel.report.coupon_page import coupon_page
@@ -109,4 +110,4 @@ def write_page(page: Page, file: Path, figures: Path) -> None:
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:
         (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
-    file.write_text(render(page), encoding="utf-8")
+    durable.write_text(file, render(page))

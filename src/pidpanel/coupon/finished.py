@@ -1,0 +1,98 @@
+"""Whether what runs have left is as they left it, so that what is not is made again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from pidpanel.coupon import coding, rows
+from pidpanel.coupon.attempts import check_sound
+from pidpanel.coupon.batches import Batch
+from pidpanel.coupon.cases import Bed, Case, Run
+from pidpanel.coupon.liggghts.failures import BY_INPUTS, SolverFailure
+from pidpanel.coupon.records import (
+    LoosenOutcome,
+    PourOutcome,
+    ShakeOutcome,
+    files_of,
+)
+from pidpanel.coupon.runs import last_file
+
+
+def changes(batch: Batch, folder: Path, code: str) -> tuple[bool, list[str]]:
+    """Compare what is there with what a batch left.
+
+    Parameters
+    ----------
+    batch
+        The batch, whose own file is there.
+    folder
+        ``results/coupon``.
+    code
+        Hash of the code that judges runs; other code judges them anew.
+
+    Returns
+    -------
+    anew : bool
+        Whether it is to be shaken again; what is there of its runs is only judged then.
+    faults : list of str
+        A line with the file for each that is damaged, lost, or tells of a failure of the machine.
+    """
+    file = folder / "batch" / f"{batch.label}.json"
+    try:
+        left = json.loads(file.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        return True, [f"{file}: {error}"]
+    if not isinstance(left, dict) or left.get("code") != code:
+        return True, []
+    faults = [fault for case in batch.cases for fault in _faults_of_case(case, folder)]
+    return bool(faults), list(dict.fromkeys(faults))
+
+
+def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
+    paths = case.with_reserve.outcomes(folder)
+    wanted = len(case.runs)
+    for number, (run, path) in enumerate(zip(case.with_reserve.runs, paths, strict=True)):
+        if number >= wanted:
+            return
+        try:
+            outcome = coding.read(ShakeOutcome, path)
+        except SolverFailure as failure:
+            yield str(failure)
+            continue
+        wanted = max(wanted, outcome.seeds)
+        yield from _faults_of_run(run, outcome, path.parent)
+        if fault := _fault_of_bed(run.bed, folder):
+            yield fault
+
+
+def _faults_of_run(run: Run, outcome: ShakeOutcome, folder: Path) -> Iterator[str]:
+    found = outcome.found
+    if found is None:
+        if outcome.status not in BY_INPUTS:
+            yield f"{folder}: {outcome.status} in the last call, tried again"
+        return
+    try:
+        if rows.digest(run, folder, found.legs, found.cycles) != found.rows_digest:
+            yield f"{folder}: the rows of its cycles are not those that were written"
+    except SolverFailure as failure:
+        yield str(failure)
+    last = last_file(found.cycles)
+    if files_of(folder, [last])[last] != found.last_digest:
+        yield f"{folder / last}: not there, damaged or changed since it was written"
+
+
+@cache
+def _fault_of_bed(bed: Bed, folder: Path) -> str:
+    packing = folder / "packing" / bed.packing.label / "packing.json"
+    own = folder / "bed" / bed.label / "bed.json"
+    try:  # what was deleted is made again when it is asked for
+        if packing.exists():
+            check_sound(coding.read(PourOutcome, packing), packing)
+        if own.exists():
+            check_sound(coding.read(LoosenOutcome, own), own)
+    except SolverFailure as failure:
+        return str(failure)
+    return ""
