@@ -11,7 +11,7 @@ import jinja2
 
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.failures import SolverMissing
+from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.document import Document
@@ -76,6 +76,13 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         except jinja2.TemplateSyntaxError as error:
             yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
             continue
+        if not unknown:
+            try:
+                case.point.deck_text()
+            except DeckRefused as error:
+                yield Mistake(keys, f"{error}; --trust-deck allows it, see docs/deck.md")
+            except Exception as error:  # whatever a template of somebody else computes
+                yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
         for name in unknown:
             yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(given))}")
         for name in sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ()))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import cpu_seconds, random_seconds
 from pidpanel.coupon.from_study import cases_of, distinct_cases
 from pidpanel.coupon.liggghts.failures import SolverFailure
+from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.coupon.probe import probe
 from pidpanel.paths import SNAKEFILE
 from pidpanel.response.random_rounds import expected_legs
@@ -33,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0, that of Snakemake, or 2 for a mistake, which is printed to stderr.
     """
     given = _parser().parse_args(arguments)
+    if given.trust_deck:
+        os.environ[TRUST] = "1"
     try:
         study = checked_study(given.study)
         if given.command == "run":
@@ -50,6 +54,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     study = argparse.ArgumentParser(add_help=False)
     study.add_argument("study", type=Path, help="YAML file of the study")
+    study.add_argument(
+        "--trust-deck",
+        action="store_true",
+        help="let decks of your own start programs and write any file, as LIGGGHTS can",
+    )
     jobs = argparse.ArgumentParser(add_help=False)
     jobs.add_argument(
         "-j", "--jobs", type=_positive, default=2, help="jobs to run at the same time (default: 2)"

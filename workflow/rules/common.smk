@@ -1,3 +1,4 @@
+import functools
 import itertools
 import json
 import os
@@ -13,7 +14,6 @@ from pidpanel.coupon import finished
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
-from pidpanel.panel.from_study import damper_masses
 from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
 from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
@@ -104,11 +104,14 @@ def damper_digest(damper):
 
 
 def code(script):
-    """Hash of a script and of all that it imports here, comments left out.
+    """Hash of a script and of all that it imports here, comments left out, once it is asked for.
 
     What a script made runs again when this changes.
     """
-    return code_digest(f"scripts.{script}")
+    return lambda wildcards: digest_of_code(f"scripts.{script}")
+
+
+digest_of_code = functools.cache(code_digest)
 
 
 def content(*paths):
@@ -140,7 +143,7 @@ def outcomes_of(labels, table):
         if Path(file).exists() or Path(table).exists():
             # Snakemake knows one file per batch, not the outcomes behind it, and makes no file again
             # from which a table was made that is still there
-            anew, faults = finished.changes(BATCHES[label], Path("results/coupon"), SHAKE)
+            anew, faults = finished.changes(BATCHES[label], Path("results/coupon"), SHAKE(None))
             for fault in faults:
                 logger.warning(fault)
             if anew:

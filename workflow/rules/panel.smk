@@ -1,5 +1,6 @@
 # Mesh the panel and find its modes and residual vectors.
 
+from pidpanel.panel.from_study import damper_masses
 
 PANEL_NAMES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
 PANEL = [results(f"panel/{name}") for name in PANEL_NAMES]

@@ -52,7 +52,7 @@ rule random_leg:
             coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
             deck=content(*(TEMPLATES / n for n in ("random.in.j2", "header.j2", "contacts.j2"))),
             # not of the study's models: legs are expensive
-            code=code_digest("pidpanel.coupon.random_runs"),
+            code=lambda wildcards: digest_of_code("pidpanel.coupon.random_runs"),
         ),
     output:
         results("random/leg{leg}/{drive}_s{seed}.npz"),

@@ -37,7 +37,7 @@ rule verify:
         rests=rests(
             "results/verification/{stage}/{case}.csv",
             decks=content(*DECKS),
-            code=lambda wildcards: code_digest(
+            code=lambda wildcards: digest_of_code(
                 "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
             ),
         ),

@@ -38,7 +38,8 @@ from pidpanel.cells import SHAPES, ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.coupon.liggghts import deck, process
+from pidpanel.coupon.liggghts import deck, process, trust
+from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.paths import TEMPLATES
 from pidpanel.sizes import Sizes
 
@@ -474,9 +475,15 @@ class Run:
         ------
         jinja2.UndefinedError
             For a variable of the user's template that `deck_values` does not hold.
+        DeckRefused
+            For a deck of the user's own that is not trusted; see `trust`.
         """
-        own = self._template
-        return deck.render(own.name, self.deck_values(leg, restart), own.parent)
+        own, values = self._template, self.deck_values(leg, restart)
+        text = deck.render(own.name, values, own.parent)
+        if not trust.is_trusted(own):
+            for refused in trust.refusals(text, deck.files_in(values)):
+                raise DeckRefused(f"{own}: {refused}")
+        return text
 
     def deck_digest(self, restart: str | None = None) -> str:
         """Hash of the deck of the run without comments: what its rows depend on.

@@ -11,6 +11,10 @@ class SolverMissing(SolverFailure):
     """LIGGGHTS is not installed, or is another version."""
 
 
+class DeckRefused(SolverFailure):
+    """A deck of the user's own that might do more than move spheres, and is not trusted."""
+
+
 class RunStopped(SolverFailure):
     """The process ended, or was ended, before its last step."""
 
