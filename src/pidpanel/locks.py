@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 
 @contextlib.contextmanager
@@ -41,6 +42,41 @@ def alone(path: Path) -> Iterator[None]:
         file.write(f"process {os.getpid()} on {os.uname().nodename}")
         file.flush()
         yield
+
+
+def take_stale(results: Path, locks: Path) -> tuple[IO[str] | None, list[Path]]:
+    """Remove locks of Snakemake that no process holds any more.
+
+    Every process that runs the workflow here shares a lock of its own, which ends with it. Where
+    nobody has it, what Snakemake left is that of a process which was killed.
+
+    Parameters
+    ----------
+    results
+        Folder of the results, which is there.
+    locks
+        Snakemake's folder of locks.
+
+    Returns
+    -------
+    held : file or None
+        The shared lock, held as long as the file is open; None on a file system without locks.
+    taken : list of Path
+        Locks that were removed.
+    """
+    held = (results / ".running").open("a", encoding="ascii")
+    taken = []
+    try:
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            taken = sorted(locks.glob("*.lock"))
+            for lock in taken:
+                lock.unlink()
+        fcntl.flock(held, fcntl.LOCK_SH)
+    except OSError:
+        held.close()
+        return None, taken
+    return held, taken
 
 
 def end_with(parent: int) -> None:

@@ -6,9 +6,13 @@ warnings as they are. It replaces the rest by a bar on a terminal, or elsewhere 
 minute. The full log is in ``.snakemake/log``.
 """
 
+import os
+import sys
+import tempfile
 import time
 from datetime import timedelta
 from logging import ERROR, WARNING, LogRecord
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -49,6 +53,32 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
     '0:03:00'
     """
     return timedelta(seconds=round(elapsed * (total - done) / done))
+
+
+def find_cache() -> None:
+    """Give Snakemake another folder for its cache where that of the home folder cannot be written.
+
+    It makes one before it reads anything of a workflow; this module is imported before that.
+    """
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    there = next((folder for folder in (home, *home.parents) if folder.exists()), home)
+    if os.access(there, os.W_OK | os.X_OK) and _takes_files(there):
+        return
+    other = Path(tempfile.gettempdir()) / f"pidpanel-cache-{os.getuid()}"
+    other.mkdir(mode=0o700, exist_ok=True)
+    os.environ["XDG_CACHE_HOME"] = str(other)
+    print(f"{home}: cannot be written; Snakemake keeps its cache in {other}", file=sys.stderr)
+
+
+def _takes_files(folder: Path) -> bool:
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+find_cache()
 
 
 class LogHandler(LogHandlerBase):

@@ -40,8 +40,8 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
     pour.main([json.dumps(bed.packing.as_dict()), str(packing_file)])
     loosen.main([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
     batch = json.dumps([case.as_dict() for case in cases])
-    shake.main([batch, str(coupon), str(tmp_path / "batch.json")])
-    states = json.loads((tmp_path / "batch.json").read_text())
+    shake.main([batch, str(coupon), "code", str(tmp_path / "batch.json")])
+    states = json.loads((tmp_path / "batch.json").read_text())["ended"]
     assert states == {f"{case.label}/s1": "ok" for case in cases}
     cases_script.main([str(study), "coupon", str(coupon), "none", str(tmp_path / "cases.csv")])
     table = pd.read_csv(tmp_path / "cases.csv")

@@ -1,4 +1,5 @@
 import functools
+import logging
 import itertools
 import json
 import os
@@ -14,6 +15,7 @@ from pidpanel.coupon import finished
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
+from pidpanel.locks import take_stale
 from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
 from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
@@ -51,6 +53,12 @@ def read_study():
 
 
 STUDY = read_study()
+if workflow.is_main_process:
+    RUNNING, taken = take_stale(Path("results"), Path(".snakemake/locks"))
+    if taken:
+        logger.warning(f"{taken[0].parent}: left by a process that was killed; taken over")
+# a log that cannot be written is no reason for a traceback; the error itself is told
+logging.raiseExceptions = False
 HAS_PANEL = isinstance(STUDY, Study)
 # with a target or with tones, rounds choose cases (design.smk)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None

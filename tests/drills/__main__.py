@@ -1,0 +1,93 @@
+"""Do the drills, and write the table of the documents: ``python tests/drills --repeats 20``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import resource
+import shutil
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from drills import DRILLS, Ended, Stage, make_stage
+from world import ROOT
+
+ENDS = ("lost", "silent", "stuck", "identical")
+TABLE = ROOT / "docs" / "drills.md"
+HEAD = """\
+# Drills
+
+What can go wrong is done to a small study with real LIGGGHTS at random moments, and the study is called again with the same command. `make drills` does each {repeats} times and writes this page.
+
+The study is one coupon case of one cell and one packing, poured, shaken loose, shaken to 30 or 45 cycles, and gathered in `cases.csv`; that file is compared byte by byte with that of an undisturbed run from nothing. What changes on the way (files that are damaged, for one) is named in a line.
+
+- **lost**: the call ends well, and the table is not there;
+- **silent**: the call ends well, and the table is another;
+- **stuck**: the call fails or does not end, LIGGGHTS is left behind, or a file is left broken;
+- **identical**: the same bytes.
+
+| drill | what is done | repeats | lost | silent | stuck | identical |
+|---|---|---|---|---|---|---|
+"""
+
+
+def ended_as(ended: Ended, stage: Stage) -> str:
+    """Return how a drill ended: one of `ENDS`."""
+    if ended.last.status != 0 or ended.orphans or ended.tracebacks:
+        return "stuck"
+    table = ended.world.table()
+    if not table:
+        return "lost"
+    return "identical" if table == stage.tables[ended.cycles] else "silent"
+
+
+def main() -> int:
+    """Do what the command line says; return 1 if a drill did not end identical."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--only", nargs="*", default=list(DRILLS), metavar="drill")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--counts", type=Path, help="JSON file to which the counts are added")
+    parser.add_argument("--write", action="store_true", help=f"write {TABLE.name}")
+    given = parser.parse_args()
+    counts = {name: Counter() for name in DRILLS}
+    if given.counts and given.counts.exists():
+        counts |= {k: Counter(v) for k, v in json.loads(given.counts.read_text()).items()}
+    with tempfile.TemporaryDirectory(prefix="drills_") as name:
+        stage = make_stage(Path(name))
+        for number in range(given.repeats):
+            for drill in given.only:
+                folder = Path(name) / f"{number}_{list(DRILLS).index(drill)}"
+                rng = random.Random(f"{given.seed} {number} {drill}")
+                ended = DRILLS[drill](stage, folder, rng)
+                end = ended_as(ended, stage)
+                counts[drill][end] += 1
+                print(f"{drill}, {number + 1}: {end}", flush=True)
+                if end != "identical":
+                    kept = Path(tempfile.mkdtemp(prefix="drill_failed_")) / "world"
+                    shutil.copytree(ended.world.folder, kept)
+                    (kept.parent / "said.txt").write_text(ended.last.said)
+                    print(f"  kept in {kept}", flush=True)
+                shutil.rmtree(folder)
+                if given.counts:
+                    given.counts.write_text(json.dumps(counts, indent=1) + "\n")
+    if given.write:
+        rows = (
+            f"| {drill} | {DRILLS[drill].__doc__.splitlines()[0]} | {sum(found.values())} | "
+            + " | ".join(str(found[end]) for end in ENDS)
+            + " |\n"
+            for drill, found in counts.items()
+        )
+        TABLE.write_text(HEAD.format(repeats=given.repeats) + "".join(rows))
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(f"{(used.ru_utime + used.ru_stime) / 60:.1f} CPU-minutes")
+    return int(any(found[end] for found in counts.values() for end in ENDS[:-1]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,258 @@
+"""What can go wrong, done to a small study at random moments; afterwards it is called again."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from world import LONG, SHORT, Call, World, flip, lose
+
+
+@dataclass
+class Stage:
+    """What every drill begins from."""
+
+    folder: Path
+    done: World
+    """Finished."""
+    prepared: World
+    """With packing and bed, and nothing shaken."""
+    cut: list[World]
+    """Killed on their way."""
+    tables: dict[int, bytes]
+    """The right table for each number of cycles."""
+
+
+@dataclass
+class Ended:
+    """How a drill left its world."""
+
+    world: World
+    last: Call
+    cycles: int = SHORT
+    orphans: bool = False
+    tracebacks: bool = False
+    """Whether a failed call said more than what failed."""
+
+
+Drill = Callable[[Stage, Path, random.Random], Ended]
+
+
+def make_stage(folder: Path) -> Stage:
+    """Run the study undisturbed, to both lengths, each from nothing."""
+    tables = {}
+    for cycles in (SHORT, LONG):
+        world = World(folder / f"to_{cycles}")
+        world.write(cycles)
+        ended = world.call()
+        if ended.status != 0:
+            raise SystemExit(f"the undisturbed study fails:\n{ended.said}")
+        tables[cycles] = world.table()
+    done = World(folder / f"to_{SHORT}")
+    prepared = done.copy(folder / "prepared")
+    for path in (prepared.folder / "results/coupon").iterdir():
+        if path.name not in ("packing", "bed"):
+            shutil.rmtree(path)
+    shutil.rmtree(prepared.folder / "results/drill")
+    cut = []
+    for number, wait in enumerate((0.1, 0.6, 1.5)):
+        world = prepared.copy(folder / f"cut_{number}") if number else World(folder / "cut_0")
+        world.write()
+        process = world.start()
+        world.wait_for("liggghts", process)
+        time.sleep(wait)
+        _kill(process, signal.SIGKILL)
+        cut.append(world)
+    return Stage(folder, done, prepared, cut, tables)
+
+
+def _kill(process: subprocess.Popen[str], sig: signal.Signals) -> None:
+    process.send_signal(sig)
+    process.communicate()
+
+
+def _fresh(stage: Stage, folder: Path, cycles: int = SHORT) -> World:
+    world = World(folder)
+    world.write(cycles)
+    return world
+
+
+# ------------------------------------------------------------------ processes
+
+
+def liggghts_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """LIGGGHTS is killed, once or twice, and the study called again."""
+    world = stage.prepared.copy(folder)
+    process = world.start()
+    for _ in range(rng.choice((1, 2))):
+        solver = world.wait_for("liggghts", process)
+        time.sleep(rng.uniform(0, 0.7))
+        if solver is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(solver, rng.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGSEGV)))
+            while world.processes("liggghts") == [solver]:
+                time.sleep(0.01)
+    world.ended(process)
+    return Ended(world, world.call())
+
+
+def _snakemake(sig: signal.Signals) -> Drill:
+    def drill(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+        begin = rng.choice((None, stage.prepared))
+        world = _fresh(stage, folder) if begin is None else begin.copy(folder)
+        process = world.start()
+        if rng.random() < 0.7:
+            world.wait_for("liggghts", process)
+            time.sleep(rng.uniform(0, 1.5))
+        else:
+            time.sleep(rng.uniform(0, 8))
+        _kill(process, sig)
+        end = time.monotonic() + 20
+        while world.processes("liggghts") and time.monotonic() < end:
+            time.sleep(0.1)
+        orphans = bool(world.processes("liggghts"))
+        return Ended(world, world.call(), orphans=orphans)
+
+    drill.__doc__ = f"Snakemake gets {sig.name}, and the study is called again."
+    return drill
+
+
+# ------------------------------------------------------------------ files
+
+
+def power_cut(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """The files written last are empty, cut or zero, of a run on its way or at its end."""
+    world = rng.choice([stage.done, *stage.cut]).copy(folder)
+    files = world.files()
+    for file in files[: rng.randrange(1, 8)]:
+        lose(file, rng)
+    if rng.random() < 0.3:
+        shutil.rmtree(world.folder / ".snakemake", ignore_errors=True)
+    return Ended(world, world.call())
+
+
+KINDS = (
+    "*/packing.csv", "*/packing.json", "*/bed.csv", "*/bed.json", "bed/*/walls.stl", "s1/walls.stl",
+    "s1/start.data", "s1/cycles_*.txt", "s1/*.restart", "s1/*.dump", "s1/state.json", "s1/*pc_*.json",
+    "batch/*.json", "cases.csv", ".made/*.rests", ".made/*.sums",
+)  # fmt: skip
+"""Kinds of files that are kept."""
+
+
+def flipped_bit(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """One bit of one stored file is another; the study is called again, or goes on."""
+    world = stage.done.copy(folder)
+    kind = rng.choice(KINDS)
+    flip(rng.choice(sorted((world.folder / "results").rglob(kind))), rng, rng.random() < 0.7)
+    if rng.random() < 0.5:
+        shutil.rmtree(world.folder / ".snakemake", ignore_errors=True)
+    cycles = rng.choice((SHORT, LONG))
+    world.write(cycles)
+    return Ended(world, world.call(), cycles)
+
+
+def disk_full(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """The disk is full at a random size; there is room again, and the study is called again."""
+    with _small_disk(folder, rng) as grow:
+        begin = rng.choice((None, stage.prepared))
+        world = World(folder / "disk" / "study")
+        if begin is not None:
+            with contextlib.suppress(shutil.Error, OSError):
+                shutil.copytree(begin.folder, world.folder)
+        with contextlib.suppress(OSError):
+            world.write()
+        first = world.call()
+        grow()
+        world.write()
+        last = world.call()
+        kept = World(folder / "kept")
+        shutil.copytree(world.folder, kept.folder)
+    (kept.folder / "first.txt").write_text(first.said)
+    return Ended(kept, last, tracebacks="Traceback" in first.said)
+
+
+@contextlib.contextmanager
+def _small_disk(folder: Path, rng: random.Random) -> Iterator[Callable[[], None]]:
+    """A disk of its own in the folder ``disk``, and how it becomes a larger one."""
+    disk = folder / "disk"
+    disk.mkdir(parents=True)
+    size = rng.randrange(60, 900)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}k", "drill", disk], check=True)
+    try:
+        yield lambda: subprocess.run(["mount", "-o", "remount,size=64m", disk], check=True) and None
+    finally:
+        subprocess.run(["umount", "-l", disk], check=True)
+
+
+def snakemake_files_lost(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """``.snakemake`` is lost, and the study has changed or is as it was."""
+    world = rng.choice([stage.done, *stage.cut]).copy(folder)
+    shutil.rmtree(world.folder / ".snakemake")
+    cycles = rng.choice((SHORT, LONG))
+    world.write(cycles)
+    return Ended(world, world.call(), cycles)
+
+
+# ------------------------------------------------------------------ history and machine
+
+
+def other_history(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """A run goes on to more cycles, or less is asked of it than it has."""
+    begin = stage.done if rng.random() < 0.5 else World(stage.folder / f"to_{LONG}")
+    world = begin.copy(folder)
+    cycles = LONG if begin is stage.done else SHORT
+    world.write(cycles)
+    return Ended(world, world.call(), cycles)
+
+
+def home_unwritable(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """There is no home folder that could be written."""
+    world = stage.prepared.copy(folder)
+    world.environment["HOME"] = rng.choice(("/proc/nothing", "/nonexistent", "/sys"))
+    return Ended(world, world.call())
+
+
+def other_locale(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """Numbers and letters are written otherwise."""
+    world = stage.prepared.copy(folder)
+    name = rng.choice(("C", "POSIX", "de_DE.UTF-8", "tr_TR.UTF-8", "ja_JP.eucJP", "nonsense"))
+    world.environment |= {"LC_ALL": name, "LANG": name, "LC_NUMERIC": name, "TZ": "Asia/Tokyo"}
+    return Ended(world, world.call())
+
+
+def other_jobs(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """One job at a time, or more than there are cores."""
+    world = rng.choice((_fresh(stage, folder / "a"), stage.prepared.copy(folder / "b")))
+    return Ended(world, world.call(rng.choice(("-j1", "-j3"))))
+
+
+def other_folder(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """The study and what there is of its results are moved to a folder of another name."""
+    name = rng.choice(("a b", "a$(touch hit)b", "ä'ö", "x;y", "{damper}"))
+    world = rng.choice([stage.done, stage.prepared, *stage.cut]).copy(folder / name)
+    return Ended(world, world.call())
+
+
+DRILLS: dict[str, Drill] = {
+    "LIGGGHTS killed": liggghts_killed,
+    "Snakemake interrupted (SIGINT)": _snakemake(signal.SIGINT),
+    "Snakemake ended (SIGTERM)": _snakemake(signal.SIGTERM),
+    "Snakemake killed (SIGKILL)": _snakemake(signal.SIGKILL),
+    "power cut": power_cut,
+    "one bit flipped": flipped_bit,
+    "disk full": disk_full,
+    "`.snakemake` lost": snakemake_files_lost,
+    "other history": other_history,
+    "`HOME` unwritable": home_unwritable,
+    "other locale": other_locale,
+    "`-j1`, `-j3`": other_jobs,
+    "other folder": other_folder,
+}
