@@ -57,11 +57,11 @@ def told(refusal, study, key, value):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: must be less than or equal to 1"),
-        ("coupon.sweep.fill_fraction", [7], "coupon.sweep.fill_fraction[0] = 7: must be less than or equal to 1"),
-        ("coupon.sweep.fill_fraction", [], "coupon.sweep.fill_fraction = []: must have at least 1 value(s), not 0"),
+        ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
+        ("coupon.sweep.fill_fraction", [7], "coupon.sweep.fill_fraction[0] = 7: must be from 0.02 to 1; 7 % would be 0.07"),
+        ("coupon.sweep.fill_fraction", [], "coupon.sweep.fill_fraction = []: must have at least 1 value, not 0"),
         ("coupon.sweep.frequency_hz", [100, 100.0], "coupon.sweep.frequency_hz[1] = 100.0: duplicate value; its cases would have the same labels"),
-        ("coupon.sweep.frequency_hz", [0.1], "coupon.sweep.frequency_hz[0] = 0.1: must be greater than or equal to 1"),
+        ("coupon.sweep.frequency_hz", [0.1], "coupon.sweep.frequency_hz[0] = 0.1: must be from 1 to 20000; 0.1 kHz would be 100"),
         ("coupon.sweep.frequency_hz", 5, "coupon.sweep.frequency_hz = 5: must be a mapping with keys from, to, step or a list"),
         ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: must be 'hexagon', 'square' or 'circle'"),
         ("coupon.cell.count", 2.5, "coupon.cell.count = 2.5: must be a whole number"),
@@ -74,13 +74,13 @@ def told(refusal, study, key, value):
         ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
         ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number"),
         ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped' or 'free' or a mapping with keys outline, holes, edges, points"),
-        ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be greater than 0"),
-        ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 value(s), not 2"),
-        ("panel.points.centre", [0.7, 0.5, 0.1], "panel.points.centre = [0.7, 0.5, 0.1]: must have at most 2 value(s), not 3"),
+        ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be from 0.01 to 30"),
+        ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 values, not 2"),
+        ("panel.points.centre", [0.7, 0.5, 0.1], "panel.points.centre = [0.7, 0.5, 0.1]: must have 2 values, not 3"),
         ("panel.points.centre", [2.0, 0.5], "panel.points.centre = [2.0, 0.5]: must lie on the panel, x 0…1.5 m, y 0…1 m"),
         ("sound.oaspl_db", float("nan"), "sound.oaspl_db = NaN: must be a finite number"),
         ("sound.shift_db", 3, "sound.shift_db = 3: not allowed together with oaspl_db = 150"),
-        ("sound.incidence_deg", -10, "sound.incidence_deg = -10: must be greater than or equal to 0"),
+        ("sound.incidence_deg", -10, "sound.incidence_deg = -10: must be from 0 to 90"),
         ("sound.incidence_deg", 10, "sound.incidence_deg = 10: required for field: plane_wave, not allowed otherwise"),
         ("sound.azimuth_deg", 45, "sound.azimuth_deg = 45: only allowed for field: plane_wave or progressive_wave"),
         ("sound.loaded_sides", 3, "sound.loaded_sides = 3: must be 1 or 2"),
@@ -92,8 +92,8 @@ def told(refusal, study, key, value):
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
         ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a reading more than once"),
         ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'random', 'random_with_source', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
-        ("title", 3, "title = 3: must be text"),
-        ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit; by default it is the name of the file"),
+        ("title", [3], "title = [3]: must be text"),
+        ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
         ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
         ("pannel", 3, "pannel = 3: unknown key; did you mean panel?"),
         ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
@@ -123,7 +123,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
         (SMOKE, "damping.random", {"seeds": 3}, "damping.random", "damping.random = {seeds: 3}: only allowed with the reading random or random_with_source"),
         (AT_RANDOM, "damping.random.max_time_s", 1.5, "damping.random.max_time_s", "damping.random.max_time_s = 1.5: must be at least twice time_s = 1"),
-        (AT_RANDOM, "damping.random.seeds", 1, "damping.random.seeds", "damping.random.seeds = 1: must be greater than or equal to 2"),
+        (AT_RANDOM, "damping.random.seeds", 1, "damping.random.seeds", "damping.random.seeds = 1: must be from 2 to 50"),
         (PANEL_ALONE, "damping.readings", ["random"], "damping.readings", "damping.readings = [random]: a section coupon or a damper with a coupon is required to drive it at random"),
         (SMOKE, "damping.target", {"relative_error": 0.1, "start": 9, "max_cases": 8}, "damping.target.start", "damping.target.start = 9: must be at most max_cases = 8"),
         (SMOKE, "damping", {"target": {"relative_error": 0.1}, "tones": {}}, "damping.tones", "damping.tones = {}: not allowed together with target"),
@@ -154,9 +154,9 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SANDWICH, "panel.section.facs", [], "panel.section.facs", "panel.section.facs = []: unknown key; did you mean faces?"),
         (SANDWICH, "panel.section.faces", [{"material": "foil", "thickness_mm": 1}], "panel.section.faces", "panel.section.faces[0].material = foil: must be one of materials: tape"),
         (SANDWICH, "panel.section.top", [{"material": "tape", "thickness_mm": 1}], "panel.section", "panel.section = {kind: sandwich, materials: {tape: {e1_gpa: 280, e2_gpa: 6.5…: must have either faces, or top and bottom"),
-        (SANDWICH, "panel.section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 1}, "panel.section.materials.tape",
-         "panel.section.materials.tape = {e1_gpa: 1, density_kg_m3: 1}: must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, g12_gpa and nu12"),
-        (SANDWICH, "panel.section.materials.tape.nu12", 7, "panel.section.materials.tape.nu12", "panel.section.materials.tape.nu12 = 7: must be below sqrt(e1_gpa/e2_gpa)"),
+        (SANDWICH, "panel.section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 9}, "panel.section.materials.tape",
+         "panel.section.materials.tape = {e1_gpa: 1, density_kg_m3: 9}: must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, g12_gpa and nu12"),
+        (SANDWICH, "panel.section.materials.tape.nu12", 7, "panel.section.materials.tape.nu12", "panel.section.materials.tape.nu12 = 7: must be above -2 and below 2; 7 % would be 0.07"),
         (SANDWICH, "panel.supports.points.hinge 1.grid", 7, "panel.supports.points.hinge 1", "panel.supports.points.hinge 1 = {at_m: [0.3, 0.06], kind: hinge, radius_m: 0.02, grid: 7}: must have either at_m, or grid (a node of a mesh file)"),
         (SANDWICH, "panel.supports.points.hinge 1", {"at_m": [0.1, 0.1], "kind": "spring", "stiffness_n_m": 1, "radius_m": 0.1}, "panel.supports.points.hinge 1.radius_m", "panel.supports.points.hinge 1.radius_m = 0.1: only allowed for kind: hinge or hold_down"),
         (SANDWICH, "panel.masses.connector.to_m", [1, 1], "panel.masses.connector", "panel.masses.connector = {at_m: [0.75, 0.1], mass_kg: 0.2, to_m: [1, 1]}: must have either at_m, or grid (a node of a mesh file), or from_m and to_m"),
@@ -170,7 +170,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (COUPON_ALONE, ("coupon", "vary"), {"particles.colour": ["red"]}, "coupon.vary.particles.colour", "coupon.vary.particles.colour = [red]: unknown key; allowed are diameter_mm, distribution, density_kg_m3, shell_mm, youngs_modulus_mpa, poissons_ratio, restitution, friction, rolling_friction"),
         (COUPON_ALONE, ("coupon", "vary"), {"partikles.friction": [1]}, "coupon.vary.partikles.friction", "coupon.vary.partikles.friction = [1]: unknown key; did you mean particles.friction?"),
         (COUPON_ALONE, ("coupon", "vary"), {"sweep.fill_fraction": [0.1]}, "coupon.vary.sweep.fill_fraction", "coupon.vary.sweep.fill_fraction = [0.1]: cannot be varied"),
-        (COUPON_ALONE, ("coupon", "vary"), {"particles.friction": [0.1, 7]}, "coupon.vary.particles.friction", "coupon.vary.particles.friction[1] = 7: must be less than or equal to 5"),
+        (COUPON_ALONE, ("coupon", "vary"), {"particles.friction": [0.1, 7]}, "coupon.vary.particles.friction", "coupon.vary.particles.friction[1] = 7: must be from 0 to 5; 7 % would be 0.07"),
         (COUPON_ALONE, ("coupon", "vary"), {"particles.friction": [0.1, 0.1]}, "coupon.vary.particles.friction", "coupon.vary.particles.friction[1] = 0.1: duplicate value"),
         (COUPON_ALONE, ("coupon", "vary"), {"cell": [{"depth_mm": 9}, {"dept_mm": 9}]}, "coupon.vary.cell", "coupon.vary.cell[1].dept_mm = 9: unknown key; did you mean depth_mm?"),
         (COUPON_ALONE, ("coupon", "vary"), {"cell.depth_mm": [20, 2], "gravity_g": [0, 1]}, "coupon.vary", "coupon.vary = {cell.depth_mm: [20, 2], gravity_g: [0, 1]}: with cell.depth_mm = 2, gravity_g = 0: particles.diameter_mm: the largest particle, 2.5 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 2"),
@@ -211,9 +211,9 @@ def test_the_dem_reading_needs_a_coupon(refusal):
 
 
 def test_a_study_of_nothing_is_refused(refusal):
-    # red: CouponStudy.mistakes without the second Mistake
+    # red: `around` without the key itself in Document.error
     lines, _ = refusal({"coupon": None})
-    assert lines == ["mine.yaml: must have a section coupon, panel, or both"]
+    assert lines == ["mine.yaml:1: coupon = null: has no value; give one, or leave the key out"]
 
 
 def test_all_mistakes_of_a_file_are_told_in_the_order_of_its_lines(refusal):
@@ -263,8 +263,8 @@ def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, 
     assert len(lines) == 1
     assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{name} = ")
     assert lines[0].endswith(
-        "must have a name without '/' and '\"' that is not empty: files and groups of the mesh are "
-        "named after it"
+        "must have a name of 1 to 80 printable characters without '/', '\"' and spaces round it: "
+        "files and groups of the mesh are named after it"
     )
 
 
@@ -284,7 +284,7 @@ def test_an_empty_list_is_no_family(tmp_path):
     old = "    patch: [arm, corner, leg]\n    fill_fraction: 0.5"
     new = "    patch: arm\n    fill_fraction: []"
     assert any(
-        "scenarios.location.fill_fraction = []: must have at least 1 value(s), not 0" in line
+        "scenarios.location.fill_fraction = []: must have at least 1 value, not 0" in line
         for line in refused_with(tmp_path, "l_panel", old, new)
     )
 

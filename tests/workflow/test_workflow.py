@@ -262,7 +262,7 @@ def only_line(result):
     ("change", "line"),
     [
         (("fill_fraction: [0.4, 0.8]\n    frequency", "fill_fraction: [0.4, 1.4]\n    frequency"),
-         "coupon.sweep.fill_fraction[1] = 1.4: must be less than or equal to 1"),
+         "coupon.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
         (("speed_m_s: 343", "sped_m_s: 343"), "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?"),
         (("[100, 400], damper_mass", "[10, 400], damper_mass"),
          "response.frequency_hz = [10, 400]: must be in the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),

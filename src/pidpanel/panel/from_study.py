@@ -39,7 +39,7 @@ from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.stamp import stamp
 from pidpanel.study import Study
-from pidpanel.study.panel import Node, Panel
+from pidpanel.study.panel import EXTENT, Node, Panel
 from pidpanel.study.section import Material, Ply
 
 # Elements across a panel that is narrower than its elements should be long.
@@ -190,6 +190,11 @@ class StudiedPanel:
             edge = max(a / spec.elements[0], b / spec.elements[1])
             check_fit(area_within(self._outline, ()), self.supports, self.attachments)
         elif self.foreign is not None:
+            extent = float(np.ptp(self.foreign.position, axis=0).max())
+            if says := EXTENT.refuses(extent):
+                raise ValueError(
+                    f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
+                )
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             check_fit(area_of(mesh), self.supports, self.attachments)
             check_held(mesh, self.supports)
@@ -215,6 +220,11 @@ class StudiedPanel:
                 path, self._size, spec.elements, self._rectangles, self.points
             )
         if self.foreign is not None:
+            extent = float(np.ptp(self.foreign.position, axis=0).max())
+            if says := EXTENT.refuses(extent):
+                raise ValueError(
+                    f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
+                )
             mesh = self.foreign.panel_mesh(self.patches, self.points)
             write_triangles(path, mesh)
             return mesh

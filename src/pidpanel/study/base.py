@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
 from pidpanel.study.mistakes import Mistake, Mistakes
+from pidpanel.study.quantity import DENSITY, METRES, PASCAL, PERCENT, Quantity
 
 
 class StudyError(ValueError):
@@ -31,11 +32,32 @@ class Model(BaseModel):
         return self
 
 
+def _as_written(value: Any) -> Any:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return getattr(value, "written", str(value))
+    return getattr(value, "written", value)
+
+
 T = TypeVar("T")
-Positive = Annotated[float, Field(gt=0)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
-Fill = Annotated[float, Field(ge=0.02, le=1)]
+Text = Annotated[str, BeforeValidator(_as_written)]
+"""Text; a number in a file is the text that was written."""
+Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
 """Number of particles over that of a full cell, r = N/N_full."""
+RelativeError = Annotated[
+    float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)
+]
+PoissonsRatio = Annotated[
+    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
+]
+Level = Annotated[float, Quantity(60, 200, units=PASCAL)]
+"""Overall sound pressure level [dB re 20 µPa]."""
+Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]
+"""x or y [m]."""
+Size = Annotated[float, Quantity(1e-4, 30, units=METRES)]
+"""Of anything on a panel [m]."""
+Density = Annotated[float, Quantity(5, 25000, units=DENSITY)]
+"""Of a solid [kg/m³]: expanded foam to osmium."""
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,27 +15,55 @@ from pidpanel.cells import ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.paths import TEMPLATES
 from pidpanel.sizes import Sizes
-from pidpanel.study.base import Fill, Fraction, Model, Positive
+from pidpanel.study.base import Fill, Fraction, Model, PoissonsRatio, RelativeError
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
+from pidpanel.study.quantity import (
+    DENSITY,
+    GRAVITIES,
+    KILOHERTZ,
+    MEGAPASCAL,
+    MILLIMETRES,
+    MILLISECONDS,
+    PERCENT,
+    SMALL_MILLIMETRES,
+    VELOCITY,
+    Quantity,
+    whole,
+)
 
-Modulus = Annotated[float, Field(ge=5, le=1e6)]
+Modulus = Annotated[float, Quantity(5, 1e6, units=MEGAPASCAL)]
 """Young's modulus of a contact [MPa]."""
-PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
-Restitution = Annotated[float, Field(gt=0.05, le=1)]
-Friction = Annotated[float, Field(ge=0, le=5)]
-RollingFriction = Annotated[float, Field(ge=0, le=1)]
+Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, units=PERCENT)]
+Friction = Annotated[float, Quantity(0, 5, units=PERCENT)]
+RollingFriction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+Diameter = Annotated[float, Quantity(0.02, 100, units=SMALL_MILLIMETRES)]
+"""Of a particle [mm]."""
+Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]
+"""Of diameters [mm]."""
+Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]
+"""Of a drive [Hz]."""
+Share = Annotated[float, Quantity(0, 0.5, low_itself=False, units=PERCENT)]
+"""Of a period or a radius [1]."""
+MOST_VALUES = 10_000
+"""Values that a range may have."""
+MOST_VARIANTS = 1000
+"""Combinations that ``vary`` may have."""
+MOST_RUNS = 200_000
+"""Runs that a sweep may have; twice as many as have been run."""
+MOST_SPHERES = 1_000_000
+"""Spheres that a run may have: a step of them takes a second."""
 
 
 class Cell(Model):
     """One honeycomb cell, and how many of them a run shakes side by side."""
 
     shape: ShapeName = "hexagon"
-    across_flats_mm: Positive = 6.35
+    across_flats_mm: Annotated[float, Quantity(0.5, 500, units=SMALL_MILLIMETRES)] = 6.35
     """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
-    depth_mm: Positive = 25.0
-    count: Annotated[int, Field(ge=1, le=200)] = 5
+    depth_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)] = 25.0
+    count: Annotated[int, whole(1, 200)] = 5
 
     @property
     def across_flats(self) -> float:
@@ -60,7 +90,7 @@ class Normal(Model):
     """Normal distribution by number with mean ``diameter_mm``, cut at two deviations."""
 
     kind: Literal["normal"]
-    deviation_mm: Positive
+    deviation_mm: Spread
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
@@ -72,7 +102,7 @@ class Uniform(Model):
     """Uniform distribution by number over ``diameter_mm`` ± ``half_width_mm``."""
 
     kind: Literal["uniform"]
-    half_width_mm: Positive
+    half_width_mm: Spread
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
@@ -84,8 +114,8 @@ class Binary(Model):
     """Two sizes: a share by number of ``second_mm`` among particles of ``diameter_mm``."""
 
     kind: Literal["binary"]
-    second_mm: Positive
-    second_share: Annotated[float, Field(gt=0, lt=1)]
+    second_mm: Diameter
+    second_share: RelativeError
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for the first diameter [m]."""
@@ -100,10 +130,10 @@ Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="
 class Particles(Model):
     """The particles: size, density, and the constants of their contacts with each other."""
 
-    diameter_mm: Positive = 2.0
+    diameter_mm: Diameter = 2.0
     distribution: Distribution = Mono()
-    density_kg_m3: Positive = 1190.0
-    shell_mm: Positive | None = None
+    density_kg_m3: Annotated[float, Quantity(10, 25000, units=DENSITY)] = 1190.0
+    shell_mm: Spread | None = None
     """Wall thickness of hollow particles [mm]; their inertia is taken as that of solid ones of
     the same mass."""
     youngs_modulus_mpa: Modulus = 3200.0
@@ -163,6 +193,10 @@ class Walls(Model):
         return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6
 
 
+Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]
+"""W/L [1]."""
+
+
 class Crossing(Model):
     """Limits where a bed rides or crosses the gap: soft contacts move the jump between the two.
 
@@ -170,11 +204,11 @@ class Crossing(Model):
     rides with η = 0.12 at 50 MPa and crosses with η = 1.37, 1.36, 1.31 at 100, 200 and 800 MPa.
     """
 
-    stroke_per_gap: tuple[Positive, Positive] = (0.1, 0.5)
+    stroke_per_gap: tuple[Stroke, Stroke] = (0.1, 0.5)
     """Where they hold: from and to this ratio of the displacement amplitude W to the clear gap
     L = (1 − r) depth."""
-    contact_time_per_period: Annotated[float, Field(gt=0, le=0.5)] = 0.01
-    overlap_per_radius: Annotated[float, Field(gt=0, le=0.5)] = 0.05
+    contact_time_per_period: Share = 0.01
+    overlap_per_radius: Share = 0.05
 
     def holds_at(self, stroke_per_gap: float) -> bool:
         """Whether W/L is in the range."""
@@ -201,9 +235,9 @@ class Stiffness(Model):
     """
 
     choices_mpa: tuple[Modulus, ...] = (50.0, 200.0, 800.0)
-    contact_time_per_period: Annotated[float, Field(gt=0, le=0.5)] = 0.02
-    overlap_per_radius: Annotated[float, Field(gt=0, le=0.5)] = 0.10
-    from_acceleration_g: Annotated[float, Field(ge=0)] = 10.0
+    contact_time_per_period: Share = 0.02
+    overlap_per_radius: Share = 0.10
+    from_acceleration_g: Annotated[float, Quantity(0, 2000)] = 10.0
     crossing: Crossing = Crossing()
 
     def limits(self, stroke_per_gap: float) -> tuple[float, float]:
@@ -239,14 +273,21 @@ class Stiffness(Model):
 class Range(Model):
     """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
 
-    start: Positive = Field(alias="from")
-    stop: Positive = Field(alias="to")
-    step: Positive
+    start: Frequency = Field(alias="from")
+    stop: Frequency = Field(alias="to")
+    step: Annotated[float, Quantity(1e-3, 20000)]
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield an end below the start."""
         if self.stop < self.start:
             yield Mistake(("to",), f"must be at least from = {self.start:g}")
+        elif self.count > MOST_VALUES:
+            yield Mistake((), f"has {self.count} values; allowed are {MOST_VALUES}")
+
+    @property
+    def count(self) -> int:
+        """Number of the values."""
+        return int((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
 
     def values(self) -> tuple[float, ...]:
         """Return the values, the end among them if it is a whole number of steps away.
@@ -256,8 +297,13 @@ class Range(Model):
         >>> Range(**{"from": 0.1, "to": 0.3, "step": 0.1}).values()
         (0.1, 0.2, 0.3)
         """
-        count = int((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
-        return tuple(round(self.start + i * self.step, 9) for i in range(count))
+        return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
+
+
+Gamma = Annotated[float, Quantity(0, 2000, low_itself=False, units=GRAVITIES)]
+"""Amplitude of an acceleration [g]."""
+Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
+"""Of a displacement [mm]."""
 
 
 class Sweep(Model):
@@ -265,15 +311,15 @@ class Sweep(Model):
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
     frequency_hz: (
-        Range | Annotated[tuple[Annotated[float, Field(ge=1, le=20000)], ...], Field(min_length=1)]
+        Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
     )
-    acceleration_g: tuple[Annotated[float, Field(gt=0, le=2000)], ...] = ()
+    acceleration_g: tuple[Gamma, ...] = ()
     """Amplitude Γ of the acceleration, in units of standard gravity."""
-    displacement_mm: tuple[Annotated[float, Field(gt=0, le=1000)], ...] = ()
+    displacement_mm: tuple[Amplitude, ...] = ()
     """Amplitude W of the displacement [mm], instead of that of the acceleration."""
-    diameter_mm: tuple[Positive, ...] = ()
+    diameter_mm: tuple[Diameter, ...] = ()
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
-    max_velocity_m_s: Positive | None = None
+    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
     """Combinations with a velocity amplitude a/ω above this are left out [m/s]."""
 
     @property
@@ -293,12 +339,30 @@ class Sweep(Model):
             return self.frequency_hz.values()
         return self.frequency_hz
 
+    def drive_count(self) -> int:
+        """Return the number of combinations of frequency and amplitude that are not left out."""
+        fastest = self.max_velocity_m_s or math.inf
+        W, a = sorted(self.displacements), sorted(self.accelerations)
+        return sum(
+            bisect.bisect_right(W, fastest / omega) + bisect.bisect_right(a, fastest * omega)
+            for omega in (2 * math.pi * frequency for frequency in self.frequencies)
+        )
+
+    def slowest(self) -> float:
+        """Return the least velocity amplitude of all combinations [m/s]."""
+        omega = [2 * math.pi * frequency for frequency in self.frequencies]
+        if self.displacements:
+            return min(omega) * min(self.displacements)
+        return min(self.accelerations) / max(omega)
+
     def mistakes(self) -> Iterator[Mistake]:
         """Yield amplitudes of two kinds or of none, and duplicate values."""
+        given = self.model_fields_set
         if self.acceleration_g and self.displacement_mm:
             yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
         if not self.acceleration_g and not self.displacement_mm:
-            yield Mistake(("acceleration_g",), "missing; required unless displacement_mm is given")
+            says = "must have at least 1 value" if "acceleration_g" in given else "missing"
+            yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
         for key in (
             "fill_fraction",
             "frequency_hz",
@@ -307,28 +371,30 @@ class Sweep(Model):
             "diameter_mm",
         ):
             values = getattr(self, key)
-            texts = [] if isinstance(values, Range) else [f"{value:.6g}" for value in values]
-            for index, text in enumerate(texts):
-                if text in texts[:index]:
+            seen: set[str] = set()
+            for index, value in enumerate(() if isinstance(values, Range) else values):
+                text = f"{value:.6g}"
+                if text in seen:
                     yield Mistake(
                         (key, index), "duplicate value; its cases would have the same labels"
                     )
+                seen.add(text)
 
 
 class Accuracy(Model):
     """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
 
-    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.05
-    seeds: Annotated[int, Field(ge=1, le=50)] = 2
-    min_cycles: Annotated[int, Field(ge=8)] = 12
-    min_time_s: Annotated[float, Field(ge=0, le=10)] = 0.05
+    relative_error: RelativeError = 0.05
+    seeds: Annotated[int, whole(1, 50)] = 2
+    min_cycles: Annotated[int, whole(8, 100000)] = 12
+    min_time_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.05
     """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
     frequency, and so slowly that a few cycles look steady."""
-    max_cycles: Annotated[int, Field(ge=8, le=100000)] = 400
-    state_seeds: Annotated[int, Field(ge=1, le=50)] = 4
+    max_cycles: Annotated[int, whole(8, 100000)] = 400
+    state_seeds: Annotated[int, whole(1, 50)] = 4
     """Where a bed may ride or cross its gap (``stiffness.crossing``) and its cells end in several
     states of motion, so many seeds are run."""
-    state_cycles: Annotated[int, Field(ge=0, le=100000)] = 150
+    state_cycles: Annotated[int, whole(0, 100000)] = 150
     """Least cycles of all of them, up to ``max_cycles``; with 0, states are not looked for."""
     coverage: Fraction = 1.0
     """Share of the cases that must have succeeded before anything is computed from them."""
@@ -339,20 +405,26 @@ class Accuracy(Model):
             yield Mistake(("max_cycles",), f"must be at least min_cycles = {self.min_cycles}")
 
 
+Component = Annotated[float, Quantity(-1e6, 1e6)]
+"""Of a direction."""
+
+
 class Coupon(Model):
     """The shaken honeycomb coupon."""
 
     cell: Cell = Cell()
     particles: Particles = Particles()
     walls: Walls = Walls()
-    gravity_g: Annotated[float, Field(ge=0, le=10)] = 1.0
-    gravity_direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    gravity_g: Annotated[float, Quantity(0, 10, units=GRAVITIES)] = 1.0
+    gravity_direction: tuple[Component, Component, Component] = (0.0, 0.0, -1.0)
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
-    time_step_rayleigh: Annotated[float, Field(gt=0, le=0.3)] = 0.15
+    time_step_rayleigh: Annotated[
+        float, Quantity(0, 0.3, low_itself=False, units=PERCENT)
+    ] = 0.15
     """Time step over the Rayleigh time of a particle."""
-    samples_per_cycle: Annotated[int, Field(ge=20, le=2000)] = 100
+    samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
     sweep: Sweep
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
     """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
@@ -398,13 +470,41 @@ class Coupon(Model):
         return 0.64 * density * self.cell.depth * fill_fraction
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield what of the coupon cannot be built or varied."""
+        """Yield what of the coupon cannot be built or varied, and what is too much."""
         if not any(self.gravity_direction):
             yield Mistake(
                 ("gravity_direction",), "must not be zero; for no gravity set gravity_g: 0"
             )
+        # 9.78 to 9.84 m/s² all over the earth
+        if abs(self.gravity_g - STANDARD_GRAVITY) < 0.03:
+            says = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
+            yield Mistake(("gravity_g",), says)
         yield from self._mistakes_of_sizes()
+        count = math.prod(len(values) for values in self.vary.values())
+        if count > MOST_VARIANTS:
+            yield Mistake(("vary",), f"{count} combinations; allowed are {MOST_VARIANTS}")
+            return
         yield from self._mistakes_of_variants()
+        yield from self._mistakes_of_amount(count)
+
+    def _mistakes_of_amount(self, variants: int) -> Iterator[Mistake]:
+        """Yield a sweep without cases, or with more runs or spheres than can be run."""
+        sweep, cell = self.sweep, self.cell
+        drives = sweep.drive_count()
+        if not drives:
+            says = f"leaves out every combination; the slowest moves at {sweep.slowest():.2g} m/s"
+            yield Mistake(("sweep", "max_velocity_m_s"), says)
+        cases = drives * len(sweep.fill_fraction) * len(self.diameters) * variants
+        runs = cases * self.accuracy.seeds
+        if runs > MOST_RUNS:
+            says = f"{cases} cases, {runs} runs; allowed are {MOST_RUNS} runs"
+            yield Mistake(("sweep",), says)
+        volume = cell.count * cell.across_flats**2 * cell.depth * max(sweep.fill_fraction)
+        spheres = 0.64 * volume / (math.pi / 6 * min(self.diameters) ** 3)
+        if spheres > MOST_SPHERES:
+            keys: Keys = ("sweep" if sweep.diameter_mm else "particles", "diameter_mm")
+            says = f"about {spheres:.1g} spheres in a run; allowed are {MOST_SPHERES}"
+            yield Mistake(keys, says)
 
     def _mistakes_of_sizes(self) -> Iterator[Mistake]:
         widest = 0.9 * min(self.cell.across_flats, self.cell.depth)

@@ -7,18 +7,24 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
-
 from pidpanel.constants import MOST_LOSS_FACTOR
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, Positive
+from pidpanel.study.base import Model
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity
 
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
-NotNegative = Annotated[float, Field(ge=0)]
+EquivalentDamping = Annotated[float, Quantity(0, 1e8)]
+"""C_e [N s/m³]."""
+ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]
+"""m_a [kg/m²]."""
+MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]
+"""m″ [kg/m²]."""
+LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
+"""η; what is above is taken for percent."""
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
@@ -61,22 +67,22 @@ class Damper(Model):
     the amplitude."""
     interpolation: Interpolation | None = None
     """Between the rows of a table: log (by default) or linear."""
-    equivalent_damping_n_s_m3: NotNegative | None = None
+    equivalent_damping_n_s_m3: EquivalentDamping | None = None
     """C_e at every frequency, fill and amplitude [N s/m³]; 0 for dead weight."""
-    equivalent_damping_error_n_s_m3: NotNegative | None = None
+    equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
     """Its standard error [N s/m³]."""
-    apparent_mass_kg_m2: NotNegative | None = None
+    apparent_mass_kg_m2: ApparentMass | None = None
     """m_a at every frequency, fill and amplitude [kg/m²]; 0 by default."""
-    apparent_mass_error_kg_m2: NotNegative | None = None
+    apparent_mass_error_kg_m2: ApparentMass | None = None
     """Its standard error [kg/m²]."""
-    loss_factor: NotNegative | None = None
+    loss_factor: LossFactor | None = None
     """η of C_e = η m″ ω, of the mass m″ that is given beside it; a number, not percent."""
-    loss_factor_error: NotNegative | None = None
+    loss_factor_error: LossFactor | None = None
     """Its standard error."""
-    particle_mass_per_area_kg_m2: Positive | None = None
+    particle_mass_per_area_kg_m2: MassPerArea | None = None
     """What the damper weighs [kg/m²]; by default its apparent mass. m″ of the loss factor, unless
     ``patch_mass_per_area_kg_m2`` is given."""
-    patch_mass_per_area_kg_m2: Positive | None = None
+    patch_mass_per_area_kg_m2: MassPerArea | None = None
     """m″ where the loss factor is that of the patch as a whole: panel and treatment [kg/m²]."""
 
     @property
@@ -99,7 +105,7 @@ class Damper(Model):
                 yield Mistake((name,), f"only allowed beside {' or '.join(of)}")
         yield from self._mistakes_of_errors()
         if self.loss_factor is not None:
-            yield from self._mistakes_of_loss_factor(self.loss_factor)
+            yield from self._mistakes_of_loss_factor()
         if self.coupon is not None and self.coupon.vary:
             yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
 
@@ -139,11 +145,7 @@ class Damper(Model):
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
             yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
 
-    def _mistakes_of_loss_factor(self, loss_factor: float) -> Iterator[Mistake]:
-        if loss_factor > MOST_LOSS_FACTOR:
-            yield Mistake(
-                ("loss_factor",), f"must be at most {MOST_LOSS_FACTOR:g}: a number, not percent"
-            )
+    def _mistakes_of_loss_factor(self) -> Iterator[Mistake]:
         if self.particle_mass_per_area_kg_m2 is None and self.patch_mass_per_area_kg_m2 is None:
             yield Mistake(
                 ("particle_mass_per_area_kg_m2",),

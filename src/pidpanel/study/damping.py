@@ -9,11 +9,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, Positive
-from pidpanel.study.coupon import Modulus
+from pidpanel.study.base import Model, RelativeError
+from pidpanel.study.coupon import Gamma, Modulus
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 
 Reading = Literal[
     "stated",
@@ -33,7 +34,7 @@ class Level(Model):
     """The acceleration at which C_e(r, f, Γ) is read: a stated one, or the patch's own."""
 
     kind: Literal["patch", "stated"] = "patch"
-    acceleration_g: Positive | None = None
+    acceleration_g: Gamma | None = None
     """Stated acceleration amplitude Γ, in units of standard gravity."""
     by: Literal["patch", "element"] = "patch"
     """Whose motion it is: the mean over the patch, or that of each element of the mesh in it."""
@@ -56,10 +57,10 @@ class Target(Model):
     of all of them is below ``relative_error`` or ``max_cases`` have been run.
     """
 
-    relative_error: Annotated[float, Field(gt=0, lt=1)]
-    start: Annotated[int, Field(ge=4)] = 10
-    batch: Annotated[int, Field(ge=1)] = 4
-    max_cases: Annotated[int, Field(ge=4)] = 2000
+    relative_error: RelativeError
+    start: Annotated[int, whole(4, 200_000)] = 10
+    batch: Annotated[int, whole(1, 10_000)] = 4
+    max_cases: Annotated[int, whole(4, 200_000)] = 2000
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a start with more cases than are allowed in all."""
@@ -76,10 +77,10 @@ class Tones(Model):
     below ``damping_error``, or ``most`` have been run.
     """
 
-    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.02
-    damping_error: Annotated[float, Field(gt=0, lt=1)] = 0.1
-    batch: Annotated[int, Field(ge=1)] = 16
-    most: Annotated[int, Field(ge=1)] = 32
+    relative_error: RelativeError = 0.02
+    damping_error: RelativeError = 0.1
+    batch: Annotated[int, whole(1, 10_000)] = 16
+    most: Annotated[int, whole(1, 10_000)] = 32
 
 
 class RandomDrive(Model):
@@ -89,15 +90,15 @@ class RandomDrive(Model):
     than 1 % and all are known to ``relative_error``.
     """
 
-    relative_error: Annotated[float, Field(gt=0, lt=1)] = 0.02
+    relative_error: RelativeError = 0.02
     """Wanted of every rms acceleration, as far as the damping makes it uncertain."""
-    seeds: Annotated[int, Field(ge=2, le=50)] = 2
+    seeds: Annotated[int, whole(2, 50)] = 2
     """Packings that are driven alike; two and more tell what of their force they share."""
-    time_s: Annotated[float, Field(ge=0.2, le=60)] = 1.0
+    time_s: Annotated[float, Quantity(0.2, 60, units=MILLISECONDS)] = 1.0
     """Record of the first round, of each packing [s]; its inverse is from line to line."""
-    max_time_s: Annotated[float, Field(ge=0.2, le=1000)] = 20.0
+    max_time_s: Annotated[float, Quantity(0.2, 1000)] = 20.0
     """Most record of all rounds together, of each packing [s]."""
-    max_rounds: Annotated[int, Field(ge=2, le=30)] = 8
+    max_rounds: Annotated[int, whole(2, 30)] = 8
     """Most rounds."""
 
     def mistakes(self) -> Iterator[Mistake]:
@@ -113,15 +114,15 @@ class Coupled(Model):
     ``settle_s`` and then ``duration_s``.
     """
 
-    duration_s: Annotated[float, Field(ge=0.1, le=100)] = 2.0
+    duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 2.0
     """Of motion that counts [s]."""
-    settle_s: Annotated[float, Field(ge=0, le=10)] = 0.5
+    settle_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.5
     """Of motion before it [s]."""
-    seeds: Annotated[int, Field(ge=2, le=50)] = 4
+    seeds: Annotated[int, whole(2, 50)] = 4
     """Runs of each scenario; errors come from their differences."""
-    stations: Annotated[int, Field(ge=1, le=100)] = 16
+    stations: Annotated[int, whole(1, 100)] = 16
     """Places of a patch that have a motion and cells of their own."""
-    cells: Annotated[int, Field(ge=1, le=200)] = 16
+    cells: Annotated[int, whole(1, 200)] = 16
     """Cells of a patch that are simulated, the same number at every station."""
     youngs_modulus_mpa: Modulus | None = None
     """Of the contacts [MPa]; by default the softest of ``coupon.stiffness`` whose contacts are

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import yaml
 
 from pidpanel.study.base import StudyError
 from pidpanel.study.mistakes import Keys, Mistake, dotted, one_line
+from pidpanel.study.yaml_loader import Loader, problem_of
+from pidpanel.text_files import TextFileError, read_text
 
 LONGEST_VALUE = 60
 """Longest value that a message shows whole [characters]."""
+LARGEST = 1_000_000
+"""Most bytes of a study: what is longer belongs into a mesh or a table beside it."""
+ASIDE = "x-"
+"""Keys at the top that begin like this hold what is repeated elsewhere by anchors and ``<<``."""
 
 
 class Document:
@@ -26,9 +32,9 @@ class Document:
     ----------
     path : Path
     data : Mapping
-        Its content.
-    duplicates : list of str
-        A message for each duplicate key; the last one counts.
+        Its content, without what stands aside for repetition.
+    mistakes : list of Mistake
+        Duplicate keys, of which the last counts, and keys without a value.
 
     Raises
     ------
@@ -39,56 +45,63 @@ class Document:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            text = path.read_text(encoding="utf-8")
-        except OSError as error:
-            raise StudyError(f"{path}: cannot be read: {error.strerror}") from None
-        except UnicodeDecodeError as error:
-            raise StudyError(f"{path}: must be UTF-8 text ({error.reason})") from None
-        try:
-            loader = _Loader(text)
+            loader = Loader(read_text(path, LARGEST))
             root = loader.get_single_node()
             data = loader.construct_document(root) if root else None
-        except yaml.MarkedYAMLError as error:
-            line = error.problem_mark.line + 1 if error.problem_mark else 1
-            raise StudyError(f"{path}:{line}: not YAML: {error.problem}") from None
+        except TextFileError as error:
+            place = path if error.line is None else f"{path}:{error.line}"
+            raise StudyError(f"{place}: {error.says}") from None
         except yaml.YAMLError as error:
-            raise StudyError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+            line, says = problem_of(error)
+            raise StudyError(f"{path}:{line}: {says}" if line else f"{path}: {says}") from None
+        except RecursionError:
+            raise StudyError(f"{path}: lists and mappings are nested too deeply") from None
         if root is None or not isinstance(data, dict):
-            raise StudyError(f"{path}: must be a mapping with keys such as name, coupon, panel")
+            is_empty = "" if root is not None else "is empty; "
+            raise StudyError(
+                f"{path}: {is_empty}must be a mapping with keys such as name, coupon, panel"
+            )
         self._root = root
-        self.data: Mapping[str, Any] = data
-        self.duplicates = [
-            f"{path}:{key.start_mark.line + 1}: {one_line(key.value)}: duplicate key"
-            for key in loader.duplicates
-        ]
+        self.data: Mapping[str, Any] = {
+            key: value for key, value in data.items() if not key.startswith(ASIDE)
+        }
+        self.mistakes = loader.mistakes
 
     def error(self, mistakes: Iterable[Mistake]) -> StudyError:
-        """Return the error that tells mistakes, a line for each in the order of the file."""
-        ordered = sorted(mistakes, key=lambda mistake: self._line_and_value(mistake.keys)[0])
-        return StudyError("\n".join([*self.duplicates, *map(self.message, ordered)]))
+        """Return the error that tells mistakes, a line for each in the order of the file.
 
-    def message(self, mistake: Mistake) -> str:
+        Those of the document are among them. Of a key without a value, and of what holds it,
+        nothing else is told.
+        """
+        empty = [one.keys for one in self.mistakes if one.says == Loader.EMPTY]
+        around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
+        others = (one for one in mistakes if one.keys not in around)
+        told = [(line, value, one) for one in (*self.mistakes, *others)
+                for line, value in [self._line_and_value(one)]]  # fmt: skip
+        ordered = sorted(told, key=lambda one: one[0])
+        return StudyError("\n".join(self._message(*one) for one in ordered))
+
+    def _message(self, line: int, value: str, mistake: Mistake) -> str:
         """Return one line: file, line, key, value, what is wrong."""
-        line, value = self._line_and_value(mistake.keys)
         place = f"{self.path}:{line}" if line else str(self.path)
         key = dotted(mistake.keys)
         shown = f"{key} = {value}" if value else key
         return ": ".join(part for part in (place, shown, mistake.says) if part)
 
-    def _line_and_value(self, keys: Keys) -> tuple[int, str]:
+    def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.
 
         The line is 0 for the file as a whole; the value is empty for a key that is not there.
         """
         line, node = 0, self._root
-        if not keys:
-            return line, ""
-        for key in keys:
+        for key in mistake.keys:
             found = _entry(node, key)
             if found is None:
                 return line, ""
             line, node = found
-        return line, _shown(node)
+        if mistake.line is not None:
+            return mistake.line, ""
+        return line, _shown(node) if mistake.keys else ""
 
 
 def _entry(node: yaml.Node, key: str | int) -> tuple[int, yaml.Node] | None:
@@ -118,32 +131,3 @@ def _in_a_line(node: yaml.Node, depth: int) -> str:
         pairs = (f"{key.value}: {_in_a_line(value, depth - 1)}" for key, value in node.value)
         return f"{{{', '.join(pairs)}}}"
     return f"[{', '.join(_in_a_line(item, depth - 1) for item in node.value)}]"
-
-
-class _Loader(yaml.SafeLoader):
-    """Safe YAML whose keys are text as written, and that collects duplicate keys.
-
-    Dates are text: no key of a study is one.
-    """
-
-    yaml_implicit_resolvers: ClassVar = {  # type: ignore[misc]
-        first: [pair for pair in pairs if pair[0] != "tag:yaml.org,2002:timestamp"]
-        for first, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
-    }
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self.duplicates: list[yaml.Node] = []
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        names: set[str] = set()
-        for key, _ in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key must be text", key.start_mark
-                )
-            if key.value in names:
-                self.duplicates.append(key)
-            names.add(key.value)
-        self.flatten_mapping(node)
-        return {key.value: self.construct_object(value, deep) for key, value in node.value}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from pidpanel.study.mistakes import Keys, Mistake, Mistakes, unknown_key
-from pidpanel.study.schema import Place, keys_of, kinds_of, place_of
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
+from pidpanel.study.schema import Place, keys_of, kinds_of, lengths_of, place_of
 
 PYDANTIC_WORDS = {
     "missing": "missing",
@@ -26,10 +26,20 @@ PYDANTIC_WORDS = {
     "bool_parsing": "must be true or false",
     "finite_number": "must be a finite number",
     "literal_error": "must be {expected}",
-    "too_short": "must have at least {min_length} value(s), not {actual_length}",
-    "too_long": "must have at most {max_length} value(s), not {actual_length}",
+    "mapping_type": "must be a mapping",
+    "bytes_type": "must be text",
+    "set_type": "must be a list",
+    "list_type": "must be a list",
 }
 """Words for the types of mistake that pydantic finds; all others are given in its own."""
+
+
+OF_QUANTITIES = ("quantity", "float_type", "int_type")
+"""Types of mistake that `Quantity` tells in its own words."""
+
+
+def _values(count: int) -> str:
+    return f"{count} value{'' if count == 1 else 's'}"
 
 
 def in_words(error: ErrorDetails) -> str:
@@ -45,6 +55,12 @@ def in_words(error: ErrorDetails) -> str:
     'must be a whole number'
     """
     context = error.get("ctx", {})
+    if error["type"] in ("too_short", "too_long"):
+        most, bound = ("least", "min") if error["type"] == "too_short" else ("most", "max")
+        count = context[f"{bound}_length"]
+        return f"must have at {most} {_values(count)}, not {context['actual_length']}"
+    if error["type"] in OF_QUANTITIES and "says" in context:
+        return str(context["says"])
     if error["type"] in PYDANTIC_WORDS:
         return PYDANTIC_WORDS[error["type"]].format(**context)
     message = error["msg"].removeprefix("Value error, ")
@@ -73,7 +89,23 @@ def mistakes_of(error: ValidationError, model: type[BaseModel]) -> list[Mistake]
             mistake = _mistake_at(place, item, model)
             said.setdefault(mistake.keys, []).append(mistake.says)
     joined = [Mistake(keys, _joined(words)) for keys, words in said.items()]
-    return [*joined, *of_models]
+    return [*_likewise(joined), *of_models]
+
+
+def _likewise(found: Sequence[Mistake]) -> Iterator[Mistake]:
+    """Yield mistakes, those of the items of a list that say the same as one."""
+    alike: dict[tuple[Keys, str], list[Mistake]] = {}
+    for mistake in found:
+        # the allowed range is the same, the value in another unit is not
+        says = mistake.says.partition(";")[0]
+        in_list = mistake.keys and isinstance(mistake.keys[-1], int) and says.startswith("must be")
+        alike.setdefault((mistake.keys[:-1] if in_list else mistake.keys, says), []).append(mistake)
+    for (keys, _), (first, *others) in alike.items():
+        places = [dotted(one.keys[len(keys) :]) for one in others]
+        more = f" and {len(places) - 3} more" if len(places) > 4 else ""
+        places = places[:3] if more else places
+        says = f"{first.says}; likewise {', '.join(places)}{more}" if places else first.says
+        yield first._replace(says=says)
 
 
 def _joined(words: Sequence[str]) -> str:
@@ -91,6 +123,8 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
     if item["type"] == "extra_forbidden":
         (section,) = place_of(item["loc"][:-1], model).types
         return Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
+    if item["type"] == "union_tag_not_found" and not isinstance(item["input"], Mapping):
+        return Mistake(place.keys, PYDANTIC_WORDS["model_attributes_type"])
     if item["type"] in ("union_tag_invalid", "union_tag_not_found"):
         kinds = [repr(kind) for one in place.types for kind in kinds_of(one)]
         missing = "missing; " if item["type"] == "union_tag_not_found" else ""
@@ -99,6 +133,14 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
     if item["type"] == "model_type":
         keys = ", ".join(keys_of(place.types[0]))
         return Mistake(place.keys, f"must be a mapping with keys {keys}")
+    *before, last = item["loc"] or ("",)
+    if item["type"] in ("missing", "too_long"):
+        missing = item["type"] == "missing" and isinstance(last, int)
+        around = place_of(tuple(before), model) if missing else place
+        wanted = lengths_of(around.types)
+        if wanted:
+            says = f"must have {_values(wanted[0])}, not {len(item['input'])}"
+            return Mistake(around.keys, says)
     return Mistake(place.keys, in_words(item))
 
 
@@ -106,8 +148,8 @@ def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:
     """Yield what concerns the alternative of a choice that the writer meant.
 
     Pydantic lists the mistakes of every alternative. The one that is meant accepts the kind of
-    value that is there (a list, a mapping, a number) and has the fewest mistakes. Where none
-    accepts it, all say what they would.
+    value that is there (a list, a mapping, a number) and, if possible, the kinds within it and its
+    number of items, and has the fewest mistakes. Where none accepts it, all say what they would.
     """
     choices: dict[Keys | None, dict[str, list[Found]]] = {}
     for place, item in found:
@@ -121,9 +163,15 @@ def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:
             )
         ]
         if fitting:
-            yield from min(fitting, key=len)
+            yield from min(fitting, key=lambda mistakes: _distance(mistakes, choice))
         else:
             yield from (one for mistakes in alternatives.values() for one in mistakes)
+
+
+def _distance(found: Sequence[Found], choice: Keys | None) -> tuple[int, int, int]:
+    """Return how far an alternative is from what is there: kinds, then itself, then mistakes."""
+    kinds = sum(_needs_another_kind(item) for _, item in found)
+    return kinds, sum(place.keys == choice for place, _ in found), len(found)
 
 
 def _needs_another_kind(item: ErrorDetails) -> bool:

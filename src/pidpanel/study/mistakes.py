@@ -10,6 +10,9 @@ Keys = tuple[str | int, ...]
 """Way to a place of a study: names of keys, and indices in lists."""
 
 
+LONGEST_NAME = 80
+
+
 class Mistake(NamedTuple):
     """What is wrong at a key.
 
@@ -19,14 +22,17 @@ class Mistake(NamedTuple):
         Way to the key from the model that speaks; empty for the model as a whole.
     says : str
         What is wrong or what is allowed, without the key and its value.
+    line : int or None
+        Where a key is that is there several times.
     """
 
     keys: Keys
     says: str
+    line: int | None = None
 
     def below(self, *keys: str | int) -> Mistake:
         """Return the same mistake with the way to its model put in front."""
-        return Mistake((*keys, *self.keys), self.says)
+        return self._replace(keys=(*keys, *self.keys))
 
 
 class Mistakes(ValueError):
@@ -40,7 +46,7 @@ class Mistakes(ValueError):
     def __init__(self, found: Iterable[Mistake]) -> None:
         self.found = tuple(found)
         super().__init__(
-            "; ".join(f"{dotted(keys)}: {says}" if keys else says for keys, says in self.found)
+            "; ".join(f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.found)
         )
 
 
@@ -64,17 +70,21 @@ def one_line(text: str) -> str:
 def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
     """Yield the names under a key that cannot name a file and a group of a mesh.
 
+    At most `LONGEST_NAME` characters: with those of others a name is part of that of a file.
+
     Examples
     --------
     >>> [mistake.keys for mistake in mistakes_of_names("points", ["A", "B/C", ""])]
     [('points', 'B/C'), ('points', '')]
     """
     for name in names:
-        if not name or set(name) & {"/", "\0", '"'}:
+        text = name.strip()
+        plain = name.isprintable() and text == name and not set(name) & {"/", '"'}
+        if not plain or name in ("", ".", "..") or len(name) > LONGEST_NAME:
             yield Mistake(
                 (key, name),
-                "must have a name without '/' and '\"' that is not empty: files and groups of "
-                "the mesh are named after it",
+                f"must have a name of 1 to {LONGEST_NAME} printable characters without '/', '\"' "
+                "and spaces round it: files and groups of the mesh are named after it",
             )
 
 

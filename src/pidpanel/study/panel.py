@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, Field
 
-from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, show
-from pidpanel.study.base import Model, Positive
+from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, show, signed_area
+from pidpanel.study.base import Coordinate, Model, Size, Text
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
+from pidpanel.study.quantity import METRES, PERCENT, Quantity, whole
 from pidpanel.study.section import CORE_GRADES_FILE, Section
 
-Position = tuple[float, float]
+Position = tuple[Coordinate, Coordinate]
 """(x, y) [m]."""
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-Number = Annotated[int, Field(ge=1)]
+Number = Annotated[int, Quantity(1, whole=True)]
 """Number of a node in a mesh file."""
-
-
-def _as_text(value: Any) -> Any:
-    return str(value) if isinstance(value, int) else value
+EXTENT = Quantity(0.01, 30, units=METRES)
+"""Of a panel [m]."""
+Length = Annotated[float, EXTENT]
+Radius = Annotated[float, Quantity(0, 15, units=METRES)]
+"""Of corners [m]."""
+Count = Annotated[int, whole(2, 5000)]
+"""Of elements along an edge."""
+MOST_ELEMENTS = 400_000
+"""Elements that a mesh may have: its modes take more memory than a machine has."""
 
 
 def _of_known_suffix(file: Path) -> Path:
@@ -36,14 +43,14 @@ class Mesh(Model):
     """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
 
     kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
-    elements: tuple[Annotated[int, Field(ge=2)], Annotated[int, Field(ge=2)]] = (30, 20)
+    elements: tuple[Count, Count] = (30, 20)
     """Number of quadrilaterals along x and y."""
-    size_m: Positive | None = None
+    size_m: Annotated[float, Quantity(1e-5, 10, units=METRES)] | None = None
     """Edge length of triangles [m]."""
-    corner_size_m: Positive | None = None
+    corner_size_m: Annotated[float, Quantity(1e-6, 10, units=METRES)] | None = None
     """Edge length at re-entrant corners [m]; by default 0.002 of size_m."""
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
-    unit_m: Positive = 1.0
+    unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """The unit of length of the file [m]: 0.001 for millimetres."""
 
     def mistakes(self) -> Iterator[Mistake]:
@@ -52,6 +59,10 @@ class Mesh(Model):
             yield Mistake(("size_m",), "required for kind: triangles, not allowed otherwise")
         if self.corner_size_m is not None and self.kind != "triangles":
             yield Mistake(("corner_size_m",), "only allowed for kind: triangles")
+        elements = math.prod(self.elements)
+        if self.kind == "quadrilaterals" and elements > MOST_ELEMENTS:
+            says = f"{elements:.3g} elements; allowed are {MOST_ELEMENTS}"
+            yield Mistake(("elements",), says)
         if (self.kind == "file") != (self.file is not None):
             yield Mistake(("file",), "required for kind: file, not allowed otherwise")
 
@@ -67,10 +78,10 @@ class Area(Model):
     """A rectangle (centre_m, size_m), a circle (centre_m, diameter_m) or a polygon (corners_m)."""
 
     centre_m: Position | None = None
-    size_m: tuple[Positive, Positive] | None = None
-    diameter_m: Positive | None = None
+    size_m: tuple[Size, Size] | None = None
+    diameter_m: Size | None = None
     corners_m: Annotated[tuple[Position, ...], Field(min_length=3)] | None = None
-    corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
+    corner_radius_m: Radius = 0.0
     _shapes: ClassVar[tuple[set[str], ...]] = (
         {"centre_m", "size_m"},
         {"centre_m", "diameter_m"},
@@ -107,7 +118,7 @@ class Area(Model):
 class Patch(Area):
     """Cells that may be filled with particles; or a group (property number) of a mesh file."""
 
-    group: Annotated[str, BeforeValidator(_as_text)] | None = None
+    group: Text | None = None
     _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
     _allowed: ClassVar[str] = f"{Area._allowed}, or group"
 
@@ -134,9 +145,9 @@ class PointSupport(Model):
     kind: Literal["hinge", "hold_down", "spring"]
     at_m: Position | None = None
     grid: Number | None = None
-    radius_m: Annotated[float, Field(ge=0)] = 0.0
+    radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
     """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
-    stiffness_n_m: Positive | None = None
+    stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
     """Stiffness of a spring [N/m]."""
 
     def mistakes(self) -> Iterator[Mistake]:
@@ -169,7 +180,7 @@ class Supports(Model):
 class Mass(Model):
     """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
 
-    mass_kg: Positive
+    mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]
     at_m: Position | None = None
     grid: Number | None = None
     from_m: Position | None = None
@@ -187,16 +198,18 @@ class Panel(Model):
     """The panel, its patches, and the points at which its response is computed."""
 
     outline_m: (
-        tuple[Positive, Positive] | Annotated[tuple[Position, ...], Field(min_length=3)] | None
+        tuple[Length, Length] | Annotated[tuple[Position, ...], Field(min_length=3)] | None
     ) = None
     """Lengths along x and y of a rectangle, or the corners of a polygon [m]."""
-    corner_radius_m: Annotated[float, Field(ge=0)] = 0.0
+    corner_radius_m: Radius = 0.0
     """Radius of all corners of the outline [m]."""
     holes: Mapping[str, Area] = {}
     section: Section
     supports: EdgeKind | Supports = "simply_supported"
     masses: Mapping[str, Mass] = {}
-    damping_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.01
+    damping_ratio: Annotated[
+        float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)
+    ] = 0.01
     mesh: Mesh = Mesh()
     patches: Mapping[str, Patch] = {}
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
@@ -243,10 +256,38 @@ class Panel(Model):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
-        yield from mistakes_of_names("patches", self.patches)
-        yield from mistakes_of_names("points", self.points)
-        first = [*_mistakes_of_radius(self.outline), *self._mistakes_of_mesh()]
+        for key in ("patches", "points", "holes", "masses"):
+            yield from mistakes_of_names(key, getattr(self, key))
+        found = mistakes_of_names("points", self.held.points)
+        yield from (one.below("supports") for one in found)
+        first = [
+            *_mistakes_of_radius(self.outline),
+            *self._mistakes_of_extent(),
+            *self._mistakes_of_mesh(),
+        ]
         yield from first or self._mistakes_of_place()
+
+    def _mistakes_of_extent(self) -> Iterator[Mistake]:
+        """Yield an outline that is too small or too large, and one with too many elements."""
+        if self.outline is None:
+            return
+        xs, ys = zip(*self.outline.points, strict=True)
+        extent = max(max(xs) - min(xs), max(ys) - min(ys))
+        says = EXTENT.refuses(extent)
+        if says:
+            yield Mistake(("outline_m",), f"extends over {extent:g} m; {says}")
+        elif self.mesh.size_m is not None:
+            area = abs(signed_area(self.outline.points))
+            # equilateral triangles
+            count = area / (math.sqrt(3) / 4 * self.mesh.size_m**2)
+            if count > MOST_ELEMENTS:
+                least = self.mesh.size_m * math.sqrt(count / MOST_ELEMENTS)
+                least = math.ceil(least * 1e4) / 1e4
+                yield Mistake(
+                    ("mesh", "size_m"),
+                    f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m from "
+                    f"{least:g}",
+                )
 
     def _mistakes_of_mesh(self) -> Iterator[Mistake]:
         if self.mesh.kind == "file":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -9,7 +11,8 @@ from pydantic import ValidationError
 from pidpanel.study.base import StudyError
 from pidpanel.study.document import Document
 from pidpanel.study.explaining import mistakes_of
-from pidpanel.study.study import CouponStudy, Study
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.study import RESERVED, CouponStudy, Study
 
 
 def load_study(path: str | Path) -> Study:
@@ -51,7 +54,20 @@ def study_in(document: Document) -> Study | CouponStudy:
     try:
         study = model.model_validate(values, context={"folder": document.path.parent})
     except ValidationError as error:
-        raise document.error(mistakes_of(error, Study)) from None
-    if document.duplicates:
+        found = mistakes_of(error, Study)
+        raise document.error(_of_file_name(one, document) for one in found) from None
+    if document.mistakes:
         raise document.error(())
     return study
+
+
+def _of_file_name(mistake: Mistake, document: Document) -> Mistake:
+    """Return a mistake of the name with where it comes from, if that is the file."""
+    if mistake.keys != ("name",) or "name" in document.data:
+        return mistake
+    stem = document.path.stem
+    plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
+    better = re.sub("[^A-Za-z0-9_-]+", "_", plain).strip("_-")
+    better = better if better and better not in RESERVED else f"{better or 'my'}_study"
+    says = f"missing; the name of the file, {stem!r}, cannot be that of the study: {mistake.says}"
+    return mistake._replace(says=f"{says}; such as name: {better}")

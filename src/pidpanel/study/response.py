@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
-from pidpanel.study.base import Model, Positive
+from pidpanel.study.base import Model, Text
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import KILOHERTZ, Quantity
 
+Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
+"""[Hz]"""
 Radiation = Literal["none", "one_side", "two_sides"]
 
 
 class Response(Model):
     """The frequencies of the response, and what is part of the panel's equation of motion."""
 
-    frequency_hz: tuple[Positive, Positive] = (20.0, 2000.0)
+    frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
     """Lowest and highest frequency [Hz]."""
     damper_mass: bool = True
     """Whether the apparent mass of the particles is added to the panel."""
@@ -27,7 +30,7 @@ class Response(Model):
     air_mass: bool = True
     """Whether the panel carries the mass of the air on the sides that radiate; false: resistance
     alone."""
-    maps: tuple[str, ...] = ()
+    maps: tuple[Text, ...] = ()
     """Scenarios, by their names in summary.csv, to map over the panel; by default the first bare
     panel."""
 

@@ -8,29 +8,34 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from pidpanel.study.base import Fill, Model
+from pidpanel.study.base import Fill, Level, Model, Text
 from pidpanel.study.mistakes import Mistake
 
+MOST_SCENARIOS = 1000
+"""Scenarios that a family may have."""
 Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 
 class Family(Model):
     """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
 
-    patch: str | tuple[str, ...]
-    damper: str | None = None
+    patch: Text | tuple[Text, ...]
+    damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
     fill_fraction: Fill | tuple[Fill, ...] | None = None
     """Required unless the damper needs none, such as one of constants."""
-    oaspl_db: float | tuple[float, ...] | None = None
+    oaspl_db: Level | tuple[Level, ...] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
-    title: str = ""
+    title: Text = ""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a comparison of nothing, or of more than one thing."""
         for key in self._lists():
-            if not getattr(self, key):
-                yield Mistake((key,), "must have at least 1 value(s), not 0")
+            count = len(getattr(self, key))
+            if not count:
+                yield Mistake((key,), "must have at least 1 value, not 0")
+            elif count > MOST_SCENARIOS:
+                yield Mistake((key,), f"must have at most {MOST_SCENARIOS} values, not {count}")
         lists = len(self._lists())
         if lists != 1:
             yield Mistake(
@@ -52,7 +57,7 @@ class Family(Model):
 class Filled(Model):
     """What one patch of a layout is filled with."""
 
-    damper: str | None = None
+    damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
     fill_fraction: Fill | None = None
     """Required unless the damper needs none, such as one of constants."""
@@ -63,9 +68,9 @@ class Layout(Model):
 
     layout: Annotated[Mapping[str, Filled], Field(min_length=1)]
     """Patches by their names under ``panel.patches``."""
-    oaspl_db: float | None = None
+    oaspl_db: Level | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
-    title: str = ""
+    title: Text = ""
 
 
 def _kind(values: Any) -> str:

@@ -70,6 +70,12 @@ def kinds_of(model: Any) -> tuple[str, ...]:
     return get_args(field.annotation) if field and get_origin(field.annotation) is Literal else ()
 
 
+def lengths_of(types: tuple[Any, ...]) -> list[int]:
+    """Return the numbers of values of the tuples of a set length among types."""
+    arguments = [get_args(one) for one in types if get_origin(_bare(one)) is tuple]
+    return [len(one) for one in arguments if ... not in one]
+
+
 def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 

@@ -11,22 +11,43 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, Positive
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.base import Density, Model, PoissonsRatio, Text
+from pidpanel.study.mistakes import Mistake, not_among
+from pidpanel.study.quantity import (
+    DENSITY,
+    GIGAPASCAL,
+    MASS_PER_AREA,
+    MEGAPASCAL,
+    MILLIMETRES,
+    PERCENT,
+    SMALL_MILLIMETRES,
+    Quantity,
+)
 
 CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"
 """Honeycomb cores by their grade."""
 
-PoissonsRatio = Annotated[float, Field(gt=-1, lt=0.5)]
+Modulus = Annotated[float, Quantity(1e-3, 1500, units=GIGAPASCAL)]
+"""Of a solid [GPa]."""
+ShearModulus = Annotated[float, Quantity(1, 20000, units=MEGAPASCAL)]
+"""Of a core [MPa]."""
+Thickness = Annotated[float, Quantity(0.05, 1000, units=MILLIMETRES)]
+"""Of a panel [mm]."""
+Angle = Annotated[float, Quantity(-360, 360)]
+"""[°]"""
+STIFFEST = 1.1e12
+"""Young's modulus of diamond [Pa]."""
+HEAVIEST = 22600.0
+"""Density of osmium [kg/m³]."""
 
 
 class ThinSection(Model):
     """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
 
     kind: Literal["thin"] = "thin"
-    mass_per_area_kg_m2: Positive
-    bending_stiffness_n_m: Positive
-    thickness_mm: Positive = 25.0
+    mass_per_area_kg_m2: Annotated[float, Quantity(0.01, 1000, units=MASS_PER_AREA)]
+    bending_stiffness_n_m: Annotated[float, Quantity(1e-3, 1e8, units=(("N mm", 1e-3),))]
+    thickness_mm: Thickness = 25.0
     """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
     poissons_ratio: PoissonsRatio = 0.3
 
@@ -35,15 +56,30 @@ class ThinSection(Model):
         """Thickness [m]."""
         return self.thickness_mm * 1e-3
 
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield what no material of this thickness weighs, or is as stiff as."""
+        given = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
+        density = self.mass_per_area_kg_m2 / self.thickness
+        if density > HEAVIEST:
+            says = f"{given} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
+            yield Mistake(("mass_per_area_kg_m2",), says)
+        D = self.bending_stiffness_n_m
+        modulus = 12 * (1 - self.poissons_ratio**2) * D / self.thickness**3
+        if modulus > STIFFEST:
+            says = f"{given} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
+            if modulus * 1e-3 <= STIFFEST:
+                says += f"; {D:.7g} N mm would be {D * 1e-3:g}"
+            yield Mistake(("bending_stiffness_n_m",), says)
+
 
 class SolidSection(Model):
     """A thick plate of one isotropic material, with transverse shear and rotary inertia."""
 
     kind: Literal["solid"]
-    youngs_modulus_gpa: Positive
+    youngs_modulus_gpa: Modulus
     poissons_ratio: PoissonsRatio = 0.3
-    density_kg_m3: Positive
-    thickness_mm: Positive
+    density_kg_m3: Density
+    thickness_mm: Thickness
 
     @property
     def youngs_modulus(self) -> float:
@@ -59,13 +95,15 @@ class SolidSection(Model):
 class Material(Model):
     """A ply's material: isotropic (E, ν), or orthotropic (E1, E2, G12, ν12)."""
 
-    density_kg_m3: Positive
-    youngs_modulus_gpa: Positive | None = None
+    density_kg_m3: Density
+    youngs_modulus_gpa: Modulus | None = None
     poissons_ratio: PoissonsRatio | None = None
-    e1_gpa: Positive | None = None
-    e2_gpa: Positive | None = None
-    g12_gpa: Positive | None = None
-    nu12: float | None = None
+    e1_gpa: Modulus | None = None
+    e2_gpa: Modulus | None = None
+    g12_gpa: Modulus | None = None
+    nu12: Annotated[
+        float, Quantity(-2, 2, low_itself=False, high_itself=False, units=PERCENT)
+    ] | None = None
 
     @property
     def youngs_modulus(self) -> float | None:
@@ -95,9 +133,9 @@ class Material(Model):
 class Ply(Model):
     """A layer of a face."""
 
-    material: str
-    thickness_mm: Positive
-    angle_deg: float = 0.0
+    material: Text
+    thickness_mm: Annotated[float, Quantity(0.005, 100, units=MILLIMETRES)]
+    angle_deg: Angle = 0.0
     """From the panel's x to the fibre [°]."""
 
     @property
@@ -114,12 +152,12 @@ class Ply(Model):
 class Core(Model):
     """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
 
-    thickness_mm: Positive
-    grade: str | None = None
-    shear_modulus_l_mpa: Positive | None = None
-    shear_modulus_w_mpa: Positive | None = None
-    density_kg_m3: Positive | None = None
-    ribbon_deg: float = 0.0
+    thickness_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)]
+    grade: Text | None = None
+    shear_modulus_l_mpa: ShearModulus | None = None
+    shear_modulus_w_mpa: ShearModulus | None = None
+    density_kg_m3: Annotated[float, Quantity(5, 3000, units=DENSITY)] | None = None
+    ribbon_deg: Angle = 0.0
     """From the panel's x to the ribbon (L) direction [°]."""
 
     def mistakes(self) -> Iterator[Mistake]:
@@ -179,7 +217,7 @@ class SandwichSection(Model):
     top: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
     bottom: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
     core: Core
-    extra_mass_per_area_kg_m2: Annotated[float, Field(ge=0)] = 0.0
+    extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, units=MASS_PER_AREA)] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
 
     def mistakes(self) -> Iterator[Mistake]:
@@ -192,7 +230,7 @@ class SandwichSection(Model):
                 if ply.material not in self.materials:
                     yield Mistake(
                         (key, index, "material"),
-                        f"must be one of materials: {', '.join(self.materials)}",
+                        not_among("materials", ply.material, list(self.materials)),
                     )
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
-
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, Positive
+from pidpanel.study.base import Level, Model
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
 
 class Sound(Model):
@@ -20,25 +19,25 @@ class Sound(Model):
 
     spectrum: Annotated[Path, file_in(DATA / "spl")]
     """CSV table of octave or third-octave levels."""
-    oaspl_db: Annotated[float, Field(ge=60, le=200)] | None = None
+    oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
-    shift_db: Annotated[float, Field(ge=-60, le=60)] = 0.0
+    shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
     field: Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"] = (
         "diffuse"
     )
     """progressive_wave: a plane wave at grazing incidence, as in a progressive-wave tube."""
-    incidence_deg: Annotated[float, Field(ge=0, le=90)] | None = None
+    incidence_deg: Annotated[float, Quantity(0, 90)] | None = None
     """Angle between the direction of a plane wave and the normal of the panel [°]."""
-    azimuth_deg: Annotated[float, Field(ge=-180, le=360)] | None = None
+    azimuth_deg: Annotated[float, Quantity(-180, 360)] | None = None
     """Direction of a wave in the plane of the panel, from x [°]; 0 by default."""
     loaded_sides: Literal[1, 2] = 1
     """2: independent fields of that level on both faces, twice the PSD."""
     pressure_reference: Literal["surface", "room", "incident"] = "surface"
     """Where the levels of the table were measured."""
-    speed_m_s: Positive = 343.0
+    speed_m_s: Annotated[float, Quantity(100, 1400, units=VELOCITY)] = 343.0
     """Speed of sound [m/s]."""
-    air_density_kg_m3: Positive = 1.2
+    air_density_kg_m3: Annotated[float, Quantity(0.01, 50, units=DENSITY)] = 1.2
     """Density of the air [kg/m³]."""
 
     @property

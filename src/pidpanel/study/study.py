@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
 from pidpanel.paths import SECTION
-from pidpanel.study.base import Model, as_tuple
+from pidpanel.study.base import Model, Text, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
 from pidpanel.study.damping import RANDOM, Damping
@@ -32,6 +32,9 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
 """Of what names folders: studies and dampers."""
 
+RESERVED = ("coupon", "verification")
+"""Folders of the results that belong to all studies."""
+
 COUPLED = "coupled"
 """The reading in which panel and particles are integrated together."""
 
@@ -42,17 +45,19 @@ BARE = "bare"
 class CouponStudy(Model):
     """A study of the coupon alone: what the particles dissipate, and on what it depends."""
 
-    name: str
+    name: Text
     """Name of the folder of its results; by default that of its file."""
-    title: str = ""
-    assumptions: tuple[str, ...] = ()
+    title: Text = ""
+    assumptions: tuple[Text, ...] = ()
     """What the source leaves open and this study assumes; printed in the report."""
     coupon: Coupon | None = None
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a name that cannot be that of a folder, and a study without any section."""
         if not re.fullmatch(NAME, self.name):
-            says = f"must be {NAME_WORDS}; by default it is the name of the file"
+            yield Mistake(("name",), f"must be {NAME_WORDS}")
+        elif self.name in RESERVED:
+            says = f"must be another one; results/{self.name} belongs to all studies"
             yield Mistake(("name",), says)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")

@@ -1,0 +1,200 @@
+"""Numbers of a study: the bounds that physics sets to them, and the unit that was likely meant."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from pidpanel.constants import STANDARD_GRAVITY
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+"""A number as a study and the tables beside it write it."""
+
+Convert = Callable[[float], float]
+Units = tuple[tuple[str, float | Convert], ...]
+"""Units in which a value may have been given by mistake, each with what turns it into the right
+one: a factor or a function."""
+
+PERCENT: Units = (("%", 0.01),)
+METRES: Units = (("mm", 1e-3), ("cm", 1e-2))
+MILLIMETRES: Units = (("m", 1e3), ("µm", 1e-3))
+SMALL_MILLIMETRES: Units = (*MILLIMETRES, ("in", 25.4))
+GIGAPASCAL: Units = (("Pa", 1e-9), ("MPa", 1e-3))
+MEGAPASCAL: Units = (("Pa", 1e-6), ("GPa", 1e3))
+DENSITY: Units = (("g/cm³", 1e3), ("t/mm³", 1e12), ("kg/mm³", 1e9), ("g/m³", 1e-3))
+MASS_PER_AREA: Units = (("g/m²", 1e-3),)
+KILOHERTZ: Units = (("kHz", 1e3),)
+GRAVITIES: Units = (("m/s²", 1 / STANDARD_GRAVITY),)
+MILLISECONDS: Units = (("ms", 1e-3),)
+VELOCITY: Units = (("mm/s", 1e-3), ("km/s", 1e3))
+
+
+def level_of(pressure: float) -> float:
+    """Return the level of an rms pressure [Pa], dB re 20 µPa; NaN for none.
+
+    Examples
+    --------
+    >>> round(level_of(20.0), 6)
+    120.0
+    """
+    return 20 * math.log10(pressure / 20e-6) if pressure > 0 else math.nan
+
+
+PASCAL: Units = (("Pa", level_of),)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Bounds of a number, for the annotation of a key.
+
+    Attributes
+    ----------
+    low, high
+        Least and greatest value.
+    low_itself, high_itself
+        Whether the bounds are allowed themselves.
+    units
+        Units in which a value may have been given by mistake.
+    whole
+        Whether it is a whole number.
+
+    Examples
+    --------
+    >>> Quantity(0.01, 30, units=METRES).refuses(1500.0)
+    'must be from 0.01 to 30; 1500 mm would be 1.5'
+    >>> Quantity(0, 1, low_itself=False).refuses(0.5)
+    ''
+    """
+
+    low: float
+    high: float = math.inf
+    low_itself: bool = True
+    high_itself: bool = True
+    units: Units = ()
+    whole: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        if self.high == math.inf:
+            return f"must be {'at least' if self.low_itself else 'above'} {self.low:g}"
+        if self.low_itself and self.high_itself:
+            return f"must be from {self.low:g} to {self.high:g}"
+        low = f"{'at least' if self.low_itself else 'above'} {self.low:g}"
+        return f"must be {low} and {'at most' if self.high_itself else 'below'} {self.high:g}"
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies within the bounds."""
+        above = value >= self.low if self.low_itself else value > self.low
+        return above and (value <= self.high if self.high_itself else value < self.high)
+
+    def refuses(self, value: float) -> str:
+        """Return what is allowed in place of a value, and what was likely meant; empty if it is."""
+        if self.holds(value):
+            return ""
+        meant = self._meant(value)
+        return self.allowed + (f"; {meant}" if meant else "")
+
+    def _meant(self, value: float) -> str:
+        """Return the value in the likeliest of the units: the one nearest the middle of the range.
+
+        Distances are those of logarithms.
+        """
+        found: list[tuple[float, str]] = []
+        low, high = max(self.low, self.high * 1e-9, 1e-300), self.high
+        for unit, way in self.units:
+            other = way(value) if callable(way) else way * value
+            if unit == "%" and value < 1:
+                continue
+            if other > 0 and self.holds(other):
+                off = abs(math.log(other) - (math.log(low) + math.log(high)) / 2)
+                found.append((off, f"{value:g} {unit} would be {other:.4g}"))
+        return min(found)[1] if found else ""
+
+    def number(self, value: Any) -> float | int:
+        """Return a value as a number.
+
+        Raises
+        ------
+        PydanticCustomError
+            If it is none.
+        """
+        kind = "int" if self.whole else "float"
+        if isinstance(value, str) and NUMBER.fullmatch(value) and not _has_leading_zeros(value):
+            value = float(value)
+        if isinstance(value, bool) or not isinstance(value, Real):
+            if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
+                raise PydanticCustomError("finite_number", "must be a finite number")
+            says = "must be a whole number" if self.whole else "must be a number"
+            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + _beside(value)})
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise PydanticCustomError("finite_number", "must be a finite number")
+        if not self.whole:
+            return number
+        if not isinstance(value, Integral) and number != math.floor(number):
+            raise PydanticCustomError("int_type", "{says}", {"says": "must be a whole number"})
+        return int(value)
+
+    def __call__(self, value: Any) -> float | int:
+        """Return the number that a value is, for pydantic.
+
+        Raises
+        ------
+        PydanticCustomError
+            If it is none, or is not within the bounds.
+        """
+        number = self.number(value)
+        says = self.refuses(number)
+        if says:
+            raise PydanticCustomError("quantity", "{says}", {"says": says})
+        return number
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Return the schema by which pydantic calls this quantity."""
+        return core_schema.no_info_before_validator_function(self, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the JSON schema: a number with these bounds."""
+        found = handler(schema)
+        found["minimum" if self.low_itself else "exclusiveMinimum"] = self.low
+        if self.high < math.inf:
+            found["maximum" if self.high_itself else "exclusiveMaximum"] = self.high
+        return found
+
+
+def whole(low: int, high: int) -> Quantity:
+    """Return the bounds of a count."""
+    return Quantity(low, high, whole=True)
+
+
+def _has_leading_zeros(text: str) -> bool:
+    return re.match(r"[+-]?0\d", text) is not None
+
+
+def _beside(value: Any) -> str:
+    """Return what to say of a text that is nearly a number."""
+    if not isinstance(value, str):
+        return ""
+    if NUMBER.fullmatch(value):
+        return " without leading zeros, which some programs read as octal"
+    if re.fullmatch(r"[+-]?\d+,\d+", value):
+        return ", with a decimal point"
+    if re.fullmatch(rf"{NUMBER.pattern}\s*[^\W\d_%°].*|{NUMBER.pattern}\s*[%°]", value):
+        return ", without its unit"
+    return ""

@@ -1,0 +1,110 @@
+"""Text files of a user: read as UTF-8, or refused in a line."""
+
+from __future__ import annotations
+
+import re
+import stat
+from pathlib import Path
+
+LARGEST = 100_000_000
+"""Most bytes that are read, unless less is allowed."""
+
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""Marks at the beginning of a text in UTF-16."""
+
+
+class TextFileError(ValueError):
+    """A file that is no text, or cannot be read.
+
+    Attributes
+    ----------
+    line : int or None
+        Where; None for the file as a whole.
+    says : str
+        What is wrong.
+    """
+
+    def __init__(self, says: str, line: int | None = None) -> None:
+        self.says, self.line = says, line
+        super().__init__(says if line is None else f"line {line}: {says}")
+
+
+def read_text(path: Path, most: int = LARGEST) -> str:
+    """Read a text in UTF-8, with or without its mark.
+
+    Parameters
+    ----------
+    path
+        A file.
+    most
+        Bytes that it may have.
+
+    Raises
+    ------
+    TextFileError
+        If there is no such file, it is no file, cannot be read, is too large or is no such text.
+    """
+    try:
+        found = path.stat()
+        if stat.S_ISDIR(found.st_mode):
+            raise TextFileError("is a folder; must be a file")
+        if not stat.S_ISREG(found.st_mode):
+            raise TextFileError("must be a file")
+        if found.st_size > most:
+            raise TextFileError(f"has {_bytes(found.st_size)}; allowed are {_bytes(most)}")
+        data = path.read_bytes()
+    except OSError as error:
+        raise TextFileError(f"cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        if isinstance(error, TextFileError):
+            raise
+        raise TextFileError(f"cannot be read: {error}") from None  # such as a NUL in its name
+    return decoded(data)
+
+
+def decoded(data: bytes) -> str:
+    """Return the text of bytes in UTF-8, without its mark.
+
+    Raises
+    ------
+    TextFileError
+        If it is another encoding, or no text.
+
+    Examples
+    --------
+    >>> decoded("größe".encode("utf-8-sig"))
+    'größe'
+    >>> try:
+    ...     decoded("a\\ngröße".encode("latin-1"))
+    ... except TextFileError as error:
+    ...     error.line, error.says
+    (2, 'must be text in UTF-8; the byte 0xf6 is ö in Latin-1')
+    """
+    if data.startswith(UTF_16):
+        raise TextFileError("must be text in UTF-8; it is in UTF-16")
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        raise TextFileError("must be text in UTF-8; it has a byte 0x00, as of a binary file", line)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
+        letter = bytes([byte]).decode("latin-1")
+        meant = f"is {letter} in Latin-1" if letter.isprintable() else "is no text"
+        says = f"must be text in UTF-8; the byte 0x{byte:02x} {meant}"
+        raise TextFileError(says, line) from None
+
+
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text, whichever system wrote it.
+
+    Examples
+    --------
+    >>> lines_of("a\\r\\nb\\rc\\n")
+    ['a', 'b', 'c', '']
+    """
+    return re.split("\r\n|\r|\n", text)
+
+
+def _bytes(count: int) -> str:
+    return f"{count / 1e6:.3g} MB"
