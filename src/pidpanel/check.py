@@ -101,13 +101,13 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.table_files import TableError
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.response.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.sound.table import read_spl_table
+    from pidpanel.sound.table import SpectrumTableError, read_spl_table
 
     low, high = study.response.frequency_hz
     try:
         edges = read_spl_table(study.sound.spectrum).edge_frequency
-    except ValueError as error:
-        yield Mistake(("sound", "spectrum"), str(error))
+    except SpectrumTableError as error:
+        yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
     else:
         if low < edges[0] or high > edges[-1]:
             yield Mistake(

@@ -9,7 +9,8 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pidpanel.damping.table_files import COLUMNS, MOST_FAULTS, TableError, read_columns
+from pidpanel.columns import MOST_FAULTS
+from pidpanel.damping.table_files import COLUMNS, TableError, read_columns
 from pidpanel.paths import PROJECT
 from pidpanel.study.dampers import ALLOWED, Damper
 
@@ -137,9 +138,9 @@ FAULTS = {
     ),
     "Latin-1": (
         f"{F},{C}\n100,5 # Prüfstand\n".encode("latin-1"),
-        ["line 2: must be text in UTF-8; found the byte 0xfc"],
+        ["line 2: must be text in UTF-8; the byte 0xfc is ü in Latin-1"],
     ),
-    "UTF-16": (f"{F},{C}\n100,5\n".encode("utf-16"), ["line 1: must be text in UTF-8"]),
+    "UTF-16": (f"{F},{C}\n100,5\n".encode("utf-16"), ["must be text in UTF-8; it is in UTF-16"]),
     "several": (
         f"{F},{C},fill\nnan,-1,5\n\n-3,2,1\n",
         ["line 1: column 'fill': unknown; did you mean fill_fraction?",
@@ -181,7 +182,7 @@ def test_of_many_faults_the_first_are_told_and_the_others_counted(tmp_path):
 
 def test_a_file_that_is_not_there_is_told(tmp_path):
     # red: no try round read_bytes
-    with pytest.raises(TableError, match=r"none\.csv: cannot be read \(No such file"):
+    with pytest.raises(TableError, match=r"none\.csv: cannot be read: No such file"):
         read_columns(tmp_path / "none.csv")
 
 

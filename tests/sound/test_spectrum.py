@@ -160,14 +160,14 @@ REFUSED = {
     "every other third": (["100,120", "160,120"], "line 4: between 100 and 160 Hz"),
     "octaves off their centres": (["50,120", "100,120"], "line 3: center_hz = 50 is not an octave"),
     "not a centre": (["100,120", "110,120"], "line 4: center_hz = 110 is not a preferred centre"),
-    "text": (["100,120", "125,loud"], "line 4: spl_db = 'loud' must be a number"),
-    "empty value": (["100,120", "125,"], "line 4: spl_db = '' must be a number"),
-    "nan": (["100,120", "125,nan"], "line 4: spl_db = 'nan' must be a number"),
-    "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100 must be positive"),
-    "level in pascal squared": (["100,120", "125,4e5"], "line 4: spl_db = 400000 must lie within"),
-    "three columns": (["100,120", "125,120,1"], "line 4: '125,120,1' must be two values"),
-    "one band": (["100,120"], r"1 band\(s\); at least two"),
-    "no band": ([], r"0 band\(s\); at least two"),
+    "text": (["100,120", "125,loud"], "line 4: spl_db = 'loud': must be a finite number"),
+    "empty value": (["100,120", "125,"], "line 4: spl_db = \\(empty\\): must be a number"),
+    "nan": (["100,120", "125,nan"], "line 4: spl_db = 'nan': must be a finite number"),
+    "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100: must be above 0"),
+    "level in pascal squared": (["100,120", "125,4e5"], "line 4: spl_db = 4e5: must be at least 0 and at most 200 .in Pa"),
+    "three columns": (["100,120", "125,120,1"], "line 4: has 3 values, must have 2 as the header"),
+    "one band": (["100,120"], "1 band; at least two"),
+    "no band": ([], "no bands; at least two"),
 }
 
 
@@ -190,7 +190,7 @@ def test_levels_of_0_to_200_decibels_are_read(tmp_path, level):
 @pytest.mark.parametrize("level", [-0.1, 200.1])
 def test_levels_beyond_0_to_200_decibels_are_refused(tmp_path, level):
     # red: LEVEL_RANGE = (0.0, 220.0)
-    with pytest.raises(SpectrumError, match="must lie within 0 to 200 dB"):
+    with pytest.raises(SpectrumError, match="must be at least 0 and at most 200"):
         read_spl_table(write(tmp_path, f"100,{level}", "125,90"))
 
 
@@ -206,25 +206,40 @@ def test_centres_within_two_percent_are_read(tmp_path, share):
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path):
-    with pytest.raises(SpectrumError, match=r"absent\.csv: no such file"):
+    with pytest.raises(SpectrumError, match=r"absent\.csv: cannot be read: No such file"):
         read_spl_table(tmp_path / "absent.csv")
 
 
 def test_a_folder_is_no_table(tmp_path):
-    with pytest.raises(SpectrumError, match="cannot be read"):
+    with pytest.raises(SpectrumError, match="is a folder; must be a file"):
         read_spl_table(tmp_path)
 
 
-@pytest.mark.parametrize(("text", "found"), [("", "nothing"), ("f,L\n100,90\n", "'f,L', line 1")])
+@pytest.mark.parametrize(("text", "found"), [
+        ("", ": empty; the first line must name the columns"),
+        ("f,L\n100,90\n", ", line 1: column 'f': unknown; allowed are center_hz, spl_db\n"),
+        ("centre_hz,spl_db\n100,90\n", ", line 1: column 'centre_hz': unknown; did you mean center_hz?"),
+        ("spl_db\n90\n", ", line 1: column center_hz: missing"),
+        ("center_hz,spl_db,spl_db\n1,90,90\n", ", line 1: column spl_db: given twice"),
+    ],
+)
 def test_another_header_is_refused(tmp_path, text, found):
     path = tmp_path / "spl.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(SpectrumError, match=f"header must be 'center_hz,spl_db', found {found}"):
+    with pytest.raises(SpectrumError) as caught:
         read_spl_table(path)
+    assert str(caught.value).startswith(f"{path}{found}")
+
+
+def test_columns_in_another_order_are_read(tmp_path):
+    # red: columns by their place
+    path = tmp_path / "spl.csv"
+    path.write_text("spl_db,center_hz\n90,100\n91,125\n", encoding="utf-8")
+    assert read_spl_table(path).band_spl.tolist() == [90, 91]
 
 
 def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
-    # red: no loop over `stated_kind` in `read_spl_table`
+    # red: no `_faults_of_comments`
     path = tmp_path / "spl.csv"
     path.write_text("# band: 1/1 octave\ncenter_hz,spl_db\n100,90\n125,90\n", encoding="utf-8")
     with pytest.raises(SpectrumError, match="line 1: the comment states octave bands"):

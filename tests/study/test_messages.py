@@ -261,7 +261,8 @@ def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, 
     way = (*where.split("."), name)
     lines, line = refusal(changed(SMOKE, way, values[where]))
     assert len(lines) == 1
-    assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{name} = ")
+    shown = name or "''"
+    assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{shown} = ")
     assert lines[0].endswith(
         "must have a name of 1 to 80 printable characters without '/', '\"' and spaces round it: "
         "files and groups of the mesh are named after it"

@@ -9,16 +9,13 @@ separated by commas; ``#`` starts a comment. A text in UTF-8, with or without it
 
 from __future__ import annotations
 
-import csv
-import difflib
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.columns import Allowed, ColumnsError, are_numbers, nearest, numbers, read_rows, unknown
 from pidpanel.constants import MOST_LOSS_FACTOR
 from pidpanel.damping.interpolation import lone_rows
 from pidpanel.damping.readings import DampingError
@@ -38,47 +35,8 @@ ERRORS: Mapping[str, str] = {
 }
 """Columns of standard errors by those of their values."""
 
-MOST_FAULTS = 20
-"""That are told of one file."""
-
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-
-class TableError(DampingError):
-    """A table that is not read as it stands.
-
-    Attributes
-    ----------
-    faults : tuple of str
-        One line each: file, line, column, value and what is allowed.
-    """
-
-    def __init__(self, faults: Sequence[str]) -> None:
-        self.faults = tuple(faults)
-        super().__init__("\n".join(faults))
-
-
-class Allowed(NamedTuple):
-    """What the numbers of a column may be."""
-
-    low: float = -np.inf
-    low_itself: bool = True
-    high: float = np.inf
-    hint: str = ""
-    """Said of what is above ``high``."""
-
-    def refuses(self, value: float) -> str:
-        """Return what is allowed in place of a value; empty if it is."""
-        below = value < self.low or (value == self.low and not self.low_itself)
-        if not below and value <= self.high:
-            return ""
-        words = []
-        if self.low > -np.inf:
-            words.append(f"{'at least' if self.low_itself else 'above'} {self.low:g}")
-        if self.high < np.inf:
-            words.append(f"at most {self.high:g}")
-        hint = f" ({self.hint})" if self.hint and value > self.high else ""
-        return f"must be {' and '.join(words)}{hint}"
+class TableError(ColumnsError, DampingError):
+    """A table that is not read as it stands; see `ColumnsError`."""
 
 
 POSITIVE, NOT_NEGATIVE, ANY = Allowed(0.0, low_itself=False), Allowed(0.0), Allowed()
@@ -119,56 +77,27 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
     TableError
         With all faults of the file, up to `MOST_FAULTS`.
     """
-    text = _text(path)
-    rows = [(number, cells) for number, cells in _rows(text) if any(cells)]
-    if not rows:
-        raise TableError([f"{path}: empty; the first line must name the columns"])
-    (line, header), *rows = rows
+    try:
+        table = read_rows(path)
+    except ColumnsError as error:
+        raise TableError(error.faults) from None
+    line, header = table.line, table.header
     allowed = IMPEDANCE if impedance else tuple(COLUMNS)
-    separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
-    if separator is not None:
-        raise TableError(
-            [f"{path}, line {line}: columns must be separated by ',' with '.' in numbers, "
-             f"not by {separator!r}"]
-        )  # fmt: skip
     faults = [f"{path}, line {line}: {says}" for says in _faults_of_header(header, allowed)]
-    if not rows:
+    if not table.rows:
         faults.append(f"{path}: no rows; line {line} names the columns")
-    lines, columns, of_cells = _numbers(header, rows)
+    lines, columns, of_cells = numbers(table, COLUMNS)
     faults += [f"{path}, line {number}: {says}" for number, says in of_cells]
     if not faults:
         faults = [f"{path}, {says}" for says in _faults_of_rows(columns, lines)]
-    if len(faults) > MOST_FAULTS:
-        faults = [*faults[:MOST_FAULTS], f"{path}: {len(faults) - MOST_FAULTS} further mistakes"]
     if faults:
         raise TableError(faults)
     return columns
 
 
-def _text(path: Path) -> str:
-    """Return the text of a file in UTF-8."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise TableError([f"{path}: cannot be read ({error.strerror})"]) from None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
-        says = f"must be text in UTF-8; found the byte 0x{byte:02x}"
-        raise TableError([f"{path}, line {line}: {says}"]) from None
-
-
-def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the cells of each line, without its comment."""
-    for number, content in enumerate(re.split("\r\n|\r|\n", text), start=1):
-        cells = next(csv.reader([content.partition("#")[0]], skipinitialspace=True), [])
-        yield number, [cell.strip() for cell in cells]
-
-
 def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
     """Yield names that are unknown or given twice, and what is missing among them."""
-    if all(NUMBER.fullmatch(name) for name in header):
+    if are_numbers(header):
         yield f"must name the columns, found the numbers {', '.join(header)}"
         return
     meant = list(header)
@@ -203,60 +132,15 @@ def _faults_of_choice(names: Sequence[str], what: str) -> Iterator[str]:
 
 
 def _nearest(name: str, allowed: Sequence[str]) -> str:
-    """Return the column that is meant; empty if none is near."""
-    if not name or name in COLUMNS:
-        return ""
-    own = name.lower()
-    near = [one for one in allowed if own.startswith(one) or one.startswith(own)]
-    near += difflib.get_close_matches(own, allowed, n=1, cutoff=0.6)
-    return near[0] if near else ""
+    """Return the column that is meant; empty if none is near, or it is that of another table."""
+    return "" if name in COLUMNS else nearest(name, allowed)
 
 
-def _unknown(name: str, place: int, nearest: str, allowed: Sequence[str]) -> str:
-    """Return what to say of a column that is not known."""
-    if not name:
-        return f"column {place + 1} has no name"
+def _unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
+    """Return what to say of a column that is not allowed."""
     if name in COLUMNS:
         return f"column {name}: not allowed in an impedance, which holds for all; use a table"
-    says = f"did you mean {nearest}?" if nearest else f"allowed are {', '.join(allowed)}"
-    return f"column {name!r}: unknown; {says}"
-
-
-def _numbers(
-    header: Sequence[str], rows: Sequence[tuple[int, list[str]]]
-) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
-    """Return lines and columns of the rows, and what is wrong in which line."""
-    faults: list[tuple[int, str]] = []
-    lines: list[int] = []
-    numbers: list[list[float]] = []
-    for line, cells in rows:
-        if len(cells) != len(header):
-            commas = " (decimal commas?)" if len(cells) > len(header) else ""
-            faults.append(
-                (line, f"has {len(cells)} values, must have {len(header)} as the header{commas}")
-            )
-            continue
-        values = []
-        for name, cell in zip(header, cells, strict=True):
-            value = float(cell) if NUMBER.fullmatch(cell) else np.nan
-            if name in COLUMNS:
-                says = _fault_of_cell(cell, value, COLUMNS[name])
-                faults += [(line, f"{name} = {says}")] if says else []
-            values.append(value)
-        lines.append(line)
-        numbers.append(values)
-    table = np.array(numbers).reshape(len(lines), len(header))
-    return lines, dict(zip(header, table.T, strict=True)), faults
-
-
-def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
-    """Return the cell and what is allowed in its place; empty if there is nothing wrong."""
-    if not np.isfinite(value):
-        shown = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
-        comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
-        return f"{shown}: must be a finite number{comma}" if cell else "(empty): must be a number"
-    says = allowed.refuses(value)
-    return f"{cell}: {says}" if says else ""
+    return unknown(name, place, near, allowed)
 
 
 def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:

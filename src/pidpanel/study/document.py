@@ -70,14 +70,15 @@ class Document:
     def error(self, mistakes: Iterable[Mistake]) -> StudyError:
         """Return the error that tells mistakes, a line for each in the order of the file.
 
-        Those of the document are among them. Of a key without a value, and of what holds it,
-        nothing else is told.
+        Those of the document are among them. Of a key without a value, of what holds it and of
+        what is then missing nothing else is told.
         """
         empty = [one.keys for one in self.mistakes if one.says == Loader.EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
         others = (one for one in mistakes if one.keys not in around)
         told = [(line, value, one) for one in (*self.mistakes, *others)
-                for line, value in [self._line_and_value(one)]]  # fmt: skip
+                for line, value in [self._line_and_value(one)]
+                if line or not empty]  # fmt: skip
         ordered = sorted(told, key=lambda one: one[0])
         return StudyError("\n".join(self._message(*one) for one in ordered))
 

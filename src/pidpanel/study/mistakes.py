@@ -58,7 +58,7 @@ def dotted(keys: Keys) -> str:
     >>> dotted(("panel", "patches", "Left wing", "corners_m", 2))
     'panel.patches.Left wing.corners_m[2]'
     """
-    parts = (f"[{key}]" if isinstance(key, int) else f".{one_line(key)}" for key in keys)
+    parts = (f"[{key}]" if isinstance(key, int) else f".{one_line(key) or repr(key)}" for key in keys)
     return "".join(parts).removeprefix(".")
 
 
@@ -98,9 +98,10 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     >>> unknown_key("restitution", ["depth_mm", "count"])
     'unknown key; allowed are depth_mm, count'
     """
-    near = difflib.get_close_matches(key, allowed, n=1, cutoff=0.5)
+    lower = {one.lower(): one for one in allowed}
+    near = difflib.get_close_matches(key.lower(), lower, n=1, cutoff=0.5)
     return "unknown key; " + (
-        f"did you mean {near[0]}?" if near else f"allowed are {', '.join(allowed)}"
+        f"did you mean {lower[near[0]]}?" if near else f"allowed are {', '.join(allowed)}"
     )
 
 

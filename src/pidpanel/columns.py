@@ -1,0 +1,206 @@
+"""CSV tables of a user, with units in the names of the columns: read, or refused line by line.
+
+The first line names the columns, separated by commas; ``#`` starts a comment. A text in UTF-8, with
+or without its mark.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.text_files import TextFileError, lines_of, read_text
+
+MOST_FAULTS = 20
+"""That are told of one file."""
+LARGEST = 20_000_000
+"""Most bytes of a table."""
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+class ColumnsError(ValueError):
+    """A table that is not read as it stands.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        One line each: file, line, column, value and what is allowed.
+    """
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        if len(faults) > MOST_FAULTS:
+            file = faults[0].partition(", line ")[0]
+            more = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
+            faults = [*faults[:MOST_FAULTS], more]
+        self.faults = tuple(faults)
+        super().__init__("\n".join(faults))
+
+
+class Allowed(NamedTuple):
+    """What the numbers of a column may be."""
+
+    low: float = -np.inf
+    low_itself: bool = True
+    high: float = np.inf
+    hint: str = ""
+    """Said of what is above ``high``."""
+
+    def refuses(self, value: float) -> str:
+        """Return what is allowed in place of a value; empty if it is."""
+        below = value < self.low or (value == self.low and not self.low_itself)
+        if not below and value <= self.high:
+            return ""
+        words = []
+        if self.low > -np.inf:
+            words.append(f"{'at least' if self.low_itself else 'above'} {self.low:g}")
+        if self.high < np.inf:
+            words.append(f"at most {self.high:g}")
+        hint = f" ({self.hint})" if self.hint and value > self.high else ""
+        return f"must be {' and '.join(words)}{hint}"
+
+
+class Rows(NamedTuple):
+    """A table as text.
+
+    Attributes
+    ----------
+    path : Path
+    comments : list of (int, str)
+        Lines that begin with ``#``: number and text.
+    header : list of str
+        Names of the columns, and
+    line : int
+        where they are.
+    rows : list of (int, list of str)
+        Number and cells of each line with values.
+    """
+
+    path: Path
+    comments: list[tuple[int, str]]
+    header: list[str]
+    line: int
+    rows: list[tuple[int, list[str]]]
+
+
+def read_rows(path: Path) -> Rows:
+    """Read the cells of a table.
+
+    Raises
+    ------
+    ColumnsError
+        If the file cannot be read, is no text, has no header, or other separators than commas.
+    """
+    try:
+        text = read_text(path, LARGEST)
+    except TextFileError as error:
+        place = path if error.line is None else f"{path}, line {error.line}"
+        raise ColumnsError([f"{place}: {error.says}"]) from None
+    comments, rows = [], []
+    for number, content in enumerate(lines_of(text), start=1):
+        before, mark, comment = content.partition("#")
+        if mark and not before.strip():
+            comments.append((number, comment.strip()))
+        try:
+            cells = next(csv.reader([before], skipinitialspace=True), [])
+        except csv.Error as error:
+            raise ColumnsError([f"{path}, line {number}: {error}"]) from None
+        cells = [cell.strip() for cell in cells]
+        if any(cells):
+            rows.append((number, cells))
+    if not rows:
+        raise ColumnsError([f"{path}: empty; the first line must name the columns"])
+    (line, header), *rows = rows
+    separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
+    if separator is not None:
+        raise ColumnsError(
+            [f"{path}, line {line}: columns must be separated by ',' with '.' in numbers, "
+             f"not by {separator!r}"]
+        )  # fmt: skip
+    return Rows(path, comments, header, line, rows)
+
+
+def faults_of_names(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
+    """Yield the names of columns that are unknown or given twice; all of them if they are numbers.
+
+    Examples
+    --------
+    >>> list(faults_of_names(["centre_hz", "spl_db"], ["center_hz", "spl_db"]))
+    ["column 'centre_hz': unknown; did you mean center_hz?"]
+    """
+    if are_numbers(header):
+        yield f"must name the columns, found the numbers {', '.join(header)}"
+        return
+    for place, name in enumerate(header):
+        if name not in allowed:
+            yield unknown(name, place, nearest(name, allowed), allowed)
+        elif name in header[:place]:
+            yield f"column {name}: given twice"
+
+
+def are_numbers(header: Sequence[str]) -> bool:
+    """Whether there are numbers where names of columns should be."""
+    return all(NUMBER.fullmatch(name) for name in header)
+
+
+def nearest(name: str, allowed: Sequence[str]) -> str:
+    """Return the column that is meant; empty if none is near."""
+    if not name:
+        return ""
+    own = name.lower()
+    near = [one for one in allowed if own.startswith(one) or one.startswith(own)]
+    near += difflib.get_close_matches(own, allowed, n=1, cutoff=0.6)
+    return near[0] if near else ""
+
+
+def unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
+    """Return what to say of a column that is not known."""
+    if not name:
+        return f"column {place + 1} has no name"
+    says = f"did you mean {near}?" if near else f"allowed are {', '.join(allowed)}"
+    return f"column {name!r}: unknown; {says}"
+
+
+def numbers(
+    table: Rows, columns: Mapping[str, Allowed]
+) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
+    """Return lines and columns of the rows, and what is wrong in which line."""
+    header = table.header
+    faults: list[tuple[int, str]] = []
+    lines: list[int] = []
+    found: list[list[float]] = []
+    for line, cells in table.rows:
+        if len(cells) != len(header):
+            commas = " (decimal commas?)" if len(cells) > len(header) else ""
+            faults.append(
+                (line, f"has {len(cells)} values, must have {len(header)} as the header{commas}")
+            )
+            continue
+        values = []
+        for name, cell in zip(header, cells, strict=True):
+            value = float(cell) if NUMBER.fullmatch(cell) else np.nan
+            if name in columns:
+                says = _fault_of_cell(cell, value, columns[name])
+                faults += [(line, f"{name} = {says}")] if says else []
+            values.append(value)
+        lines.append(line)
+        found.append(values)
+    array = np.array(found).reshape(len(lines), len(header))
+    return lines, dict(zip(header, array.T, strict=True)), faults
+
+
+def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
+    """Return the cell and what is allowed in its place; empty if there is nothing wrong."""
+    if not np.isfinite(value):
+        shown = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
+        comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        return f"{shown}: must be a finite number{comma}" if cell else "(empty): must be a number"
+    says = allowed.refuses(value)
+    return f"{cell}: {says}" if says else ""
