@@ -7,7 +7,7 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test mutants check lock ready
+.PHONY: run verification test mutants check lock docs reference ready
 
 run: ready
 	snakemake -j$(CORES) --configfile $(STUDY)
@@ -34,6 +34,14 @@ check: ready
 lock: ready
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --upgrade -o requirements.lock
+
+# the documents as pages, build/docs/index.html; a broken link is an error
+docs: ready
+	python -m sphinx -q -W --keep-going -b html docs build/docs
+
+# what is made from the models and checked in: the JSON schema, reference pages of keys and columns
+reference: ready
+	python docs/reference_pages.py
 
 ready:
 	@bash bootstrap.sh

@@ -15,7 +15,15 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, are_numbers, nearest, numbers, read_rows, unknown
+from pidpanel.columns import (
+    Allowed,
+    ColumnsError,
+    are_numbers,
+    nearest,
+    numbers,
+    read_rows,
+    unknown,
+)
 from pidpanel.constants import MOST_LOSS_FACTOR
 from pidpanel.damping.interpolation import lone_rows
 from pidpanel.damping.readings import DampingError

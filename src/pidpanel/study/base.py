@@ -18,7 +18,9 @@ class StudyError(ValueError):
 class Model(BaseModel):
     """A frozen section of a study that refuses unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""
@@ -44,9 +46,7 @@ Text = Annotated[str, BeforeValidator(_as_written)]
 Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
 Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
 """Number of particles over that of a full cell, r = N/N_full."""
-RelativeError = Annotated[
-    float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)
-]
+RelativeError = Annotated[float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)]
 PoissonsRatio = Annotated[
     float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
 ]

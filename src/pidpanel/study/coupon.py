@@ -60,10 +60,13 @@ class Cell(Model):
     """One honeycomb cell, and how many of them a run shakes side by side."""
 
     shape: ShapeName = "hexagon"
+    """Cross-section of the cell."""
     across_flats_mm: Annotated[float, Quantity(0.5, 500, units=SMALL_MILLIMETRES)] = 6.35
     """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
     depth_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)] = 25.0
+    """Depth of the cell between its two closed ends [mm]."""
     count: Annotated[int, whole(1, 200)] = 5
+    """Cells that a run shakes side by side; they share the drive and nothing else."""
 
     @property
     def across_flats(self) -> float:
@@ -80,6 +83,7 @@ class Mono(Model):
     """Particles of one size."""
 
     kind: Literal["mono"] = "mono"
+    """All particles have the diameter ``diameter_mm``."""
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a diameter [m]."""
@@ -90,7 +94,9 @@ class Normal(Model):
     """Normal distribution by number with mean ``diameter_mm``, cut at two deviations."""
 
     kind: Literal["normal"]
+    """Diameters are normally distributed by number."""
     deviation_mm: Spread
+    """Standard deviation of the diameter [mm]."""
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
@@ -102,7 +108,9 @@ class Uniform(Model):
     """Uniform distribution by number over ``diameter_mm`` ± ``half_width_mm``."""
 
     kind: Literal["uniform"]
+    """Diameters are uniformly distributed by number."""
     half_width_mm: Spread
+    """Largest difference from ``diameter_mm`` [mm]."""
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
@@ -114,8 +122,11 @@ class Binary(Model):
     """Two sizes: a share by number of ``second_mm`` among particles of ``diameter_mm``."""
 
     kind: Literal["binary"]
+    """Particles have one of two diameters."""
     second_mm: Diameter
+    """The second diameter [mm]."""
     second_share: RelativeError
+    """Share of the particles, by number, that have the second diameter."""
 
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for the first diameter [m]."""
@@ -131,17 +142,24 @@ class Particles(Model):
     """The particles: size, density, and the constants of their contacts with each other."""
 
     diameter_mm: Diameter = 2.0
+    """Diameter [mm]; the mean one of a distribution, the first one of a binary mixture."""
     distribution: Distribution = Mono()
+    """How diameters differ from particle to particle."""
     density_kg_m3: Annotated[float, Quantity(10, 25000, units=DENSITY)] = 1190.0
+    """Density of the material [kg/m³]."""
     shell_mm: Spread | None = None
     """Wall thickness of hollow particles [mm]; their inertia is taken as that of solid ones of
     the same mass."""
     youngs_modulus_mpa: Modulus = 3200.0
-    """Of the material; a run may use a lower one, see `Stiffness`."""
+    """Young's modulus of the material [MPa]; a run may use a lower one, see ``stiffness``."""
     poissons_ratio: PoissonsRatio = 0.35
+    """Poisson's ratio of the material."""
     restitution: Restitution = 0.8
+    """Coefficient of restitution of a collision of two particles."""
     friction: Friction = 0.3
+    """Coefficient of sliding friction between two particles."""
     rolling_friction: RollingFriction = 0.0
+    """Coefficient of rolling friction: a constant torque against rolling."""
 
     def effective_density(self, diameter: float) -> float:
         """Return mass over outer volume [kg/m³], for an outer diameter [m].
@@ -182,10 +200,15 @@ class Walls(Model):
     """
 
     youngs_modulus_mpa: Modulus | None = None
+    """Young's modulus of the walls [MPa]."""
     poissons_ratio: PoissonsRatio | None = None
+    """Poisson's ratio of the walls."""
     restitution: Restitution | None = None
+    """Coefficient of restitution of a particle and a wall."""
     friction: Friction | None = None
+    """Coefficient of sliding friction between a particle and a wall."""
     rolling_friction: RollingFriction | None = None
+    """Coefficient of rolling friction on a wall."""
 
     @property
     def youngs_modulus(self) -> float | None:
@@ -208,7 +231,9 @@ class Crossing(Model):
     """Where they hold: from and to this ratio of the displacement amplitude W to the clear gap
     L = (1 − r) depth."""
     contact_time_per_period: Share = 0.01
+    """Longest contact there, over the period of the drive."""
     overlap_per_radius: Share = 0.05
+    """Deepest overlap there, over the radius of a particle."""
 
     def holds_at(self, stroke_per_gap: float) -> bool:
         """Whether W/L is in the range."""
@@ -235,10 +260,15 @@ class Stiffness(Model):
     """
 
     choices_mpa: tuple[Modulus, ...] = (50.0, 200.0, 800.0)
+    """Young's moduli to choose from, the softest first [MPa]."""
     contact_time_per_period: Share = 0.02
+    """Longest contact allowed, over the period of the drive."""
     overlap_per_radius: Share = 0.10
+    """Deepest overlap allowed, over the radius of a particle."""
     from_acceleration_g: Annotated[float, Quantity(0, 2000)] = 10.0
+    """Contacts are softened from this acceleration amplitude on [g]."""
     crossing: Crossing = Crossing()
+    """Stricter limits where a bed may ride or cross its gap."""
 
     def limits(self, stroke_per_gap: float) -> tuple[float, float]:
         """Longest contact over the period and deepest overlap over the radius that are allowed [1].
@@ -274,8 +304,11 @@ class Range(Model):
     """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
 
     start: Frequency = Field(alias="from")
+    """First value [Hz]."""
     stop: Frequency = Field(alias="to")
+    """Largest value [Hz], among them if it is a whole number of steps away."""
     step: Annotated[float, Quantity(1e-3, 20000)]
+    """From value to value [Hz]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield an end below the start."""
@@ -310,9 +343,9 @@ class Sweep(Model):
     """The points at which the coupon is shaken: every combination of the lists."""
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
-    frequency_hz: (
-        Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
-    )
+    """Fills r: number of particles over that of a full cell."""
+    frequency_hz: Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
+    """Frequencies of the drive [Hz], as a list or as a range."""
     acceleration_g: tuple[Gamma, ...] = ()
     """Amplitude Γ of the acceleration, in units of standard gravity."""
     displacement_mm: tuple[Amplitude, ...] = ()
@@ -385,12 +418,16 @@ class Accuracy(Model):
     """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
 
     relative_error: RelativeError = 0.05
+    """Wanted relative standard error of C_e; a case stops when it is reached."""
     seeds: Annotated[int, whole(1, 50)] = 2
+    """Packings of each case, each with a run of its own."""
     min_cycles: Annotated[int, whole(8, 100000)] = 12
+    """Least cycles of a run."""
     min_time_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.05
     """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
     frequency, and so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, whole(8, 100000)] = 400
+    """Most cycles of a run."""
     state_seeds: Annotated[int, whole(1, 50)] = 4
     """Where a bed may ride or cross its gap (``stiffness.crossing``) and its cells end in several
     states of motion, so many seeds are run."""
@@ -413,23 +450,29 @@ class Coupon(Model):
     """The shaken honeycomb coupon."""
 
     cell: Cell = Cell()
+    """The honeycomb cell."""
     particles: Particles = Particles()
+    """The particles and their contacts."""
     walls: Walls = Walls()
+    """Contacts with the cell walls, where they differ."""
     gravity_g: Annotated[float, Quantity(0, 10, units=GRAVITIES)] = 1.0
+    """Acceleration of gravity [g]; 0 for none."""
     gravity_direction: tuple[Component, Component, Component] = (0.0, 0.0, -1.0)
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
-    time_step_rayleigh: Annotated[
-        float, Quantity(0, 0.3, low_itself=False, units=PERCENT)
-    ] = 0.15
+    """How contacts are softened to save time."""
+    time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, units=PERCENT)] = 0.15
     """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
+    """Samples of the momentum per cycle, from which C_e and m_a are computed."""
     sweep: Sweep
+    """The drives: fills, frequencies and amplitudes."""
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
     """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
     the whole sweep is run with each of them, and with every combination of several."""
     accuracy: Accuracy = Accuracy()
+    """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
     """A template of the user's own instead of ``templates/shake.in.j2``."""
 

@@ -34,6 +34,8 @@ class Level(Model):
     """The acceleration at which C_e(r, f, Γ) is read: a stated one, or the patch's own."""
 
     kind: Literal["patch", "stated"] = "patch"
+    """``patch``: the amplitude at which the patch itself moves, found by iteration; ``stated``:
+    a fixed one."""
     acceleration_g: Gamma | None = None
     """Stated acceleration amplitude Γ, in units of standard gravity."""
     by: Literal["patch", "element"] = "patch"
@@ -58,9 +60,13 @@ class Target(Model):
     """
 
     relative_error: RelativeError
+    """Wanted relative standard error of every rms acceleration."""
     start: Annotated[int, whole(4, 200_000)] = 10
+    """Cases of the first round."""
     batch: Annotated[int, whole(1, 10_000)] = 4
+    """Cases of each further round."""
     max_cases: Annotated[int, whole(4, 200_000)] = 2000
+    """Most cases in all."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a start with more cases than are allowed in all."""
@@ -78,9 +84,13 @@ class Tones(Model):
     """
 
     relative_error: RelativeError = 0.02
+    """Wanted relative standard error of every rms acceleration."""
     damping_error: RelativeError = 0.1
+    """Wanted standard error of ln C_e along every scenario."""
     batch: Annotated[int, whole(1, 10_000)] = 16
+    """Most tones of a round."""
     most: Annotated[int, whole(1, 10_000)] = 32
+    """Most tones in all."""
 
 
 class RandomDrive(Model):
@@ -145,6 +155,7 @@ class Damping(Model):
     besides. With ``coupled`` beside another reading, panel and particles are integrated together
     too. By default ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
+    """The amplitude at which C_e is read."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
     interpolation: Interpolation | None = None
@@ -152,6 +163,7 @@ class Damping(Model):
     random: RandomDrive = RandomDrive()
     """For the readings ``random`` and ``random_with_source``."""
     coupled: Coupled = Coupled()
+    """For the reading ``coupled``."""
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None

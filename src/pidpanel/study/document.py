@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from pidpanel.study.base import StudyError
-from pidpanel.study.mistakes import Keys, Mistake, dotted, one_line
+from pidpanel.study.mistakes import Mistake, dotted, one_line
 from pidpanel.study.yaml_loader import Loader, problem_of
 from pidpanel.text_files import TextFileError, read_text
 

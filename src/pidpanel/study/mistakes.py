@@ -58,7 +58,9 @@ def dotted(keys: Keys) -> str:
     >>> dotted(("panel", "patches", "Left wing", "corners_m", 2))
     'panel.patches.Left wing.corners_m[2]'
     """
-    parts = (f"[{key}]" if isinstance(key, int) else f".{one_line(key) or repr(key)}" for key in keys)
+    parts = (
+        f"[{key}]" if isinstance(key, int) else f".{one_line(key) or repr(key)}" for key in keys
+    )
     return "".join(parts).removeprefix(".")
 
 

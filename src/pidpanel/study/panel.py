@@ -43,6 +43,8 @@ class Mesh(Model):
     """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
 
     kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
+    """``quadrilaterals``: a rectangle with a thin section; ``triangles``: any panel; ``file``:
+    a mesh from a file."""
     elements: tuple[Count, Count] = (30, 20)
     """Number of quadrilaterals along x and y."""
     size_m: Annotated[float, Quantity(1e-5, 10, units=METRES)] | None = None
@@ -50,6 +52,7 @@ class Mesh(Model):
     corner_size_m: Annotated[float, Quantity(1e-6, 10, units=METRES)] | None = None
     """Edge length at re-entrant corners [m]; by default 0.002 of size_m."""
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
+    """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """The unit of length of the file [m]: 0.001 for millimetres."""
 
@@ -78,10 +81,15 @@ class Area(Model):
     """A rectangle (centre_m, size_m), a circle (centre_m, diameter_m) or a polygon (corners_m)."""
 
     centre_m: Position | None = None
+    """Centre (x, y) of a rectangle or circle [m]."""
     size_m: tuple[Size, Size] | None = None
+    """Lengths along x and y of a rectangle [m]."""
     diameter_m: Size | None = None
+    """Diameter of a circle [m]."""
     corners_m: Annotated[tuple[Position, ...], Field(min_length=3)] | None = None
+    """Corners (x, y) of a polygon in order [m]."""
     corner_radius_m: Radius = 0.0
+    """Radius of all corners of the polygon [m]."""
     _shapes: ClassVar[tuple[set[str], ...]] = (
         {"centre_m", "size_m"},
         {"centre_m", "diameter_m"},
@@ -119,6 +127,7 @@ class Patch(Area):
     """Cells that may be filled with particles; or a group (property number) of a mesh file."""
 
     group: Text | None = None
+    """Property number (Nastran) or physical group (gmsh) of a mesh file, in place of a shape."""
     _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
     _allowed: ClassVar[str] = f"{Area._allowed}, or group"
 
@@ -137,14 +146,18 @@ class Node(Model):
     """A node of a mesh file, by its number there."""
 
     grid: Number
+    """Number of the node in the mesh file."""
 
 
 class PointSupport(Model):
     """Support at a point: hinge (w = 0), hold_down (w = 0, no slope), or a spring to ground."""
 
     kind: Literal["hinge", "hold_down", "spring"]
+    """``hinge``: w = 0; ``hold_down``: w = 0 and no slope; ``spring``: a spring to ground."""
     at_m: Position | None = None
+    """Position (x, y) [m]."""
     grid: Number | None = None
+    """Node of a mesh file, in place of ``at_m``."""
     radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
     """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
     stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
@@ -164,27 +177,39 @@ class EdgeSupport(Model):
     """Support of a straight part of the boundary, which differs from the rest."""
 
     from_m: Position
+    """Where the part begins (x, y) [m], on the boundary."""
     to_m: Position
+    """Where the part ends (x, y) [m], on the same straight edge."""
     kind: EdgeKind
+    """Its support; kinds are those of ``supports``."""
 
 
 class Supports(Model):
     """What holds the panel: its outline, rims of holes, parts of edges, points."""
 
     outline: EdgeKind
+    """Support of the outer edge; kinds are those of ``panel.supports``."""
     holes: EdgeKind = "free"
+    """Support of the rims of all holes."""
     edges: tuple[EdgeSupport, ...] = ()
+    """Straight parts of the boundary with another support."""
     points: Mapping[str, PointSupport] = {}
+    """Supports at points, by name."""
 
 
 class Mass(Model):
     """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
 
     mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]
+    """Mass [kg]."""
     at_m: Position | None = None
+    """Position (x, y) of a mass at a point [m]."""
     grid: Number | None = None
+    """Node of a mesh file, in place of ``at_m``."""
     from_m: Position | None = None
+    """Begin (x, y) of a mass along a line [m]."""
     to_m: Position | None = None
+    """End (x, y) of a mass along a line [m]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield two places or none."""
@@ -204,15 +229,25 @@ class Panel(Model):
     corner_radius_m: Radius = 0.0
     """Radius of all corners of the outline [m]."""
     holes: Mapping[str, Area] = {}
+    """Cut-outs, by name."""
     section: Section
+    """Mass and stiffness through the thickness."""
     supports: EdgeKind | Supports = "simply_supported"
+    """Support of the whole outline, or supports of its parts. ``simply_supported``: w = 0 and
+    no rotation along the edge; ``simply_supported_soft``: w = 0; ``clamped``: w = 0 and no
+    slope; ``free``."""
     masses: Mapping[str, Mass] = {}
+    """Masses on the panel, by name."""
     damping_ratio: Annotated[
         float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)
     ] = 0.01
+    """Damping ratio ζ of every mode of the bare panel; 0.01 is 1 %."""
     mesh: Mesh = Mesh()
+    """Finite elements of the panel."""
     patches: Mapping[str, Patch] = {}
+    """Areas whose cells may be filled, by name."""
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
+    """Points at which the response is computed, by name: (x, y) [m], or a node of a mesh file."""
 
     @property
     def files(self) -> tuple[str, ...]:

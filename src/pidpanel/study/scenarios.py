@@ -20,6 +20,7 @@ class Family(Model):
     """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
 
     patch: Text | tuple[Text, ...]
+    """Patch that is filled, by its name under ``panel.patches``; a list compares patches."""
     damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
     fill_fraction: Fill | tuple[Fill, ...] | None = None
@@ -27,6 +28,7 @@ class Family(Model):
     oaspl_db: Level | tuple[Level, ...] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
+    """Title of the comparison in the report."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a comparison of nothing, or of more than one thing."""
@@ -71,6 +73,7 @@ class Layout(Model):
     oaspl_db: Level | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
+    """Title of the layout in the report."""
 
 
 def _kind(values: Any) -> str:

@@ -45,11 +45,15 @@ class ThinSection(Model):
     """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
 
     kind: Literal["thin"] = "thin"
+    """A thin plate; may be left out."""
     mass_per_area_kg_m2: Annotated[float, Quantity(0.01, 1000, units=MASS_PER_AREA)]
+    """Mass per area [kg/m²]."""
     bending_stiffness_n_m: Annotated[float, Quantity(1e-3, 1e8, units=(("N mm", 1e-3),))]
+    """Bending stiffness D [N m]."""
     thickness_mm: Thickness = 25.0
     """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
     poissons_ratio: PoissonsRatio = 0.3
+    """Poisson's ratio of the bending stiffness."""
 
     @property
     def thickness(self) -> float:
@@ -76,10 +80,15 @@ class SolidSection(Model):
     """A thick plate of one isotropic material, with transverse shear and rotary inertia."""
 
     kind: Literal["solid"]
+    """A thick plate of one material."""
     youngs_modulus_gpa: Modulus
+    """Young's modulus [GPa]."""
     poissons_ratio: PoissonsRatio = 0.3
+    """Poisson's ratio."""
     density_kg_m3: Density
+    """Density [kg/m³]."""
     thickness_mm: Thickness
+    """Thickness [mm]."""
 
     @property
     def youngs_modulus(self) -> float:
@@ -96,14 +105,21 @@ class Material(Model):
     """A ply's material: isotropic (E, ν), or orthotropic (E1, E2, G12, ν12)."""
 
     density_kg_m3: Density
+    """Density [kg/m³]."""
     youngs_modulus_gpa: Modulus | None = None
+    """Young's modulus of an isotropic material [GPa]."""
     poissons_ratio: PoissonsRatio | None = None
+    """Poisson's ratio of an isotropic material."""
     e1_gpa: Modulus | None = None
+    """Young's modulus along the fibre [GPa]."""
     e2_gpa: Modulus | None = None
+    """Young's modulus across the fibre [GPa]."""
     g12_gpa: Modulus | None = None
-    nu12: Annotated[
-        float, Quantity(-2, 2, low_itself=False, high_itself=False, units=PERCENT)
-    ] | None = None
+    """In-plane shear modulus [GPa]."""
+    nu12: (
+        Annotated[float, Quantity(-2, 2, low_itself=False, high_itself=False, units=PERCENT)] | None
+    ) = None
+    """Major Poisson's ratio: strain across over strain along the fibre, pulled along it."""
 
     @property
     def youngs_modulus(self) -> float | None:
@@ -134,7 +150,9 @@ class Ply(Model):
     """A layer of a face."""
 
     material: Text
+    """Name under ``materials``."""
     thickness_mm: Annotated[float, Quantity(0.005, 100, units=MILLIMETRES)]
+    """Thickness [mm]."""
     angle_deg: Angle = 0.0
     """From the panel's x to the fibre [°]."""
 
@@ -153,10 +171,15 @@ class Core(Model):
     """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
 
     thickness_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)]
+    """Thickness [mm]."""
     grade: Text | None = None
+    """Grade in ``workflow/data/materials/honeycomb_5056.csv``, in place of moduli and density."""
     shear_modulus_l_mpa: ShearModulus | None = None
+    """Transverse shear modulus along the ribbon, G_L [MPa]."""
     shear_modulus_w_mpa: ShearModulus | None = None
+    """Transverse shear modulus across the ribbon, G_W [MPa]."""
     density_kg_m3: Annotated[float, Quantity(5, 3000, units=DENSITY)] | None = None
+    """Density [kg/m³]."""
     ribbon_deg: Angle = 0.0
     """From the panel's x to the ribbon (L) direction [°]."""
 
@@ -211,12 +234,17 @@ class SandwichSection(Model):
     """Two laminated faces on a honeycomb core, with its shear."""
 
     kind: Literal["sandwich"]
+    """Two faces on a core."""
     materials: Annotated[Mapping[str, Material], Field(min_length=1)]
+    """Materials of the plies, by name."""
     faces: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
     """Plies of both faces, the outermost first."""
     top: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    """Plies of the upper face (+z), the outermost first; with ``bottom``, in place of ``faces``."""
     bottom: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    """Plies of the lower face (−z), the outermost first."""
     core: Core
+    """The honeycomb core."""
     extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, units=MASS_PER_AREA)] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
 

@@ -48,9 +48,11 @@ class CouponStudy(Model):
     name: Text
     """Name of the folder of its results; by default that of its file."""
     title: Text = ""
+    """Title of the report."""
     assumptions: tuple[Text, ...] = ()
     """What the source leaves open and this study assumes; printed in the report."""
     coupon: Coupon | None = None
+    """The honeycomb coupon that LIGGGHTS shakes."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a name that cannot be that of a folder, and a study without any section."""
@@ -79,9 +81,13 @@ class Study(CouponStudy):
     """What patches can be filled with, by name. The section ``coupon`` is the damper ``coupon``
     beside them; a damper that no scenario names is not simulated."""
     damping: Damping = Damping()
+    """Where C_e and m_a come from."""
     panel: Panel
+    """The panel."""
     sound: Sound
+    """The sound field."""
     response: Response = Response()
+    """What is computed of the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
     """Families of one patch and explicit layouts; none for a study of the bare panel."""
 

@@ -97,7 +97,9 @@ class Loader(yaml.SafeLoader):
         return number
 
 
-Loader.add_implicit_resolver(f"{CORE}bool", re.compile("(true|True|TRUE|false|False|FALSE)$"), "tTfF")
+Loader.add_implicit_resolver(
+    f"{CORE}bool", re.compile("(true|True|TRUE|false|False|FALSE)$"), "tTfF"
+)
 Loader.add_implicit_resolver(f"{CORE}int", re.compile(r"[+-]?(0|[1-9][0-9]*)$"), "-+0123456789")
 Loader.add_implicit_resolver(
     f"{CORE}float",

@@ -1,0 +1,256 @@
+"""Pages and the JSON schema that are made from the code and checked in; `make reference`.
+
+`study.md` comes from the models of a study, `files.md` from `files.yaml`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pidpanel.study.json_schema import schema_text, study_schema
+
+DOCS = Path(__file__).parent
+FILES = DOCS / "reference" / "files.yaml"
+SCHEMA = DOCS.parent / "workflow" / "schemas" / "study.schema.json"
+
+UNITS = {
+    "_n_s_m3": "N s/m³", "_kg_m2": "kg/m²", "_kg_m3": "kg/m³", "_j_m2": "J/m²", "_m_s": "m/s",
+    "_n_m": "N/m", "_pa2_hz": "Pa²/Hz", "_g2_hz": "g²/Hz", "_m2_s2_hz": "m²/s²/Hz",
+    "_mm2_hz": "mm²/Hz", "_mpa": "MPa", "_gpa": "GPa", "_percent": "%", "_deg": "°", "_hz": "Hz",
+    "_mm": "mm", "_db": "dB", "_kg": "kg", "_m2": "m²", "_g": "g", "_m": "m", "_s": "s",
+    "g_rms": "g", "g_rms_error": "g",
+}  # fmt: skip
+"""Units by the ends of names."""
+UNIT_OF = {"bending_stiffness_n_m": "N m"}
+"""Where the end of a name says something else."""
+
+
+def unit_of(name: str) -> str:
+    """Return the unit that the name of a key or column holds; empty for none."""
+    name = re.sub(r"_?<.*>$", "", name)
+    if name in UNIT_OF:
+        return UNIT_OF[name]
+    ends = [end for end in UNITS if name.endswith(end)]
+    return UNITS[max(ends, key=len)] if ends else ""
+
+
+# ------------------------------------------------------------------------- keys of a study
+
+
+def study_page() -> str:
+    """Return the page of every key of a study."""
+    schema = study_schema()
+    models = {"Study": schema, **schema["$defs"]}
+    lines = [
+        "<!-- made by `make reference` from src/pidpanel/study: change it there -->",
+        "",
+        "# Every key of a study",
+        "",
+        "A study is one YAML file. Units are in the names of the keys; keys that are not in these "
+        "tables are refused, and so are values outside the allowed range, in one line that names "
+        "key, value and what is allowed (`pidpanel check`). *Required* stands where there is no "
+        "default. A section whose keys all have defaults may be left out.",
+        "",
+        "Editors that know JSON schema complete and check a study that begins with "
+        "`# yaml-language-server: $schema=` and the path of "
+        "[study.schema.json](../../workflow/schemas/study.schema.json).",
+        "",
+    ]
+    titles = {name: _title(name, ways, models[name]) for name, ways in _ways(models).items()}
+    anchors = {name: _slug(title) for name, title in titles.items()}
+    for name, title in titles.items():
+        with_panel = schema["then"]["required"] if name == "Study" else []
+        lines += _section(name, title, models[name], anchors, with_panel)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _ways(models: dict[str, Any]) -> dict[str, list[str]]:
+    """Return where each model stands in a study, models in the order of the file."""
+    found: dict[str, list[str]] = {}
+
+    def walk(name: str, way: str) -> None:
+        found.setdefault(name, []).append(way)
+        for key, node in models[name]["properties"].items():
+            for other, below in _models_in(node):
+                if name != "Damper" or other != "Coupon":  # its keys are those of `coupon`
+                    walk(other, f"{way}.{key}{below}".removeprefix("."))
+
+    walk("Study", "")
+    return found
+
+
+def _models_in(node: Any, below: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the models of a node and how they lie below it."""
+    if "$ref" in node:
+        yield node["$ref"].rsplit("/", 1)[-1], below
+    for one in [*node.get("anyOf", ()), *node.get("oneOf", ())]:
+        yield from _models_in(one, below)
+    if isinstance(node.get("items"), dict):
+        yield from _models_in(node["items"], f"{below}[]")
+    if isinstance(node.get("additionalProperties"), dict):
+        yield from _models_in(node["additionalProperties"], f"{below}.<name>")
+
+
+def _title(name: str, ways: list[str], model: dict[str, Any]) -> str:
+    """Return the heading of a model, which no other has."""
+    title = " and ".join(f"`{way}`" for way in dict.fromkeys(ways) if way) or "The file"
+    kind = model["properties"].get("kind", {}).get("const")
+    if kind:
+        return f"{title}, kind `{kind}`"
+    return f"{title}, a {name.lower()}" if name in ("Family", "Layout") else title
+
+
+def _slug(title: str) -> str:
+    """Return the anchor of a heading, as GitHub and MyST make it."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def _section(
+    name: str, title: str, model: dict[str, Any], anchors: dict[str, str], with_panel: list[str]
+) -> Iterator[str]:
+    yield f"## {title}"
+    yield ""
+    if name != "Study":
+        yield model["description"]
+        yield ""
+    if name == "Coupon":
+        yield "A damper's own coupon, `dampers.<name>.coupon`, has the same keys, but for `vary`."
+        yield ""
+    yield "| key | type | default | allowed | meaning |"
+    yield "|---|---|---|---|---|"
+    required = model.get("required", [])
+    for key, node in model["properties"].items():
+        unit = unit_of(key)
+        cells = [
+            f"`{key}`",
+            _type(node, anchors) + (f" [{unit}]" if unit else ""),
+            _default(key, node, key in required, key in with_panel),
+            "; ".join(dict.fromkeys(_allowed(node))),
+            node["description"],
+        ]
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    yield ""
+
+
+def _type(node: dict[str, Any], anchors: dict[str, str]) -> str:
+    """Return in words what may stand at a key."""
+    if "$ref" in node:
+        name = node["$ref"].rsplit("/", 1)[-1]
+        return f"[section](#{anchors[name]})"
+    choices = [
+        one for one in [*node.get("anyOf", ()), *node.get("oneOf", ())] if one.get("type") != "null"
+    ]
+    if choices:
+        if all("$ref" in one for one in choices):
+            names = (one["$ref"].rsplit("/", 1)[-1] for one in choices)
+            return "section: " + " or ".join(f"[{_short(n)}](#{anchors[n]})" for n in names)
+        return " or ".join(dict.fromkeys(_type(one, anchors) for one in choices))
+    if "const" in node:
+        return f"`{node['const']}`"
+    if "enum" in node:
+        return "one of " + ", ".join(f"`{one}`" for one in node["enum"])
+    kind = node.get("type")
+    if kind == "array":
+        if "prefixItems" in node:
+            inside = list(dict.fromkeys(_type(one, anchors) for one in node["prefixItems"]))
+            return f"{len(node['prefixItems'])} × {' or '.join(inside)}"
+        return f"list of {_type(node['items'], anchors) if node.get('items') else 'values'}"
+    if kind == "object":
+        return f"mapping of names to {_type(node['additionalProperties'], anchors)}"
+    if node.get("format") == "path":
+        return "path"
+    words = {"number": "number", "integer": "whole number", "boolean": "true or false"}
+    return words.get(str(kind), "text" if kind == "string" else "any value")
+
+
+def _short(name: str) -> str:
+    return re.sub(r"(?<!^)([A-Z])", r" \1", name.removesuffix("Section")).lower()
+
+
+def _allowed(node: dict[str, Any]) -> Iterator[str]:
+    """Yield the ranges of a key and of what it holds."""
+    bounds = {"exclusiveMinimum": "> ", "minimum": "≥ ", "exclusiveMaximum": "< ", "maximum": "≤ "}
+    found = [f"{sign}{_number(node[bound])}" for bound, sign in bounds.items() if bound in node]
+    if found:
+        yield " and ".join(found)
+    if "prefixItems" not in node and node.get("minItems"):
+        yield f"at least {node['minItems']}"
+    if node.get("minProperties"):
+        yield f"at least {node['minProperties']}"
+    below = [*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("prefixItems", ())]
+    below += [node[key] for key in ("items", "additionalProperties") if node.get(key)]
+    for one in below:
+        if isinstance(one, dict) and "$ref" not in one:
+            yield from _allowed(one)
+
+
+def _number(value: float) -> str:
+    return str(int(value)) if value == int(value) else f"{value:g}"
+
+
+def _default(key: str, node: dict[str, Any], required: bool, with_panel: bool) -> str:
+    if with_panel:
+        return "*required* but in a study of the coupon alone"
+    if required:
+        return "*required*"
+    if key == "name":
+        return "the name of the file"
+    value = node.get("default")
+    if isinstance(value, dict) and value:
+        return "its own defaults"
+    if value in (None, "", [], {}):
+        return "–"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    return f"`{value}`"
+
+
+# -------------------------------------------------------------------------- files of results
+
+
+def files_page() -> str:
+    """Return the page of every column and variable of the results."""
+    lines = [
+        "<!-- made by `make reference` from files.yaml: change it there -->",
+        "",
+        "# Every column of every file",
+        "",
+        "Files are in `results/<study>/`. Tables are CSV with a line of names; an empty cell is a "
+        "value that is not there. NetCDF files have their units in the attribute `units` and "
+        "carry the name and hash of the study and the versions of pidpanel and LIGGGHTS. PSDs are "
+        "one-sided, per Hz. Where a study has several coupons, the files of each but `coupon` are "
+        "in a folder of its damper's name (`coupon/<damper>/cases.csv`).",
+        "",
+    ]
+    for one in yaml.safe_load(FILES.read_text(encoding="utf-8")):
+        columns, variables = one.get("columns", {}), one.get("variables", {})
+        lines += [f"## `{one['file']}`", "", one["of"], "", "| | unit | |", "|---|---|---|"]
+        lines += [f"| `{name}` | {unit_of(name)} | {text} |" for name, text in columns.items()]
+        lines += [
+            f"| `{name}` | {_plain(unit)} | {text} |" for name, (unit, text) in variables.items()
+        ]
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _plain(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+PAGES = {
+    DOCS / "reference" / "study.md": study_page,
+    DOCS / "reference" / "files.md": files_page,
+    SCHEMA: schema_text,
+}
+"""What is made, by its file."""
+
+
+if __name__ == "__main__":
+    for path, text in PAGES.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text(), encoding="utf-8")

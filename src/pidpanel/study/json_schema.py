@@ -1,0 +1,87 @@
+"""The JSON schema of a study (draft 2020-12), made from the models.
+
+Editors complete and check a study with it. It knows keys, types, ranges and what is required; what
+keys require of each other, and of the files that they name, `pidpanel check` tells.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema
+
+from pidpanel.study.study import CouponStudy, Study
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class _Plain(GenerateJsonSchema):
+    """Without titles of keys, which only repeat their names."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the schema of a study file.
+
+    A file with ``coupon`` and nothing of a panel is a study of the coupon alone; ``name`` is that
+    of the file unless it is given.
+
+    Examples
+    --------
+    >>> sorted(study_schema()["then"]["required"])
+    ['panel', 'sound']
+    """
+    made = _plain(Study.model_json_schema(schema_generator=_Plain))
+    of_panel = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
+    required = [key for key in made.pop("required") if key in of_panel]
+    return {
+        "$schema": DRAFT,
+        **made,
+        "title": "A study of pidpanel",
+        "if": {"anyOf": [{"required": [key]} for key in of_panel]},
+        "then": {"required": required},
+        "else": {"required": ["coupon"]},
+    }
+
+
+def schema_text() -> str:
+    """Return the schema as the text of its file."""
+    return json.dumps(study_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def _plain(node: Any, *, of_keys: bool = False) -> Any:
+    """Return a schema without what is no JSON schema, its descriptions as plain sentences.
+
+    Below ``properties`` and ``$defs`` names are those of keys and models, whatever they are.
+    """
+    if isinstance(node, list):
+        return [_plain(one) for one in node]
+    if not isinstance(node, dict):
+        return node
+    if of_keys:
+        return {key: _plain(value) for key, value in node.items()}
+    return {
+        key: _sentences(value)
+        if key == "description"
+        else value
+        if key in ("default", "const", "enum")
+        else _plain(value, of_keys=key in ("properties", "$defs"))
+        for key, value in node.items()
+        if key != "discriminator"
+    }
+
+
+def _sentences(text: str) -> str:
+    r"""Return a docstring as running text.
+
+    Examples
+    --------
+    >>> _sentences("Wall thickness of\nhollow ``particles``.\n\nNotes\n-----\nNone.")
+    'Wall thickness of hollow `particles`.'
+    """
+    text = re.split(r"\n\s*\n\w+\n-+\n", text)[0]
+    return " ".join(text.replace("``", "`").split())

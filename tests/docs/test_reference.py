@@ -1,0 +1,63 @@
+"""Pages and the schema that are made from the code are those that are checked in."""
+
+import re
+
+import pytest
+import yaml
+from reference_pages import DOCS, FILES, PAGES, study_page, unit_of
+
+from pidpanel.study.json_schema import study_schema
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_what_is_made_is_what_is_checked_in(path):
+    # red: another default in study/coupon.py
+    assert path.read_text(encoding="utf-8") == PAGES[path](), "run `make reference`"
+
+
+def test_every_key_stands_on_the_page_with_type_default_and_meaning():
+    # red: `lines += _section(…)` only for the first model
+    schema = study_schema()
+    page = study_page()
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \| (.*) \| (.*) \| (.*) \|$", page, re.MULTILINE)
+    wanted = sorted(
+        key for model in (schema, *schema["$defs"].values()) for key in model["properties"]
+    )
+    assert sorted(row[0] for row in rows) == wanted
+    for key, kind, default, _, meaning in rows:
+        assert kind and default and len(meaning) > 5, key
+
+
+def test_the_page_of_keys_has_no_title_twice():
+    # red: `a family`, `a layout` left out of _title
+    titles = re.findall(r"^## (.*)$", study_page(), re.MULTILINE)
+    assert len(set(titles)) == len(titles) > 25
+
+
+def test_units_come_from_names():
+    # red: min in place of max in unit_of
+    names = {
+        "equivalent_damping_n_s_m3": "N s/m³",
+        "stiffness_n_m": "N/m",
+        "bending_stiffness_n_m": "N m",
+        "mass_kg": "kg",
+        "max_velocity_m_s": "m/s",
+        "acceleration_psd_g2_hz_<point>": "g²/Hz",
+        "displacement_psd_mm2_hz_<point>": "mm²/Hz",
+        "bare_g_rms": "g",
+        "min_cycles": "",
+        "samples_per_cycle": "",
+        "loss_factor": "",
+    }
+    assert {name: unit_of(name) for name in names} == names
+
+
+def test_every_description_of_a_file_is_there():
+    # red: the text of a column in files.yaml left out
+    for one in yaml.safe_load(FILES.read_text(encoding="utf-8")):
+        assert one["of"].endswith("."), one["file"]
+        for name, text in one.get("columns", {}).items():
+            assert isinstance(text, str) and len(text) > 3, (one["file"], name)
+        for name, (_, text) in one.get("variables", {}).items():
+            assert len(text) > 3, (one["file"], name)
+    assert (DOCS / "reference" / "files.md").is_file()
