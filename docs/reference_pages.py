@@ -10,13 +10,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+import xarray as xr
 import yaml
 
+from pidpanel.study.coupon import Coupon
 from pidpanel.study.json_schema import schema_text, study_schema
 
 DOCS = Path(__file__).parent
 FILES = DOCS / "reference" / "files.yaml"
 SCHEMA = DOCS.parent / "workflow" / "schemas" / "study.schema.json"
+
+VARIED = "<key of vary>"
+"""Column of a key that a study varies."""
 
 UNITS = {
     "_n_s_m3": "N s/m³", "_kg_m2": "kg/m²", "_kg_m3": "kg/m³", "_j_m2": "J/m²", "_m_s": "m/s",
@@ -240,6 +246,71 @@ def files_page() -> str:
 
 def _plain(unit: str) -> str:
     return "" if unit == "1" else unit
+
+
+def untold(results: Path) -> tuple[list[str], list[str]]:
+    """Compare the files of a study with their description.
+
+    Parameters
+    ----------
+    results
+        Its folder, or that of all coupons.
+
+    Returns
+    -------
+    untold
+        Files, columns and variables that are not described, or with another unit.
+    stale
+        Columns and variables that are described and not there; some are there in some studies
+        only.
+    """
+    described = yaml.safe_load(FILES.read_text(encoding="utf-8"))
+    missing, stale = [], []
+    for path in sorted(results.rglob("*.[cn][s,c]*")):
+        if path.suffix not in (".csv", ".nc"):
+            continue
+        name = path.relative_to(results).as_posix()
+        entries = [one for one in described if _matches(name, one["file"])]
+        if not entries:
+            missing.append(name)
+            continue
+        (entry,) = entries
+        found = _units_in(path)
+        for key, unit in found.items():
+            told = [one for one in _told(entry) if _matches(key, one)]
+            if not told:
+                missing.append(f"{name}: {key}")
+            elif path.suffix == ".nc" and entry["variables"][told[0]][0] != unit:
+                missing.append(f"{name}: {key} in {unit}")
+        stale += [
+            f"{name}: {one}" for one in _told(entry) if not any(_matches(key, one) for key in found)
+        ]
+    return missing, stale
+
+
+def _told(entry: dict[str, Any]) -> dict[str, Any]:
+    return {**entry.get("columns", {}), **entry.get("variables", {})}
+
+
+def _units_in(path: Path) -> dict[str, str]:
+    """Return columns, or variables with their units."""
+    if path.suffix == ".csv" and not path.stat().st_size:
+        return {}  # before the first round of a random drive
+    if path.suffix == ".csv":
+        return dict.fromkeys(pd.read_csv(path, nrows=0).columns, "")
+    with xr.open_dataset(path, engine="scipy", decode_times=False) as dataset:
+        return {str(name): one.attrs.get("units", "") for name, one in dataset.variables.items()}
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a name is one of a pattern with <…> in it."""
+    if pattern == VARIED:
+        return name in Coupon.model_fields or "." in name
+    parts = (re.escape(part) for part in re.split(r"<[^>]*>", pattern))
+    expression = "[^/]+".join(parts)
+    # what a further coupon of a study has lies in a folder of its own
+    expression = re.sub(r"^(coupon|damping)/", r"\1/(?:[^/]+/)?", expression)
+    return bool(re.fullmatch(expression, name))
 
 
 PAGES = {

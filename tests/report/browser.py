@@ -136,11 +136,11 @@ class Browser:
         ]
         return [url for url in asked if not url.startswith(("data:", "file:", "about:"))]
 
-    def overflowing(self):
+    def overflowing(self, within="body"):
         """Elements that reach beyond the page's width and lie in nothing that scrolls."""
         return self.run("""(() => {
           const found = [], width = document.documentElement.clientWidth;
-          for (const e of document.body.querySelectorAll("*")) {
+          for (const e of document.querySelectorAll("WITHIN *")) {
             const box = e.getBoundingClientRect();
             if (!box.width || box.right <= width + 1) continue;
             let scrolls = false;
@@ -149,7 +149,7 @@ class Browser:
             if (!scrolls) found.push(`${e.tagName}.${e.className} ${Math.round(box.right)}`);
           }
           return found;
-        })()""")
+        })()""".replace("WITHIN", within))
 
     def screenshot(self, file, *, whole=True):
         png = self.say("Page.captureScreenshot", format="png", captureBeyondViewport=whole,

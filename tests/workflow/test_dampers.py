@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from reference_pages import untold
 
 from tests.workflow.test_workflow import STUDIES, jobs, said, snakemake
 
@@ -118,3 +119,9 @@ def test_a_change_of_one_damper_runs_nothing_of_another(ran, change, runs):
     assert set(found) == runs
     assert found.get("damper_cases", 1) == found.get("damper_damping", 1) == 1
     assert "pour" not in found
+
+
+@pytest.mark.liggghts
+def test_every_column_of_several_dampers_is_described(ran):
+    # red: the folder of a damper left out of `_matches`
+    assert untold(ran / "results" / "two")[0] == []

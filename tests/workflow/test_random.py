@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from reference_pages import untold
 
 from pidpanel.random_round import RandomRound
 from tests.workflow.test_dampers import values as of_two
@@ -116,3 +117,9 @@ def test_a_mixed_layout_drives_its_coupons_alone(tmp_path):
         assert [(f.patch, f.damper) for _, f, _ in found.random_coupons()] == [("PID-1", "light")]
         assert tuple(found.coupons) == found.surfaces == sweeps
         assert found.stated_dampers == (("light", "pot") if sweeps else ("pot",))
+
+
+@pytest.mark.liggghts
+def test_every_column_of_a_random_drive_is_described(ran):
+    # red: low_hz renamed in random_reading.UNITS
+    assert untold(ran / "results" / "two")[0] == []

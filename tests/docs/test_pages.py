@@ -1,0 +1,107 @@
+"""The documents as pages: built without a warning, whole, and as their commands say."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from reference_pages import DOCS
+
+from pidpanel.paths import PROJECT
+
+SOURCES = sorted(path for path in DOCS.rglob("*.md"))
+PACKAGE = PROJECT / "src" / "pidpanel"
+EXCEPTIONS = {"ValueError", "RuntimeError", "Exception"}
+
+
+def test_the_pages_are_built_without_a_warning(built):
+    # red: a link to a page or a heading that there is not, in docs/start.md
+    folder, done = built
+    assert done.returncode == 0, done.stderr
+    assert {path.stem for path in SOURCES} <= {path.stem for path in folder.rglob("*.html")}
+
+
+def test_formulas_are_drawn_by_the_browser_itself(built):
+    # red: html_math_renderer left out of conf.py
+    page = (built[0] / "theory.html").read_text(encoding="utf-8")
+    assert page.count("<math") > 20
+    assert "MathJax" not in page
+    assert "<merror" not in page
+
+
+def errors_of_the_package():
+    """Names of all classes of the package that are raised, but for what only pages catch."""
+    classes = {}
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and node.bases:
+                classes[node.name] = [ast.unparse(base).split(".")[-1] for base in node.bases]
+
+    def is_error(name):
+        return name in EXCEPTIONS or any(is_error(base) for base in classes.get(name, ()))
+
+    return sorted(name for name in classes if is_error(name))
+
+
+def test_every_failure_is_on_the_page_of_messages():
+    # red: the row of `RunHung` left out of messages.md
+    page = (DOCS / "reference" / "messages.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"`([A-Z]\w+)`", page))
+    # what holds others together, and what is told as the lines of a study's mistakes
+    inner = {"SolverFailure", "StudyError", "Mistakes"}
+    found = set(errors_of_the_package()) - inner
+    assert len(found) > 20
+    assert found - told == set()
+
+
+def commands_of(page):
+    """(command, what it prints) of the console blocks of a page, in order."""
+    text = page.read_text(encoding="utf-8")
+    for block in re.findall(r"^```console\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, said = part.partition("\n")
+            yield command, said
+
+
+def files_of(page):
+    """(name, text) of the files that a page shows in full."""
+    text = page.read_text(encoding="utf-8")
+    found = re.findall(r"`(mine/[\w.]+)`[^\n]*:\n\n```\w*\n(.*?)^```", text, re.M | re.S)
+    return dict(found)
+
+
+QUICK = ("cp ", "sed ", "pidpanel check ")
+CHECKED = [page for page in SOURCES if any(c.startswith(QUICK[2]) for c, _ in commands_of(page))]
+
+
+def test_some_pages_have_commands_to_check():
+    # red: r"^> " in place of r"^\$ " in commands_of
+    assert {page.name for page in CHECKED} == {"start.md", "panel.md", "bead.md"}
+
+
+@pytest.mark.parametrize("page", CHECKED, ids=lambda page: page.stem)
+def test_the_quick_commands_of_a_page_print_what_it_shows(page, tmp_path):
+    # red: another number of scenarios in the study of tutorials/panel.md
+    (tmp_path / "workflow").symlink_to(PROJECT / "workflow")
+    (tmp_path / "mine").mkdir()
+    # a tutorial goes on with the files of the one before
+    for one in SOURCES:
+        if one == page or one.parent == page.parent:
+            for name, text in files_of(one).items():
+                (tmp_path / name).write_text(text, encoding="utf-8")
+    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    for command, said in commands_of(page):
+        if command.startswith(QUICK):
+            done = subprocess.run(
+                ["bash", "-c", command],
+                cwd=tmp_path,
+                env={**os.environ, "PATH": path},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+            )
+            assert done.stdout == said, f"{page}: $ {command}"
