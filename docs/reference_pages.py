@@ -127,16 +127,15 @@ def _section(
     if name == "Coupon":
         yield "A damper's own coupon, `dampers.<name>.coupon`, has the same keys, but for `vary`."
         yield ""
-    yield "| key | type | default | allowed | meaning |"
-    yield "|---|---|---|---|---|"
+    yield "| key | type, allowed | default | meaning |"
+    yield "|---|---|---|---|"
     required = model.get("required", [])
     for key, node in model["properties"].items():
-        unit = unit_of(key)
+        kind = _type(node, anchors) + (f" [{unit_of(key)}]" if unit_of(key) else "")
         cells = [
             f"`{key}`",
-            _type(node, anchors) + (f" [{unit}]" if unit else ""),
+            "; ".join(dict.fromkeys([kind, *_allowed(node)])),
             _default(key, node, key in required, key in with_panel),
-            "; ".join(dict.fromkeys(_allowed(node))),
             node["description"],
         ]
         yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
@@ -180,8 +179,12 @@ def _short(name: str) -> str:
 
 def _allowed(node: dict[str, Any]) -> Iterator[str]:
     """Yield the ranges of a key and of what it holds."""
-    bounds = {"exclusiveMinimum": "> ", "minimum": "≥ ", "exclusiveMaximum": "< ", "maximum": "≤ "}
-    found = [f"{sign}{_number(node[bound])}" for bound, sign in bounds.items() if bound in node]
+    bounds = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+    found = [
+        f"{sign}\N{NO-BREAK SPACE}{_number(node[bound])}"
+        for bound, sign in bounds.items()
+        if bound in node
+    ]
     if found:
         yield " and ".join(found)
     if "prefixItems" not in node and node.get("minItems"):
@@ -201,7 +204,7 @@ def _number(value: float) -> str:
 
 def _default(key: str, node: dict[str, Any], required: bool, with_panel: bool) -> str:
     if with_panel:
-        return "*required* but in a study of the coupon alone"
+        return "*required* with a panel"
     if required:
         return "*required*"
     if key == "name":

@@ -24,6 +24,36 @@ def test_the_pages_are_built_without_a_warning(built):
     assert {path.stem for path in SOURCES} <= {path.stem for path in folder.rglob("*.html")}
 
 
+ROOT_PAGES = [PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+
+
+def anchors_of(page):
+    """Anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", one.lower()).replace(" ", "-") for one in titles}
+
+
+@pytest.mark.parametrize("page", ROOT_PAGES, ids=lambda page: page.name)
+def test_links_of_the_pages_outside_of_docs_lead_somewhere(page):
+    # red: docs/start.md renamed in README.md; #random-drive misspelt there
+    links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    assert links
+    for link in links:
+        if "://" in link:
+            continue
+        path, _, anchor = link.partition("#")
+        assert (PROJECT / path).exists(), link
+        assert not anchor or anchor in anchors_of(PROJECT / path), link
+
+
+def test_every_shipped_study_is_in_the_readme():
+    # red: the row of `wing.yaml` left out
+    text = (PROJECT / "README.md").read_text(encoding="utf-8")
+    for path in (PROJECT / "workflow" / "studies").glob("*.yaml"):
+        name = path.stem.replace("coupon_", "_")
+        assert path.stem in text or f"`{name}`" in text, path.name
+
+
 def test_formulas_are_drawn_by_the_browser_itself(built):
     # red: html_math_renderer left out of conf.py
     page = (built[0] / "theory.html").read_text(encoding="utf-8")

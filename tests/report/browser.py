@@ -138,7 +138,8 @@ class Browser:
 
     def overflowing(self, within="body"):
         """Elements that reach beyond the page's width and lie in nothing that scrolls."""
-        return self.run("""(() => {
+        return self.run(
+            """(() => {
           const found = [], width = document.documentElement.clientWidth;
           for (const e of document.querySelectorAll("WITHIN *")) {
             const box = e.getBoundingClientRect();
@@ -149,7 +150,8 @@ class Browser:
             if (!scrolls) found.push(`${e.tagName}.${e.className} ${Math.round(box.right)}`);
           }
           return found;
-        })()""".replace("WITHIN", within))
+        })()""".replace("WITHIN", within)
+        )
 
     def screenshot(self, file, *, whole=True):
         png = self.say("Page.captureScreenshot", format="png", captureBeyondViewport=whole,
