@@ -2,6 +2,9 @@
 STUDY ?= workflow/studies/paper.yaml
 CORES ?= 2
 
+# passed as it is typed, blanks and dollars included
+override STUDY := $(value STUDY)
+export STUDY
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
@@ -10,7 +13,7 @@ export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 .PHONY: run verification test mutants check lock docs reference ready
 
 run: ready
-	snakemake -j$(CORES) --configfile $(STUDY)
+	snakemake -j$(CORES) --configfile "$$STUDY"
 
 verification: ready
 	snakemake -j$(CORES) verification
@@ -28,7 +31,7 @@ check: ready
 	ruff format --check
 	snakefmt --check Snakefile workflow
 	mypy
-	snakemake --lint --configfile $(STUDY)
+	snakemake --lint --configfile "$$STUDY"
 
 # requirements.lock anew from pyproject.toml, with the newest versions that fit together
 lock: ready

@@ -14,9 +14,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pidpanel.paths import PROJECT
+from pidpanel.paths import PACKAGE, WORKFLOW
 
-ROOTS = {"pidpanel": PROJECT / "src", "scripts": PROJECT / "workflow"}
+ROOTS = {"pidpanel": PACKAGE.parent, "scripts": WORKFLOW}
 """Folder in which each of the project's packages lies."""
 
 BLOCKS = {"body", "orelse", "finalbody"}

@@ -2,12 +2,16 @@
 
 from pathlib import Path
 
-PROJECT = Path(__file__).resolve().parents[2]
-"""Root of the checkout."""
+PACKAGE = Path(__file__).resolve().parent
+"""Folder of this package."""
+
+PROJECT = PACKAGE / "project" if (PACKAGE / "project").is_dir() else PACKAGE.parents[1]
+"""Root of the checkout, or the copy of its Snakefile, workflow and templates in a wheel."""
 
 SNAKEFILE = PROJECT / "Snakefile"
 TEMPLATES = PROJECT / "templates"
 WORKFLOW = PROJECT / "workflow"
+STUDIES = WORKFLOW / "studies"
 DATA = WORKFLOW / "data"
 """Tables that come with pidpanel: spectra, core materials, the paper's own numbers."""
 
@@ -16,6 +20,20 @@ PAPER_TABLE = DATA / "paper" / "table_1.csv"
 
 SECTION = "coupon"
 """Name of the damper that the section ``coupon`` of a study is."""
+
+
+def study_path(name: str) -> Path:
+    """Return the path of a study: as given, or of one that comes with pidpanel.
+
+    Examples
+    --------
+    >>> study_path("paper.yaml") == STUDIES / "paper.yaml"
+    True
+    >>> str(study_path("mine.yaml"))
+    'mine.yaml'
+    """
+    path, shipped = Path(name), STUDIES / Path(name).name
+    return shipped if path == Path(path.name) and not path.exists() and shipped.is_file() else path
 
 
 def of_damper(stage: Path, damper: str, name: str) -> Path:

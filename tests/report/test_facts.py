@@ -42,7 +42,7 @@ def test_a_coupon_is_counted_by_its_cases_that_are_ok(cases):
 def test_a_study_outside_the_project_is_named_by_its_whole_path(tmp_path):
     # red: relative_to without is_relative_to
     _, command = facts.run_step(tmp_path / "mine.yaml")
-    assert command == f"make run STUDY={tmp_path / 'mine.yaml'}"
+    assert command == f"pidpanel run {tmp_path / 'mine.yaml'}"
 
 
 def test_only_files_that_are_there_are_named(study, tmp_path):

@@ -42,7 +42,7 @@ def test_a_page_says_how_to_reproduce_it_and_names_files_that_exist(table):
     # red: radiation.csv named where it was not asked for; response/psd.csv for psd.nc
     study, folder = table
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert f"make run STUDY={study}" in page
+    assert f"pidpanel run {study}" in page
     listed = re.search(r"are in results/table: ([^;]+);", page)[1].split(", ")
     assert "response/radiation.csv" in listed and "panel/section.csv" in listed
     assert [name for name in listed if not (folder / name).is_file()] == []

@@ -96,7 +96,7 @@ NOTHING = [
     ("src/pidpanel/response/results.py", '"""The files of the stage', '"""All files of the stage'),
     ("workflow/scripts/response.py", '"""Every scenario', '"""Each scenario'),
     ("workflow/rules/response.smk", "# PSDs of every", "# The PSDs of every"),
-    ("src/pidpanel/cli.py", "\nimport argparse", "\nimport abc\nimport argparse"),
+    ("src/pidpanel/cli/run.py", "\nimport argparse", "\nimport abc\nimport argparse"),
 ]
 """Comments, docstrings, and code that no script of the study rests on."""
 

@@ -6,8 +6,10 @@ import os
 import sys
 from pathlib import Path
 
+import snakemake.persistence.file
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
+from snakemake.utils import listfiles
 
 from pidpanel import durable, made
 from pidpanel.check import check_machine, checked_study
@@ -16,24 +18,27 @@ from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
-from pidpanel.paths import PAPER_TABLE, PROJECT, SECTION, TEMPLATES, of_damper
+from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW, of_damper, study_path
 from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
 from pidpanel.study.study import NAME
 
-STUDY_FILE = str(
-    Path(workflow.configfiles[-1]).resolve()
-    if workflow.configfiles
-    else PROJECT / "workflow/studies/paper.yaml"
-)
-# the scripts run as `python -m scripts.<name>`, under the Python that runs Snakemake; they are
-# many and short, so what they import is compiled once
+# the study is the configuration, or the file that its key `study` names (config/README.md)
+if "study" in config or not workflow.configfiles:
+    STUDY_FILE = str(study_path(str(config.get("study", "paper.yaml"))).resolve())
+else:
+    STUDY_FILE = str(Path(workflow.configfiles[-1]).resolve())
+# Snakemake finds its locks with a pattern, in which braces of the working folder are wildcards
+snakemake.persistence.file.listfiles = lambda pattern: listfiles(os.path.relpath(pattern))
+# the scripts run as `python -m scripts.<name>`, under the Python that runs Snakemake, and import
+# nothing from the working folder; they are many and short, so what they import is compiled once
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ.update(
     PATH=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
-    PYTHONPATH=f"{PROJECT / 'workflow'}:{PROJECT / 'src'}",
+    PYTHONPATH=f"{WORKFLOW}:{PACKAGE.parent}",
+    PYTHONSAFEPATH="1",
     OMP_NUM_THREADS="1",
     # no param: where the study lies changes no result
     PIDPANEL_STUDY=STUDY_FILE,

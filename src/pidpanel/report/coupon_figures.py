@@ -285,7 +285,7 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
             axes.set_xticks(values, [f"{value:g}" for value in values])
             axes.set_xticks([], minor=True)
         else:
-            axes.set_xticks(list(place.values()), [str(value) for value in values])
+            axes.set_xticks(list(place.values()), [style.as_typed(str(value)) for value in values])
             axes.margins(x=0.25)
     grid[0].set_ylabel(EQUIVALENT_DAMPING.label)
     handles, names = grid[0].get_legend_handles_labels()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.paths import PROJECT, SECTION, of_damper
+from pidpanel.paths import SECTION, STUDIES, of_damper
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
@@ -111,13 +112,14 @@ def run_step(study_file: Path) -> tuple[str, str]:
 
     Examples
     --------
-    >>> run_step(PROJECT / "workflow" / "studies" / "paper.yaml")
-    ('From the root of the project:', 'make run STUDY=workflow/studies/paper.yaml')
+    >>> run_step(STUDIES / "paper.yaml")
+    ('In the folder that holds the folder results:', 'pidpanel run paper.yaml')
+    >>> run_step(Path("/home/me/my $(study).yaml"))[1]
+    "pidpanel run '/home/me/my $(study).yaml'"
     """
     file = study_file.resolve()
-    if file.is_relative_to(PROJECT):
-        file = file.relative_to(PROJECT)
-    return ("From the root of the project:", f"make run STUDY={file}")
+    named = file.name if file.parent == STUDIES else str(file)
+    return ("In the folder that holds the folder results:", f"pidpanel run {shlex.quote(named)}")
 
 
 def files_step(study: Study, folder: Path) -> tuple[str, str]:

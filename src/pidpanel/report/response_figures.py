@@ -286,7 +286,7 @@ def reduction_figure(
             )  # fmt: skip
         axes.grid(False)
         axes.set_title(f"point {point} · {reading}", loc="left")
-        axes.set_yticks(range(len(rows)), rows)
+        axes.set_yticks(range(len(rows)), [style.as_typed(row) for row in rows])
         axes.set_xticks(range(len(centre)), [_nominal(c) for c in centre], rotation=90)
         axes.tick_params(length=2)
         if j == 0:

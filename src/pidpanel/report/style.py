@@ -7,6 +7,7 @@ bare panel is black throughout. Nothing is set for the process: figures are made
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
@@ -15,9 +16,13 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib import colors
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
 from pidpanel.report.html import RESOLUTION
+
+_OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
+"""Mathematics that figures write themselves; a dollar of any other text is a dollar."""
 
 COLOURS = 256
 """Colours of a PNG file: a third of the bytes, and no difference that is seen."""
@@ -78,8 +83,28 @@ def level_colour(level: float, levels: Sequence[float]) -> str:
     return colors.to_hex(mpl.colormaps["plasma"](0.05 + 0.72 * rank))
 
 
+def as_typed(text: str) -> str:
+    r"""Return a text that matplotlib draws as it is, but for the symbols of the figures.
+
+    Examples
+    --------
+    >>> as_typed("$C_e$ of $50, $x$")
+    '$C_e$ of \\$50, \\$x\\$'
+    """
+    parts = _OURS.split(text)
+    return "".join(p if n % 2 else p.replace("$", r"\$") for n, p in enumerate(parts))
+
+
+def set_as_typed(figure: Figure) -> None:
+    """Make names and titles of a study in a figure appear as they were typed."""
+    for text in figure.findobj(Text):
+        if "$" in text.get_text():  # type: ignore[attr-defined]
+            text.set_text(as_typed(text.get_text()))  # type: ignore[attr-defined]
+
+
 def png(figure: Figure) -> bytes:
-    """Return the figure as PNG, the same bytes from the same numbers."""
+    """Return the figure as PNG, the same bytes from the same numbers; texts appear as typed."""
+    set_as_typed(figure)
     drawn, buffer = BytesIO(), BytesIO()
     figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
     with Image.open(drawn) as image:

@@ -1,0 +1,73 @@
+"""The command ``pidpanel``: from a new study to its page, in the order of its help.
+
+Each subcommand is a module here with ``HELP``, ``add_arguments`` and ``call``. None of them imports
+a study or numpy before it is called, so that help and completion come at once.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Sequence
+
+from pidpanel.cli.parser import parser
+
+DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
+"""Exit codes, as ``pidpanel --help`` tells them."""
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+MISSING = "SolverMissing"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command ``pidpanel``.
+
+    Parameters
+    ----------
+    arguments
+        Those of the command line by default.
+
+    Returns
+    -------
+    int
+        Exit code. A mistake is printed to stderr, in one line each.
+    """
+    given = parser().parse_args(arguments)
+    try:
+        status: int = given.call(given)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _told("stopped; the same command resumes", INTERRUPTED)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        return _told(said(error), MACHINE)
+    except Exception as error:
+        if not type(error).__module__.startswith("pidpanel."):
+            raise
+        return _told(str(error), MACHINE if type(error).__name__ == MISSING else MISTAKE)
+    return status
+
+
+def said(error: OSError) -> str:
+    """Return one line that tells what a file or the disk refused.
+
+    Examples
+    --------
+    >>> said(OSError(errno.ENOSPC, "No space left on device", "results/psd.nc"))
+    'results/psd.nc: no space left on the disk; free some and run the same command again'
+    >>> said(PermissionError(errno.EACCES, "Permission denied", "results"))
+    'results: permission denied'
+    """
+    place = f"{error.filename}: " if error.filename else ""
+    if error.errno in FULL:
+        return f"{place}no space left on the disk; free some and run the same command again"
+    what = error.strerror or str(error) or type(error).__name__
+    return f"{place}{what[:1].lower()}{what[1:]}"
+
+
+def _told(text: str, status: int) -> int:
+    print(text, file=sys.stderr)
+    return status

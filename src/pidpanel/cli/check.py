@@ -1,0 +1,23 @@
+"""Check a study: its mistakes, a line for each, or what it would run."""
+
+from __future__ import annotations
+
+import argparse
+
+from pidpanel.cli.parser import add_study
+
+HELP = "Check a study and print what it would run."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.check import checked_study
+    from pidpanel.cli.overview import summary
+
+    print(summary(checked_study(given.study)))
+    return 0

@@ -1,0 +1,27 @@
+"""Print a script that completes commands, options and files of pidpanel in a shell.
+
+  eval "$(pidpanel completion bash)"          in ~/.bashrc
+  pidpanel completion zsh > ~/.zfunc/_pidpanel
+"""
+
+from __future__ import annotations
+
+import argparse
+
+HELP = "Print a script for completion in bash, zsh or tcsh."
+SHELLS = ("bash", "zsh", "tcsh")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("shell", choices=SHELLS, help="the shell")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    import shtab
+
+    from pidpanel.cli.parser import parser
+
+    print(shtab.complete(parser(), given.shell))
+    return 0

@@ -1,0 +1,93 @@
+"""Print the LIGGGHTS deck of a case, or without a case the cases of a study.
+
+A case is named by its label, as in results/coupon, or chosen with --at as the nearest to a fill
+fraction, a frequency [Hz] and an acceleration [g].
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from pidpanel.cli.parser import add_study
+
+if TYPE_CHECKING:  # numpy is slow to import
+    from pidpanel.coupon.cases import Case
+
+HELP = "Print the LIGGGHTS deck of a case, or list the cases."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    parser.add_argument("case", nargs="?", help="label of the case, or the beginning of it")
+    parser.add_argument(
+        "--at", nargs=3, type=float, metavar=("FILL", "HZ", "G"), help="the case nearest to these"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="which of its packings (default: 1)")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.check import checked_study
+    from pidpanel.coupon.from_study import distinct_cases
+    from pidpanel.study import StudyError
+
+    study = checked_study(given.study)
+    cases = {case.label: case for found in distinct_cases(study).values() for case in found}
+    if not cases:
+        raise StudyError(f"{given.study}: runs no LIGGGHTS: no coupon is simulated")
+    if given.case is None and given.at is None:
+        for label, case in cases.items():
+            print(label, _told(case), sep="\t")
+        return 0
+    chosen = _nearest(cases, given.at) if given.case is None else _named(cases, given.case)
+    seeds = {run.packing.seed: run for run in chosen.with_reserve.runs}
+    if given.seed not in seeds:
+        raise StudyError(
+            f"--seed {given.seed}: must be one of {', '.join(map(str, seeds))} for {chosen.label}"
+        )
+    print(seeds[given.seed].deck_text(), end="")
+    return 0
+
+
+def _told(case: Case) -> str:
+    r, f, gamma = _point(case)
+    return f"r = {r:g}, {f:g} Hz, {gamma:.4g} g"
+
+
+def _point(case: Case) -> tuple[float, float, float]:
+    from pidpanel.constants import STANDARD_GRAVITY
+
+    run = case.point
+    return run.fill_fraction, run.drive.frequency, run.drive.acceleration / STANDARD_GRAVITY
+
+
+def _nearest(cases: dict[str, Case], at: tuple[float, float, float]) -> Case:
+    """Return the case nearest in the fill and in the logarithms of frequency and acceleration."""
+    import math
+
+    from pidpanel.study import StudyError
+
+    fill, frequency, gamma = at
+    if not (math.isfinite(fill) and frequency > 0 and gamma > 0):
+        raise StudyError("--at: must be a fill fraction, and a frequency and a Γ above 0")
+
+    def distance(case: Case) -> float:
+        r, f, g = _point(case)
+        return math.hypot(r - fill, math.log10(f / frequency), math.log10(g / gamma))
+
+    return min(cases.values(), key=distance)
+
+
+def _named(cases: dict[str, Case], name: str) -> Case:
+    from pidpanel.study import StudyError
+
+    found = [case for label, case in cases.items() if label == name or label.startswith(name)]
+    exact = cases.get(name)
+    if exact is not None:
+        return exact
+    if len(found) == 1:
+        return found[0]
+    what = "no case" if not found else f"{len(found)} cases"
+    raise StudyError(f"{name}: {what} of that label; without a label the cases are listed")

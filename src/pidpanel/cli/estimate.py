@@ -1,0 +1,32 @@
+"""Estimate how long the stages of a study take; a few short runs of LIGGGHTS are timed for it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pidpanel.cli.parser import add_directory, add_jobs, add_study
+
+HELP = "Estimate how long a study takes, stage by stage."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    add_jobs(parser)
+    add_directory(parser)
+    parser.add_argument(
+        "--results",
+        type=Path,
+        help="folder of the results, whose runs are not counted (default: results in --directory)",
+    )
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.check import checked_study
+    from pidpanel.cli.overview import estimate
+
+    results = given.results or given.directory / "results"
+    print(estimate(checked_study(given.study), results, given.jobs))
+    return 0

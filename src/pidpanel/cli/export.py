@@ -1,0 +1,36 @@
+"""Write the files for other programs: CSV with units, third octaves, Nastran TABRND1 and TABDMP1,
+UFF 58. They are in results/<study>/response/export, and with --to in a folder of your own.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pidpanel.cli.parser import add_directory, add_study
+
+HELP = "Write the files for other programs, such as Nastran tables."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    add_directory(parser)
+    parser.add_argument("--to", type=Path, metavar="FOLDER", help="folder to copy them to")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    import shutil
+
+    from pidpanel.cli.results import made
+    from pidpanel.study import load_study
+
+    study = load_study(given.study)
+    folder = made(given.study, given.directory, f"results/{study.name}/response/export", "export")
+    if given.to is not None:
+        given.to.mkdir(parents=True, exist_ok=True)
+        folder = Path(shutil.copytree(folder, given.to, dirs_exist_ok=True))
+    for path in sorted(folder.iterdir()):
+        print(path)
+    return 0

@@ -1,0 +1,120 @@
+"""The arguments of all commands, and what ``--help`` says of them."""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+from typing import NoReturn
+
+from pidpanel.paths import study_path
+
+COMMANDS = (
+    "new",
+    "check",
+    "estimate",
+    "run",
+    "status",
+    "report",
+    "compare",
+    "export",
+    "deck",
+    "schema",
+    "completion",
+)
+"""In the order in which a study needs them; each is a module of this package."""
+
+DESCRIPTION = """\
+From a study file to the acceleration PSDs of a panel with particle dampers.
+
+  pidpanel new wing.yaml           write a commented study, then edit it
+  pidpanel check wing.yaml         mistakes, and what an engineer would check first
+  pidpanel estimate wing.yaml      how long it will take
+  pidpanel run wing.yaml           compute it; results/wing/report.html is the page
+  pidpanel status wing.yaml        what is done, running, failed and left
+"""
+
+EPILOG = """\
+Results are in the folder results of the working folder, or of that of --directory; paths in a
+study are relative to the study's own folder. The name of a study that comes with pidpanel, such as
+l_panel.yaml, stands for its file where the working folder has none of that name.
+
+exit codes:
+  0    done; status: nothing is left
+  1    a run failed, or was not complete; status: something failed or is left
+  2    a mistake in the command, in the study or in a file that it names, a line for each
+  3    the machine: LIGGGHTS is not installed, the disk is full, a folder cannot be written
+  130  stopped by Ctrl-C; the same command resumes
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that answers a mistake in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the mistake and where help is; exit with 2."""
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command with all its subcommands."""
+    whole = Parser(
+        prog="pidpanel",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = whole.add_subparsers(
+        dest="command", required=True, metavar="command", title="commands, in the order of use"
+    )
+    for name in COMMANDS:
+        module = import_module(f"pidpanel.cli.{name}")
+        one = commands.add_parser(
+            name,
+            help=module.HELP,
+            description=module.__doc__,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        module.add_arguments(one)
+        one.set_defaults(call=module.call)
+    return whole
+
+
+def add_study(parser: argparse.ArgumentParser) -> None:
+    """Add the file of a study."""
+    parser.add_argument("study", type=study_path, help="YAML file of the study")
+
+
+def add_directory(parser: argparse.ArgumentParser) -> None:
+    """Add the folder that holds the folder ``results``."""
+    parser.add_argument(
+        "-d",
+        "--directory",
+        type=Path,
+        default=Path(),
+        metavar="FOLDER",
+        help="folder that holds the folder results (default: the working folder)",
+    )
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Add the number of jobs."""
+    parser.add_argument(
+        "-j",
+        "--jobs",
+        type=positive,
+        default=2,
+        metavar="N",
+        help="jobs to run at the same time (default: 2)",
+    )
+
+
+def positive(text: str) -> int:
+    """Return a whole number from 1."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be a whole number from 1")
+    return number

@@ -1,0 +1,180 @@
+"""How far a run has come: its cases, its stages, the jobs that run, those that failed."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+
+import psutil
+
+from pidpanel.coupon.from_study import distinct_cases
+from pidpanel.study import CouponStudy, Study
+
+STAGE_OF = {
+    "pour": "coupon",
+    "loosen": "coupon",
+    "shake": "coupon",
+    "cases": "coupon",
+    "damper_cases": "coupon",
+    "round_cases": "coupon",
+    "film": "coupon",
+    "damper_film": "coupon",
+    "design": "coupon",
+    "random_leg": "coupon",
+    "random_round": "coupon",
+    "damper_damping": "damping",
+    "maps": "response",
+    "export": "response",
+    "coupled_run": "coupled",
+    "verdict": "coupled",
+    "coupon_report": "report",
+}
+"""Stage of a rule, where it is not the rule's own name."""
+
+_ERROR = re.compile(r"^Error in rule (\w+):")
+_LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")
+
+
+@dataclass(frozen=True)
+class Cases:
+    """How many cases of a study ended how.
+
+    Attributes
+    ----------
+    total
+        Cases of the study.
+    done
+        Those whose runs have all ended.
+    failures
+        Failed ones by the name of the failure.
+    """
+
+    total: int
+    done: int
+    failures: Mapping[str, int]
+
+    def __str__(self) -> str:
+        failed = sum(self.failures.values())
+        names = ", ".join(f"{count} {name}" for name, count in self.failures.items())
+        said = f"{self.done} of {self.total} done, {self.total - self.done} left"
+        return f"{said}; {failed} of them failed ({names})" if failed else said
+
+
+def cases_of(study: CouponStudy, folder: Path) -> Cases:
+    """Count the cases of a study by what ``results/coupon`` holds of them."""
+    failures: Counter[str] = Counter()
+    total = done = 0
+    for cases in distinct_cases(study).values():
+        for case in cases:
+            total += 1
+            ended = [_status(path) for path in case.outcomes(folder)]
+            done += None not in ended
+            failed = [one for one in ended if one not in (None, "ok")]
+            failures.update(failed[:1])
+    return Cases(total, done, failures)
+
+
+def _status(outcome: Path) -> str | None:
+    """Return how a run ended; None where it has not, or where that cannot be read."""
+    try:
+        return str(json.loads(outcome.read_text(encoding="utf-8"))["status"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
+    """Yield a line for each stage of a study: done, or which jobs of it are left."""
+    by_stage: dict[str, list[str]] = {}
+    for rule, count in left.items():
+        by_stage.setdefault(STAGE_OF.get(rule, rule), []).append(f"{count} × {rule}")
+    names = ["report"]
+    if isinstance(study, Study):
+        names = ["panel", "sound", "response", *(["coupled"] if study.is_coupled else []), *names]
+        if study.surfaces:
+            names.insert(0, "damping")
+    if study.coupons or study.random_coupons():
+        names.insert(0, "coupon")
+    for name in names:
+        yield f"  {name:<9} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"
+
+
+def running(folder: Path) -> list[str]:
+    """Return a line for each job of a run of Snakemake in a folder; none where nothing runs."""
+    found = []
+    for process in psutil.process_iter(["cmdline", "cwd"]):
+        words = process.info["cmdline"] or []
+        if process.info["cwd"] != str(folder.absolute()) or "--dry-run" in words:
+            continue
+        if any(Path(word).name == "snakemake" for word in words[:4]):
+            found.append(f"running: Snakemake, process {process.pid}")
+            found += [line for child in _children(process) if (line := _job(child, folder))]
+    return found
+
+
+def _children(process: psutil.Process) -> list[psutil.Process]:
+    try:
+        return process.children(recursive=True)
+    except psutil.Error:
+        return []
+
+
+def _job(process: psutil.Process, folder: Path) -> str:
+    """Return a line on a process that runs a script of the workflow; none for any other."""
+    try:
+        words = process.cmdline()
+        since = time.time() - process.create_time()
+        log = Path(f"/proc/{process.pid}/fd/2").readlink()
+    except (psutil.Error, OSError):
+        return ""
+    script = next((word for word in words if word.startswith("scripts.")), "")
+    if not script or words[0].endswith("sh"):
+        return ""
+    place = log.relative_to(folder.absolute()) if log.is_relative_to(folder.absolute()) else log
+    name, spent = script.removeprefix("scripts."), timedelta(seconds=round(since))
+    return f"running: {name} for {spent}, {place}" + (f": {last_line(log)}" if last_line(log) else "")
+
+
+def last_line(log: Path) -> str:
+    """Return the last line of a log that is not empty; none of a log that is not there."""
+    try:
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - 4096))
+            text = file.read().decode("utf-8", "replace")
+    except OSError:
+        return ""
+    return next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
+
+
+def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
+    """Return a line for each job of a study that failed in the last run and is still left.
+
+    Parameters
+    ----------
+    folder
+        In which Snakemake ran.
+    name
+        Of the study.
+    left
+        Jobs that are left, by their rule.
+    """
+    logs = sorted((folder / ".snakemake" / "log").glob("*.log"), key=lambda p: p.stat().st_mtime)
+    found: dict[str, None] = {}
+    rule = ""
+    for line in logs[-1].read_text(encoding="utf-8", errors="replace").splitlines() if logs else []:
+        begun = _ERROR.match(line)
+        told = _LOG.match(line)
+        if begun:
+            rule = begun[1]
+        elif told and rule:
+            ours = told[1].startswith((f"results/{name}/", "results/coupon/"))
+            if ours and rule in left:
+                why = last_line(folder / told[1])
+                found[f"failed: {rule}, {told[1]}: {why or 'no message'}"] = None
+            rule = ""
+    return list(found)

@@ -1,0 +1,34 @@
+"""Make the page of a study anew from its results, where it is out of date, and print its path."""
+
+from __future__ import annotations
+
+import argparse
+
+from pidpanel.cli.parser import add_directory, add_study
+
+HELP = "Make the page of a study from its results, and open it."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    add_directory(parser)
+    parser.add_argument("--again", action="store_true", help="make it even if it is up to date")
+    parser.add_argument("--open", action="store_true", help="open it in the browser")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    import webbrowser
+
+    from pidpanel.cli.results import made
+    from pidpanel.study import Study, load_any_study
+
+    study = load_any_study(given.study)
+    rule = "report" if isinstance(study, Study) else "coupon_report"
+    target = f"results/{study.name}/report.html"
+    page = made(given.study, given.directory, target, rule, again=given.again).absolute()
+    print(page)
+    if given.open:
+        webbrowser.open(page.as_uri())
+    return 0

@@ -1,0 +1,40 @@
+"""Results that are made from others which are complete."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pidpanel.cli.snakemake import RunError, jobs_left, run
+
+
+def made(study: Path, folder: Path, target: str, rule: str, *, again: bool = False) -> Path:
+    """Return the path of a result that one rule makes; make it where it is out of date.
+
+    Parameters
+    ----------
+    study
+        File of the study.
+    folder
+        That holds the folder ``results``.
+    target
+        The result, relative to that folder.
+    rule
+        That makes it.
+    again
+        Whether to make it even if it is up to date.
+
+    Raises
+    ------
+    RunError
+        If more than that is to be run, or the run fails.
+    """
+    left = jobs_left(study, folder, target)
+    before = {name: count for name, count in left.items() if name != rule}
+    if before:
+        named = ", ".join(f"{count} × {name}" for name, count in before.items())
+        raise RunError(f"{folder / target}: its results are not complete: {named} left; run it first")
+    if left or again:
+        options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if again else [])]
+        if run(study, folder, 1, options):
+            raise RunError(f"{folder / target}: could not be made; see above")
+    return folder / target

@@ -1,0 +1,43 @@
+"""Compute all that a study asks for, with Snakemake; what has not changed is not computed again.
+
+A run that was stopped resumes with the same command. What follows `--` goes to Snakemake, such as
+`-- --workflow-profile profiles/slurm`.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from pidpanel.cli.parser import add_directory, add_jobs, add_study
+
+HELP = "Run a study with Snakemake, up to its page."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    add_jobs(parser)
+    add_directory(parser)
+    parser.add_argument(
+        "-n", "--dry-run", action="store_true", help="say what would be run, and run nothing"
+    )
+    parser.add_argument(
+        "options", nargs="*", metavar="-- OPTION", help="further options of Snakemake"
+    )
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.check import check_machine, checked_study
+    from pidpanel.cli.snakemake import check_space, page_of, run
+
+    study = checked_study(given.study)
+    results = given.directory / "results"
+    given.directory.mkdir(parents=True, exist_ok=True)
+    check_machine(study, results)
+    check_space(results)
+    options = [*(["--dry-run"] if given.dry_run else []), *given.options]
+    status = run(given.study, given.directory, given.jobs, options)
+    if status == 0 and not given.dry_run and page_of(study, results).exists():
+        print(page_of(study, results).absolute())
+    return status

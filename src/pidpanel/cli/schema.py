@@ -1,0 +1,21 @@
+"""Print the JSON schema (2020-12) of a study, for editors that complete and check YAML."""
+
+from __future__ import annotations
+
+import argparse
+
+HELP = "Print the JSON schema of a study."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add no arguments: there is one schema."""
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    import json
+
+    from pidpanel.study.json_schema import schema
+
+    print(json.dumps(schema(), indent=2, ensure_ascii=False))
+    return 0

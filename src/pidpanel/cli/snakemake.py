@@ -1,0 +1,118 @@
+"""Snakemake as a process of its own: run, stopped, and asked what is left."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pidpanel.paths import SNAKEFILE
+
+if TYPE_CHECKING:  # pydantic is slow to import
+    from pidpanel.study import CouponStudy
+
+LEAST_SPACE = 20e6
+"""Space that the smallest study takes on the disk [byte]."""
+
+_ROW = re.compile(r"^(\w+) +(\d+)$")
+
+
+class RunError(RuntimeError):
+    """Why nothing could be run."""
+
+
+class SpaceMissing(OSError):
+    """The disk is full."""
+
+
+def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
+    """Return the command that runs a study in a folder; paths are absolute."""
+    # beside the Python that runs this, whatever is first on the PATH
+    return [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--snakefile",
+        str(SNAKEFILE),
+        "--directory",
+        str(folder.absolute()),
+        "--configfile",
+        str(study.absolute()),
+        *options,
+    ]
+
+
+def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
+    """Run Snakemake on a study; return the exit code of ``pidpanel``.
+
+    Ctrl-C reaches Snakemake, which ends its jobs; this waits for it.
+    """
+    process = subprocess.Popen(command(study, folder, [f"-j{jobs}", *options]))
+    interrupted = False
+    while True:
+        try:
+            status = process.wait()
+            break
+        except KeyboardInterrupt:
+            interrupted = True
+    if interrupted:
+        raise KeyboardInterrupt
+    if status:
+        check_space(folder / "results")
+    return 1 if status else 0
+
+
+def check_space(results: Path) -> None:
+    """Refuse to go on with a full disk.
+
+    Raises
+    ------
+    SpaceMissing
+    """
+    free = shutil.disk_usage(results).free
+    if free < LEAST_SPACE:
+        raise SpaceMissing(
+            f"{results}: the disk is full, {free / 1e6:.0f} MB are free; free some and run the "
+            "same command again"
+        )
+
+
+def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
+    """Return how many jobs of each rule are to be run, from a dry run of Snakemake.
+
+    Raises
+    ------
+    RunError
+        With Snakemake's last word, if it cannot tell.
+    """
+    options = ["--dry-run", "--nolock", "--logger", "pidpanel", *targets]
+    done = subprocess.run(
+        command(study, folder, ["-j1", *options]),
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "NO_COLOR": "1"},
+    )
+    text = done.stdout + done.stderr
+    if done.returncode:
+        last = [line for line in text.splitlines() if line.strip()] or ["no message"]
+        raise RunError(f"{study}: {last[-1].strip()}")
+    if "Job stats" not in text:
+        return {}
+    found = {}
+    for line in text.split("Job stats:")[1].splitlines()[3:]:
+        row = _ROW.match(line)
+        if row is None:
+            break
+        found[row[1]] = int(row[2])
+    return {rule: count for rule, count in found.items() if rule not in ("all", "total")}
+
+
+def page_of(study: CouponStudy, results: Path) -> Path:
+    """Return the path of the page of a study."""
+    return results / study.name / "report.html"

@@ -1,0 +1,46 @@
+"""Say what of a study is done, running, failed and left, stage by stage.
+
+It can be asked while the study runs, and from any shell.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pidpanel.cli.parser import add_directory, add_study
+
+HELP = "Say what is done, running, failed and left."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    add_study(parser)
+    add_directory(parser)
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.cli import progress
+    from pidpanel.cli.snakemake import jobs_left
+    from pidpanel.study import load_any_study
+
+    study = load_any_study(given.study)
+    folder: Path = given.directory
+    results = folder / "results"
+    if not results.is_dir():
+        print(f"{study.name}: nothing is done: {results.absolute()} is not there")
+        return 1
+    left = jobs_left(given.study, folder)
+    running = progress.running(folder)
+    failed = progress.failed(folder, study.name, left) if not running else []
+    cases = progress.cases_of(study, results / "coupon")
+    said = "running" if running else "complete" if not left else "not complete"
+    print(f"{study.name}: {said}; {(results / study.name).absolute()}")
+    if cases.total:
+        print(f"cases: {cases}")
+    for stage in progress.stages(study, left):
+        print(stage)
+    for line in [*running, *failed]:
+        print(line)
+    return 1 if left or failed else 0
