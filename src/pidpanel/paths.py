@@ -36,6 +36,17 @@ def study_path(name: str) -> Path:
     return shipped if path == Path(path.name) and not path.exists() and shipped.is_file() else path
 
 
+def in_a_path(name: str) -> str:
+    """Return a name without braces, which Snakemake takes for wildcards; each has one of its own.
+
+    Examples
+    --------
+    >>> in_a_path("{0/90}s 50 %"), in_a_path("PID-1_r0.5")
+    ('%7B0/90%7Ds 50 %25', 'PID-1_r0.5')
+    """
+    return name.translate({ord(character): f"%{ord(character):X}" for character in "%{}"})
+
+
 def of_damper(stage: Path, damper: str, name: str) -> Path:
     """Return a file of one coupon in the folder of a stage, ``results/<study>/<stage>``.
 

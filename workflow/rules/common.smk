@@ -18,7 +18,8 @@ from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
-from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW, of_damper, study_path
+from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW
+from pidpanel.paths import in_a_path, of_damper, study_path
 from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
 from pidpanel.stamp import by_content

@@ -2,8 +2,8 @@
 
 from pidpanel.coupled.from_study import coupled_runs
 
-COUPLED_RUNS = coupled_runs(STUDY)
-COUPLED_SCENARIOS = {run.scenario.label: run for run in COUPLED_RUNS.values()}
+COUPLED_RUNS = {in_a_path(name): run for name, run in coupled_runs(STUDY).items()}
+COUPLED_SCENARIOS = {in_a_path(run.scenario.label): run for run in COUPLED_RUNS.values()}
 COUPLED_NAMES = ("summary.csv", "third_octaves.csv", "impedance.csv", "psd.csv")
 COUPLED = [results(f"coupled/{name}") for name in COUPLED_NAMES]
 # their beds are poured and shaken loose by the rules of the coupon
@@ -27,10 +27,12 @@ rule coupled_run:
         results("coupled/{scenario}/seed{seed}.nc"),
     log:
         results("coupled/{scenario}/seed{seed}.log"),
+    params:
+        run=lambda wildcards: COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"].name,
     shell:
-        'python -m scripts.coupled_run "$PIDPANEL_STUDY" {wildcards.scenario}/seed{wildcards.seed}'
-        " {input.modes} {input.modal_force} {input.plate} {output} {input.beds}"
-        " --made {input.rests} --to {output} 2> {log}"
+        'python -m scripts.coupled_run "$PIDPANEL_STUDY" {params.run:q}'
+        " {input.modes} {input.modal_force} {input.plate} {output:q} {input.beds}"
+        " --made {input.rests:q} --to {output:q} 2> {log:q}"
 
 
 rule coupled:
@@ -50,7 +52,7 @@ rule coupled:
         results("coupled/coupled.log"),
     shell:
         'python -m scripts.coupled "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {output} {input.records}"
+        " {input.plate} {output} {input.records:q}"
         " --made {input.rests} --to {output} 2> {log}"
 
 

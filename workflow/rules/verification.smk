@@ -29,7 +29,9 @@ VERIFIED = {
 }
 
 
-DECKS = sorted(str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name != "report")
+DECKS = sorted(
+    str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name not in ("report", "study")
+)
 
 
 rule verify:

@@ -57,6 +57,7 @@ def map_figure(
     maps: xr.Dataset,
     cell_in_patch: Flags,
     titles: Mapping[tuple[str, str], str],
+    tops: Mapping[str, float] | None = None,
 ) -> Figure:
     """Draw one row per case and one column per field of `SHOWN`, with one colour scale each.
 
@@ -68,10 +69,12 @@ def map_figure(
         Whether an element belongs to a patch, shape ``(n_patches, n_cells)``.
     titles
         Title of a case by (reading, scenario).
+    tops
+        Ends of the colour scales; those of `scale_ends` by default.
     """
+    tops = tops or scale_ends(maps)
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)
-    area = np.abs(cell_areas(position, cells))
     corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
     length, width = np.ptp(position, axis=0)
     count = maps.sizes["case"]
@@ -79,15 +82,13 @@ def map_figure(
     figure = Figure(figsize=(7.4, height * count), layout="constrained")
     axes = figure.subplots(count, len(SHOWN), squeeze=False)
     for column, (name, (label, factor, colours)) in enumerate(SHOWN.items()):
-        worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
-        values = worst.to_numpy()[:, cells].mean(axis=2) * factor
-        top = _exceeded_by(values, area)
+        values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
             drawn = PolyCollection(
                 list(corners), array=values[row], cmap=colours, edgecolors="face"
             )
-            drawn.set_clim(0.0, top)
+            drawn.set_clim(0.0, tops[name])
             drawn.set_linewidth(0.2)
             ax.add_collection(drawn)
             ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
@@ -101,6 +102,23 @@ def map_figure(
             ax.set_xlabel("x, m" if row == count - 1 else "")
         figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8, extend="max")
     return figure
+
+
+def scale_ends(maps: xr.Dataset) -> dict[str, float]:
+    """Return the end of the colour scale of each field of `SHOWN`, in its unit there."""
+    position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
+    area = np.abs(cell_areas(position, cells))
+    return {
+        name: _exceeded_by(_on_cells(maps, name) * factor, area)
+        for name, (_, factor, _) in SHOWN.items()
+    }
+
+
+def _on_cells(maps: xr.Dataset, name: str) -> Array:
+    """Return a field (n_cases, n_cells) on the elements, of the most stressed layer."""
+    worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
+    found: Array = worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
+    return found
 
 
 def _exceeded_by(values: Array, area: Array) -> float:

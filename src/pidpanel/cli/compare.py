@@ -1,0 +1,60 @@
+"""Compare the results of two studies: rms accelerations beside each other, with the differences
+that are larger than twice their standard error named, and a page with tables, PSDs and maps.
+
+Each is named by its study or by the folder of its results, results/<study>.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pidpanel.cli.parser import add_directory
+
+if TYPE_CHECKING:  # pydantic is slow to import
+    from pidpanel.study import Study
+
+HELP = "Compare two studies: tables, PSDs and maps side by side."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("a", type=Path, metavar="A", help="a study, or the folder of its results")
+    parser.add_argument("b", type=Path, metavar="B", help="another")
+    add_directory(parser)
+    parser.add_argument("--page", type=Path, metavar="FILE", help="HTML page to write")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.report.comparison import read_side, told
+
+    results = given.directory / "results"
+    one, other = (read_side(*_folder(name, results)) for name in (given.a, given.b))
+    for line in told(one, other):
+        print(line)
+    if given.page is not None:
+        from pidpanel.report.comparison_page import write_comparison
+
+        write_comparison(one, other, given.page)
+        print(given.page.absolute())
+    return 0
+
+
+def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
+    """Return the folder of the results that a study, or that folder itself, names; its study."""
+    from pidpanel.paths import study_path
+    from pidpanel.study import StudyError, load_study
+
+    study = None
+    if name.is_dir():
+        folder = name.absolute()
+    elif study_path(str(name)).is_file():
+        study = load_study(study_path(str(name)))
+        folder = results / study.name
+    else:
+        raise StudyError(f"{name}: must be a study, or the folder of its results")
+    if not (folder / "response" / "summary.csv").is_file():
+        raise StudyError(f"{folder}: has no response/summary.csv; run the study first")
+    return folder, study

@@ -1,0 +1,217 @@
+"""The draft of a study: what is known of a panel, as a commented YAML file that can be run."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from pidpanel.cli import new
+from pidpanel.damping.laws import FREQUENCY_RANGE
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.paths import DATA, TEMPLATES
+from pidpanel.sound.table import read_spl_table
+from pidpanel.study import StudyError, load_study
+from pidpanel.study.files import found_file
+
+HIGHEST = 2000.0
+"""Of a response, where the spectrum goes that far [Hz]."""
+
+FINER = 6
+"""How often the elements are halved until the mesh resolves the waves."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What is known of a study.
+
+    Attributes
+    ----------
+    title, size, supports, section, face_mm, core_mm, core_grade, thickness_mm, mass_kg_m2, \
+    stiffness_n_m, spectrum, oaspl, bead, bead_mm, cell_mm, table
+        As of ``pidpanel new --help``.
+    """
+
+    title: str = ""
+    size: tuple[float, float] = (1.5, 1.0)
+    supports: str = "simply_supported"
+    section: str = "sandwich"
+    face_mm: float = 0.3
+    core_mm: float = 20.0
+    core_grade: str = "3/16-5056-0.0007"
+    thickness_mm: float | None = None
+    mass_kg_m2: float = 4.0
+    stiffness_n_m: float = 3273.0
+    spectrum: str = new.SPECTRUM
+    oaspl: float | None = None
+    bead: str = "acrylic"
+    bead_mm: float = 2.0
+    cell_mm: float = 6.35
+    table: str = ""
+
+    @property
+    def thickness(self) -> float:
+        """Of a solid or thin section [mm]."""
+        return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
+
+    @property
+    def depth_mm(self) -> float:
+        """Of the cells: that of the core, or of the panel."""
+        return self.core_mm if self.section == "sandwich" else self.thickness
+
+    @property
+    def reading(self) -> str:
+        """Where the damping comes from."""
+        return "table" if self.table else "paper_corrected" if self.bead == "none" else "dem"
+
+
+QUESTIONS: Mapping[str, tuple[str, Callable[[str], Any]]] = {
+    "size": ("Edges of the panel, m x m", new.size),
+    "supports": (f"Supports of its edges ({', '.join(new.SUPPORTS)})", str),
+    "section": (f"Section ({', '.join(new.SECTIONS)})", str),
+    "face_mm": ("Thickness of a face, aluminium, mm", new.above_zero),
+    "core_mm": ("Thickness of the core, mm", new.above_zero),
+    "core_grade": ("Grade of the core", str),
+    "thickness_mm": ("Thickness, mm", new.above_zero),
+    "mass_kg_m2": ("Mass per area, kg/m²", new.above_zero),
+    "stiffness_n_m": ("Bending stiffness, N·m", new.above_zero),
+    "spectrum": ("Spectrum of the sound, a CSV table", str),
+    "bead": (f"Particles ({', '.join(new.BEADS)})", str),
+    "bead_mm": ("Diameter of the particles, mm", new.above_zero),
+    "cell_mm": ("Width of a cell across flats, mm", new.above_zero),
+}
+CHOICES = {"supports": new.SUPPORTS, "section": new.SECTIONS, "bead": new.BEADS}
+OF_SECTION = {
+    "face_mm": ("sandwich",),
+    "core_mm": ("sandwich",),
+    "core_grade": ("sandwich",),
+    "thickness_mm": ("solid", "thin"),
+    "mass_kg_m2": ("thin",),
+    "stiffness_n_m": ("thin",),
+}
+
+
+def questions(known: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
+    """Ask for what is not known; an empty answer takes what stands in brackets.
+
+    Parameters
+    ----------
+    known
+        Values by name of `Draft`.
+    ask
+        Shows a question and returns the answer, as `input`.
+    """
+    found = dict(known)
+    for name, (question, read) in QUESTIONS.items():
+        draft = Draft(**found)
+        of_other = draft.section not in OF_SECTION.get(name, (draft.section,))
+        no_bead = name in ("bead", "bead_mm", "cell_mm") and draft.reading != "dem"
+        if name in found or of_other or no_bead:
+            continue
+        default = draft.thickness if name == "thickness_mm" else getattr(draft, name)
+        shown = "x".join(map(str, default)) if name == "size" else default
+        while name not in found:
+            answer = ask(f"{question} [{shown}]: ").strip()
+            try:
+                found[name] = read(answer) if answer else default
+            except Exception as error:
+                print(error)
+                continue
+            if found[name] not in CHOICES.get(name, (found[name],)):
+                print(f"{found.pop(name)!r}: must be one of {', '.join(CHOICES[name])}")
+    return found
+
+
+def write(draft: Draft, file: Path, *, force: bool = False) -> None:
+    """Write a study that can be run: its elements are as small as its waves ask for.
+
+    Raises
+    ------
+    StudyError
+        If the file is there, or what is asked for cannot be computed; nothing is written then.
+    """
+    if file.exists() and not force:
+        raise StudyError(f"{file}: is there already; --force writes over it")
+    if file.suffix not in (".yaml", ".yml"):
+        raise StudyError(f"{file}: must end in .yaml")
+    before = file.read_bytes() if file.exists() else None
+    file.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        values = _values(draft, file)
+        for halved in range(FINER + 1):
+            length = max(draft.size) / 10 / 2**halved
+            file.write_text(_text({**values, "element": _rounded(length)}), encoding="utf-8")
+            study = load_study(file)
+            try:
+                StudiedPanel(study.panel).check(study.response.frequency_hz[1])
+                return
+            except ValueError as error:
+                if halved == FINER:
+                    raise StudyError(f"{file}: panel: {error}") from None
+    except BaseException:
+        if before is None:
+            file.unlink(missing_ok=True)
+        else:
+            file.write_bytes(before)
+        raise
+
+
+def _values(draft: Draft, file: Path) -> dict[str, Any]:
+    """Return the variables of the template."""
+    spectrum = _beside(draft.spectrum, file)
+    try:
+        found = found_file(Path(spectrum), file.parent, DATA / "spl")
+        edges = read_spl_table(found).edge_frequency
+    except ValueError as error:
+        raise StudyError(f"--spectrum {draft.spectrum}: {error}") from None
+    low, high = max(30.0, float(edges[0])), min(HIGHEST, float(edges[-1]))
+    if draft.reading == "paper_corrected":
+        low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
+    a, b = draft.size
+    patch = _rounded(0.2 * min(a, b))
+    return {
+        **{field.name: getattr(draft, field.name) for field in fields(draft)},
+        "title": draft.title or file.stem,
+        "name": file.stem,
+        "spectrum": spectrum,
+        "table": _beside(draft.table, file) if draft.table else "",
+        "thickness": draft.thickness,
+        "depth_mm": draft.depth_mm,
+        "reading": draft.reading,
+        "patch": patch,
+        "centre": (a / 2, b / 2),
+        "corner": (_rounded(a / 4), _rounded(b / 4)),
+        "low": round(low + 0.05, 1),
+        "high": round(high - 0.05, 1) if high < HIGHEST else high,
+    }
+
+
+def _beside(name: str, file: Path) -> str:
+    """Return a file's path relative to the folder of the study; a name that comes with pidpanel."""
+    path = Path(name)
+    return os.path.relpath(path, file.parent) if path.is_file() else name
+
+
+def _rounded(length: float) -> float:
+    """Return a length to two significant digits [m]."""
+    return float(f"{length:.2g}")
+
+
+def _text(values: Mapping[str, Any]) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES / "study"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        finalize=lambda value: f"{value:.12g}" if isinstance(value, float) else value,
+        autoescape=False,
+    )
+    environment.filters["quoted"] = partial(json.dumps, ensure_ascii=False)
+    return environment.get_template("new.yaml.j2").render(values)

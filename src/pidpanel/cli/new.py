@@ -1,0 +1,76 @@
+"""Write a commented study of a rectangular panel, from options or from questions.
+
+Without options, on a terminal, it asks. What it cannot know it assumes, and says so in the file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+HELP = "Write a commented study, from options or questions."
+
+BEADS = ("acrylic", "steel", "none")
+SECTIONS = ("sandwich", "solid", "thin")
+SUPPORTS = ("simply_supported", "clamped", "free")
+SPECTRUM = "smc_s_016_2014_min_third.csv"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, help="YAML file to write, such as wing.yaml")
+    parser.add_argument("--ask", action="store_true", help="ask for what no option gives")
+    parser.add_argument("--force", action="store_true", help="write over a file that is there")
+    add = parser.add_argument_group("the study").add_argument
+    add("--title", help="title of the page (default: the name of the file)")
+    add("--size", type=size, metavar="AxB", help="edges of the panel [m] (default: 1.5x1.0)")
+    add("--supports", choices=SUPPORTS, help="edges of the panel (default: simply_supported)")
+    add("--section", choices=SECTIONS, help="kind of the panel's section (default: sandwich)")
+    add("--face-mm", type=above_zero, help="sandwich: thickness of a face, aluminium (0.3)")
+    add("--core-mm", type=above_zero, help="sandwich: thickness of the core (20)")
+    add("--core-grade", help="sandwich: grade of the core (3/16-5056-0.0007)")
+    add("--thickness-mm", type=above_zero, help="solid or thin: thickness (5 or 25)")
+    add("--mass-kg-m2", type=above_zero, help="thin: mass per area (4)")
+    add("--stiffness-n-m", type=above_zero, help="thin: bending stiffness (3273)")
+    add("--spectrum", help=f"CSV table of sound levels (default: {SPECTRUM})")
+    add("--oaspl", type=above_zero, help="overall level [dB] (default: that of the table)")
+    add("--bead", choices=BEADS, help="particles to simulate; none: the paper's law (acrylic)")
+    add("--bead-mm", type=above_zero, help="diameter of the particles (2)")
+    add("--cell-mm", type=above_zero, help="width of a honeycomb cell across flats (6.35)")
+    add("--table", help="CSV table of measured damping, in place of particles")
+
+
+def call(given: argparse.Namespace) -> int:
+    """Run the command; return its exit code."""
+    from pidpanel.cli.draft import Draft, questions, write
+
+    values = {
+        key: value
+        for key, value in vars(given).items()
+        if key in Draft.__dataclass_fields__ and value is not None
+    }
+    if given.ask or (not values and sys.stdin.isatty()):
+        values = questions(values, input)
+    write(Draft(**values), given.file, force=given.force)
+    print(f"{given.file}: written; next: pidpanel check {given.file}")
+    return 0
+
+
+def size(text: str) -> tuple[float, float]:
+    """Return the edges of a panel, as ``2.1x1.2`` [m]."""
+    parts = text.replace("×", "x").split("x")
+    if len(parts) != 2:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be two lengths in m, such as 2.1x1.2")
+    return above_zero(parts[0]), above_zero(parts[1])
+
+
+def above_zero(text: str) -> float:
+    """Return a number above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be a number above 0")
+    return number

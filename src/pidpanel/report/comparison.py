@@ -1,0 +1,235 @@
+"""Results of two studies against each other: what differs by more than the stated errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Flags
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.report.known_errors import with_known_errors
+from pidpanel.report.text import value_text
+from pidpanel.study import Study
+
+SIGMAS = 2.0
+"""Standard errors of a difference from which it counts as one: 95 % of a normal distribution."""
+
+SAME = 1e-3
+"""Share of a value below which a difference is that of lines and meshes [1]."""
+
+BEST = "best"
+"""Name of the row of the scenario with the lowest rms value, whatever it is."""
+
+Key = tuple[str, str, str]
+"""Reading, scenario, point."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two.
+
+    Attributes
+    ----------
+    name
+        Of its study, or of the folder of its results.
+    summary
+        ``response/summary.csv``, points as text.
+    psd
+        ``response/psd.nc``.
+    maps, cell_in_patch
+        ``response/maps.nc``, and the elements of the patches; None where there are no maps.
+    """
+
+    name: str
+    summary: pd.DataFrame
+    psd: xr.Dataset
+    maps: xr.Dataset | None = None
+    cell_in_patch: Flags | None = None
+
+
+@dataclass(frozen=True)
+class Value:
+    """Rms acceleration of a scenario at a point, with its standard error [g]; NaN if not known."""
+
+    scenario: str
+    reading: str
+    rms: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The same of two studies."""
+
+    key: Key
+    one: Value
+    other: Value
+
+    @property
+    def reduction(self) -> float:
+        """Of the other below the one [dB]."""
+        return 20 * math.log10(self.one.rms / self.other.rms)
+
+    @property
+    def error(self) -> float:
+        """Standard error of `reduction` if both are independent [dB]; NaN if not known.
+
+        Errors that both have in common, such as those of one coupon, make it too large.
+        """
+        relative = math.hypot(self.one.error / self.one.rms, self.other.error / self.other.rms)
+        return 20 / math.log(10) * relative
+
+    @property
+    def verdict(self) -> str:
+        """What can be said of the difference."""
+        if abs(self.one.rms - self.other.rms) <= SAME * self.one.rms:
+            return "the same"
+        if math.isnan(self.error):
+            return "not judged: no stated error"
+        if abs(self.reduction) <= SIGMAS * self.error:
+            return "within the errors"
+        return "lower" if self.reduction > 0 else "higher"
+
+
+def read_side(folder: Path, study: Study | None = None) -> Side:
+    """Read the results of a study, ``results/<study>``.
+
+    Parameters
+    ----------
+    folder
+        Of the results.
+    study
+        Which tells of what dampers no error is known; None where only the results are there.
+    """
+    response = folder / "response"
+    summary = pd.read_csv(response / "summary.csv", dtype={"point": str})
+    psd = _read(response / "psd.nc")
+    if study is not None:
+        summary, psd = with_known_errors(study, summary, psd)
+    maps, inside = None, None
+    if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
+        maps = _read(response / "maps.nc")
+        inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
+    return Side(folder.name, summary, psd, maps, inside)
+
+
+def _read(path: Path) -> xr.Dataset:
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return dataset.load()
+
+
+def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
+    """Return the rms accelerations of a study, and of each point and reading the lowest as `BEST`.
+
+    A bare panel has no error of its damping.
+    """
+    found: dict[Key, Value] = {}
+    errors = summary.get("acceleration_rms_error_g", pd.Series(np.nan, summary.index))
+    rows = zip(
+        summary["reading"], summary["scenario"], summary["point"], summary["patch"],
+        summary["acceleration_rms_g"], errors, strict=True,
+    )  # fmt: skip
+    for reading, scenario, point, patch, rms, error in rows:
+        if not rms > 0:
+            continue
+        is_bare = patch == "none"
+        value = Value(scenario, reading, float(rms), 0.0 if is_bare else float(error))
+        found[reading, scenario, point] = value
+        key = (reading, BEST, point)
+        if not is_bare and (key not in found or rms < found[key].rms):
+            found[key] = value
+    return found
+
+
+def differences(one: Side, other: Side) -> list[Difference]:
+    """Return what both studies have: same reading, scenario and point.
+
+    Two studies of one reading each are compared whatever the readings are.
+    """
+    first, second = values_of(one.summary), values_of(other.summary)
+    readings = [{key[0] for key in values} for values in (first, second)]
+    if len(readings[0]) == len(readings[1]) == 1 and readings[0] != readings[1]:
+        (shared,) = readings[0]
+        second = {(shared, scenario, point): v for (_, scenario, point), v in second.items()}
+    return [Difference(key, first[key], second[key]) for key in first if key in second]
+
+
+def only_in(one: Side, other: Side) -> list[str]:
+    """Return the scenarios that one study has and the other has not."""
+    known = set(other.summary["scenario"])
+    return [name for name in dict.fromkeys(one.summary["scenario"]) if name not in known]
+
+
+def rows_of(found: Sequence[Difference]) -> list[list[str]]:
+    """Return the rows of a table: reading, scenario, point, both values, the reduction, a verdict."""
+    rows = []
+    for one in found:
+        reading, scenario, point = one.key
+        if scenario == BEST:
+            scenario = f"{BEST}: {one.one.scenario} | {one.other.scenario}"
+        rows.append(
+            [
+                reading,
+                scenario,
+                point,
+                value_text(one.one.rms, one.one.error),
+                value_text(one.other.rms, one.other.error),
+                value_text(one.reduction, one.error, 1),
+                one.verdict,
+            ]
+        )
+    return rows
+
+
+def columns_of(one: Side, other: Side) -> list[str]:
+    """Return the heads of the columns of `rows_of`."""
+    values = [f"{side.name}, g rms" for side in (one, other)]
+    return ["reading", "scenario", "point", *values, "reduction, dB", f"{other.name} is"]
+
+
+def told(one: Side, other: Side) -> Iterator[str]:
+    """Yield the comparison as lines of text.
+
+    Raises
+    ------
+    NothingInCommon
+    """
+    found = differences(one, other)
+    if not found:
+        raise NothingInCommon(
+            f"{one.name}, {other.name}: no scenario and point of the same name in both; points of "
+            f"{one.name} are {_names(one.summary['point'])}, of {other.name} "
+            f"{_names(other.summary['point'])}"
+        )
+    rows = [columns_of(one, other), *rows_of(found)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        yield "  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)).rstrip()
+    yield outcome(found)
+    for side, missing in ((one, only_in(one, other)), (other, only_in(other, one))):
+        if missing:
+            yield f"only in {side.name}: {', '.join(missing)}"
+
+
+class NothingInCommon(ValueError):
+    """Two studies without a value to compare."""
+
+
+def _names(column: pd.Series) -> str:
+    return ", ".join(dict.fromkeys(column))
+
+
+def outcome(found: Sequence[Difference]) -> str:
+    """Return a sentence: how many values differ by more than their errors."""
+    verdicts: Mapping[str, int] = pd.Series([one.verdict for one in found]).value_counts().to_dict()
+    named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
+    return (
+        f"{len(found)} values: {named}. A difference counts from {SIGMAS:g} standard errors, those "
+        "of both studies taken as independent."
+    )
