@@ -17,7 +17,8 @@ DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
 """Exit codes, as ``pidpanel --help`` tells them."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
-MISSING = "SolverMissing"
+OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILED}
+"""Exit codes by the name of the error, so that none is imported before it is raised."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,11 +44,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except OSError as error:
+        if error.errno in FULL:  # what is left of the output cannot be written either
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _told(said(error), MACHINE)
     except Exception as error:
         if not type(error).__module__.startswith("pidpanel."):
             raise
-        return _told(str(error), MACHINE if type(error).__name__ == MISSING else MISTAKE)
+        return _told(str(error), OF_CLASS.get(type(error).__name__, MISTAKE))
     return status
 
 

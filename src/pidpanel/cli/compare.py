@@ -1,6 +1,6 @@
-"""Compare the results of two studies: rms accelerations beside each other, with the differences
-that are larger than twice their standard error named, and a page with tables, PSDs and maps.
+"""Compare the results of two studies at the same points and in the same scenarios.
 
+Differences larger than twice their standard error are named. The page has tables, PSDs and maps.
 Each is named by its study or by the folder of its results, results/<study>.
 """
 
@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.parser import add_directory
+from pidpanel.cli.parser import FILES, add_directory, completed
 
 if TYPE_CHECKING:  # pydantic is slow to import
     from pidpanel.study import Study
@@ -20,8 +20,8 @@ HELP = "Compare two studies: tables, PSDs and maps side by side."
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("a", type=Path, metavar="A", help="a study, or the folder of its results")
-    parser.add_argument("b", type=Path, metavar="B", help="another")
+    for name, said in (("a", "a study, or the folder of its results"), ("b", "another")):
+        completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=said), FILES)
     add_directory(parser)
     parser.add_argument("--page", type=Path, metavar="FILE", help="HTML page to write")
 

@@ -1,7 +1,7 @@
 """Print a script that completes commands, options and files of pidpanel in a shell.
 
-  eval "$(pidpanel completion bash)"          in ~/.bashrc
-  pidpanel completion zsh > ~/.zfunc/_pidpanel
+In ~/.bashrc: eval "$(pidpanel completion bash)". For zsh, in a folder of $fpath:
+pidpanel completion zsh > _pidpanel
 """
 
 from __future__ import annotations

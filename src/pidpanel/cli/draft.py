@@ -15,12 +15,12 @@ import jinja2
 from pidpanel.cli import new
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.paths import DATA, TEMPLATES
+from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spl_table
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.files import found_file
 
-HIGHEST = 2000.0
+LOWEST, HIGHEST = 30.0, 2000.0
 """Of a response, where the spectrum goes that far [Hz]."""
 
 FINER = 6
@@ -115,7 +115,7 @@ def questions(known: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, 
         if name in found or of_other or no_bead:
             continue
         default = draft.thickness if name == "thickness_mm" else getattr(draft, name)
-        shown = "x".join(map(str, default)) if name == "size" else default
+        shown = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default
         while name not in found:
             answer = ask(f"{question} [{shown}]: ").strip()
             try:
@@ -170,7 +170,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         edges = read_spl_table(found).edge_frequency
     except ValueError as error:
         raise StudyError(f"--spectrum {draft.spectrum}: {error}") from None
-    low, high = max(30.0, float(edges[0])), min(HIGHEST, float(edges[-1]))
+    low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))
     if draft.reading == "paper_corrected":
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
     a, b = draft.size
@@ -187,8 +187,9 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "patch": patch,
         "centre": (a / 2, b / 2),
         "corner": (_rounded(a / 4), _rounded(b / 4)),
-        "low": round(low + 0.05, 1),
-        "high": round(high - 0.05, 1) if high < HIGHEST else high,
+        "low": low if low == LOWEST else round(low + 0.05, 1),
+        "high": high if high == HIGHEST else round(high - 0.05, 1),
+        "schema": (WORKFLOW / "schemas" / "study.schema.json").as_uri(),
     }
 
 

@@ -1,5 +1,7 @@
-"""Write the files for other programs: CSV with units, third octaves, Nastran TABRND1 and TABDMP1,
-UFF 58. They are in results/<study>/response/export, and with --to in a folder of your own.
+"""Write the files for other programs.
+
+CSV with units, third octaves, Nastran TABRND1 and TABDMP1, UFF 58: in
+results/<study>/response/export, and with --to in a folder of your own.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ def call(given: argparse.Namespace) -> int:
     folder = made(given.study, given.directory, f"results/{study.name}/response/export", "export")
     if given.to is not None:
         given.to.mkdir(parents=True, exist_ok=True)
-        folder = Path(shutil.copytree(folder, given.to, dirs_exist_ok=True))
-    for path in sorted(folder.iterdir()):
+        ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
+        folder = Path(shutil.copytree(folder, given.to, dirs_exist_ok=True, ignore=ours))
+    for path in sorted(folder.glob("[!.]*")):
         print(path)
     return 0

@@ -15,6 +15,8 @@ from pidpanel.study import CouponStudy, Study
 def _cases(study: CouponStudy) -> list[Case]:
     """Return every case of all coupons of a study once."""
     return [case for cases in distinct_cases(study).values() for case in cases]
+
+
 def summary(study: CouponStudy) -> str:
     """Return how many cases, runs and scenarios a study has."""
     cases = _cases(study)

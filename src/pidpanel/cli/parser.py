@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
@@ -23,6 +24,11 @@ COMMANDS = (
     "completion",
 )
 """In the order in which a study needs them; each is a module of this package."""
+
+# as in shtab, which is imported for the command `completion` alone
+FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
+FOLDERS = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
+"""What completes an argument in each shell."""
 
 DESCRIPTION = """\
 From a study file to the acceleration PSDs of a panel with particle dampers.
@@ -82,12 +88,12 @@ def parser() -> argparse.ArgumentParser:
 
 def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the file of a study."""
-    parser.add_argument("study", type=study_path, help="YAML file of the study")
+    completed(parser.add_argument("study", type=study_path, help="YAML file of the study"), FILES)
 
 
 def add_directory(parser: argparse.ArgumentParser) -> None:
     """Add the folder that holds the folder ``results``."""
-    parser.add_argument(
+    argument = parser.add_argument(
         "-d",
         "--directory",
         type=Path,
@@ -95,6 +101,12 @@ def add_directory(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="folder that holds the folder results (default: the working folder)",
     )
+    completed(argument, FOLDERS)
+
+
+def completed(argument: argparse.Action, how: Mapping[str, str]) -> None:
+    """Say how a shell completes an argument (`FILES`, `FOLDERS`)."""
+    argument.complete = how  # type: ignore[attr-defined]
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:

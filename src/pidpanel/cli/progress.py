@@ -137,7 +137,8 @@ def _job(process: psutil.Process, folder: Path) -> str:
         return ""
     place = log.relative_to(folder.absolute()) if log.is_relative_to(folder.absolute()) else log
     name, spent = script.removeprefix("scripts."), timedelta(seconds=round(since))
-    return f"running: {name} for {spent}, {place}" + (f": {last_line(log)}" if last_line(log) else "")
+    said = last_line(log)
+    return f"running: {name} for {spent}, {place}" + (f": {said}" if said else "")
 
 
 def last_line(log: Path) -> str:

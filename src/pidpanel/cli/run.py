@@ -29,12 +29,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import check_machine, checked_study
-    from pidpanel.cli.snakemake import check_space, page_of, run
+    from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
+    from pidpanel.study import StudyError
 
     study = checked_study(given.study)
     results = given.directory / "results"
     given.directory.mkdir(parents=True, exist_ok=True)
-    check_machine(study, results)
+    try:
+        check_machine(study, results)
+    except StudyError as error:
+        raise MachineError(str(error)) from None
     check_space(results)
     options = [*(["--dry-run"] if given.dry_run else []), *given.options]
     status = run(given.study, given.directory, given.jobs, options)

@@ -13,9 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
-    import json
+    from pidpanel.study.json_schema import schema_text
 
-    from pidpanel.study.json_schema import schema
-
-    print(json.dumps(schema(), indent=2, ensure_ascii=False))
+    print(schema_text(), end="")
     return 0

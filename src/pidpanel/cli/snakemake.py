@@ -26,25 +26,19 @@ class RunError(RuntimeError):
     """Why nothing could be run."""
 
 
-class SpaceMissing(OSError):
-    """The disk is full."""
+class MachineError(RuntimeError):
+    """What of the machine is missing: LIGGGHTS, a folder that can be written, space on the disk."""
 
 
 def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
-    """Return the command that runs a study in a folder; paths are absolute."""
-    # beside the Python that runs this, whatever is first on the PATH
-    return [
-        sys.executable,
-        "-m",
-        "snakemake",
-        "--snakefile",
-        str(SNAKEFILE),
-        "--directory",
-        str(folder.absolute()),
-        "--configfile",
-        str(study.absolute()),
-        *options,
-    ]
+    """Return the command that runs a study in a folder.
+
+    Targets come first of the options: some options of Snakemake take all that follows them.
+    """
+    # that of the Python which runs this, whatever is on the PATH or in the working folder
+    snakemake = [sys.executable, "-P", "-m", "snakemake"]
+    places = ["--snakefile", SNAKEFILE, "--directory", folder.absolute()]
+    return [*snakemake, *options, *map(str, places), "--configfile", str(study.absolute())]
 
 
 def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
@@ -52,7 +46,7 @@ def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
 
     Ctrl-C reaches Snakemake, which ends its jobs; this waits for it.
     """
-    process = subprocess.Popen(command(study, folder, [f"-j{jobs}", *options]))
+    process = subprocess.Popen(command(study, folder, [*options, f"-j{jobs}"]))
     interrupted = False
     while True:
         try:
@@ -72,11 +66,11 @@ def check_space(results: Path) -> None:
 
     Raises
     ------
-    SpaceMissing
+    MachineError
     """
     free = shutil.disk_usage(results).free
     if free < LEAST_SPACE:
-        raise SpaceMissing(
+        raise MachineError(
             f"{results}: the disk is full, {free / 1e6:.0f} MB are free; free some and run the "
             "same command again"
         )
@@ -90,9 +84,9 @@ def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
     RunError
         With Snakemake's last word, if it cannot tell.
     """
-    options = ["--dry-run", "--nolock", "--logger", "pidpanel", *targets]
+    options = [*targets, "--dry-run", "--nolock", "-j1", "--logger", "pidpanel"]
     done = subprocess.run(
-        command(study, folder, ["-j1", *options]),
+        command(study, folder, options),
         capture_output=True,
         text=True,
         check=False,

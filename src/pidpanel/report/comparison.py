@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -167,7 +168,7 @@ def only_in(one: Side, other: Side) -> list[str]:
 
 
 def rows_of(found: Sequence[Difference]) -> list[list[str]]:
-    """Return the rows of a table: reading, scenario, point, both values, the reduction, a verdict."""
+    """Return the rows of a table, with the columns of `columns_of`."""
     rows = []
     for one in found:
         reading, scenario, point = one.key
@@ -210,7 +211,9 @@ def told(one: Side, other: Side) -> Iterator[str]:
     rows = [columns_of(one, other), *rows_of(found)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        yield "  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)).rstrip()
+        yield "  ".join(
+            f"{text:<{width}}" for text, width in zip(row, widths, strict=True)
+        ).rstrip()
     yield outcome(found)
     for side, missing in ((one, only_in(one, other)), (other, only_in(other, one))):
         if missing:
@@ -227,7 +230,7 @@ def _names(column: pd.Series) -> str:
 
 def outcome(found: Sequence[Difference]) -> str:
     """Return a sentence: how many values differ by more than their errors."""
-    verdicts: Mapping[str, int] = pd.Series([one.verdict for one in found]).value_counts().to_dict()
+    verdicts = Counter(one.verdict for one in found)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
         f"{len(found)} values: {named}. A difference counts from {SIGMAS:g} standard errors, those "

@@ -81,7 +81,7 @@ def _facts(one: Side, other: Side) -> list[tuple[str, str]]:
 
 def _psds(one: Side, other: Side, found: list[Difference]) -> list[Picture]:
     """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
-    pictures = []
+    pictures: list[Picture] = []
     both = np.union1d(one.psd["frequency"], other.psd["frequency"])
     for point in dict.fromkeys(d.key[2] for d in found):
         for reading in dict.fromkeys(d.key[0] for d in found):

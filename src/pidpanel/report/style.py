@@ -98,8 +98,8 @@ def as_typed(text: str) -> str:
 def set_as_typed(figure: Figure) -> None:
     """Make names and titles of a study in a figure appear as they were typed."""
     for text in figure.findobj(Text):
-        if "$" in text.get_text():  # type: ignore[attr-defined]
-            text.set_text(as_typed(text.get_text()))  # type: ignore[attr-defined]
+        if "$" in text.get_text():
+            text.set_text(as_typed(text.get_text()))
 
 
 def png(figure: Figure) -> bytes:
