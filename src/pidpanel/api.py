@@ -1,0 +1,386 @@
+"""pidpanel for notebooks: a study in; damping, modes and responses out, as xarray with units.
+
+``import pidpanel`` gives what `__all__` names here; nothing of it is imported before it is used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+import yaml
+
+from pidpanel.check import checked_study
+from pidpanel.cli.snakemake import command
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.from_study import read_cases, reading_of, reading_of_damper, surface_of
+from pidpanel.damping.readings import DampingReading
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import write_panel
+from pidpanel.paths import SECTION, of_damper, study_path
+from pidpanel.report.known_errors import with_known_errors
+from pidpanel.response.from_study import PanelFiles
+from pidpanel.response.results import ResponseFiles, write_response
+from pidpanel.sound.from_study import band_table, write_sound
+from pidpanel.stamp import stamp
+from pidpanel.study import CouponStudy, Study, StudyError
+from pidpanel.study.damping import RANDOM
+
+__all__ = ["Model", "ResultsError", "StudyError"]
+
+PANEL_FILES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
+RESPONSE_FILES = (
+    "psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc",
+    "radiation.csv",
+)  # fmt: skip
+
+FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
+ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
+FREQUENCIES = 30
+"""Where `Model.damping` reads by default: r, Γ, and how many frequencies of the response."""
+
+Source = str | Path | Mapping[str, Any]
+
+
+class ResultsError(RuntimeError):
+    """Results that are not there, or not those of the study."""
+
+
+class Model:
+    """A study, and what can be computed from it.
+
+    Without LIGGGHTS, everything is computed here when it is first asked for. What rests on
+    simulated particles is read from ``results/<study>`` once `run` has computed it.
+
+    Parameters
+    ----------
+    study
+        YAML file, name of a study that comes with pidpanel, or the same keys as a mapping.
+    folder
+        Folder that holds the folder ``results``, and to which paths in a mapping are relative;
+        the working folder by default.
+
+    Raises
+    ------
+    StudyError
+        One line for each mistake.
+
+    Examples
+    --------
+    >>> model = Model("l_panel.yaml")
+    >>> values = model.damping(fill_fraction=0.5, frequency_hz=[100, 200], acceleration_g=10)
+    >>> values["equivalent_damping"].dims, values["equivalent_damping"].attrs["units"]
+    (('fill_fraction', 'frequency', 'acceleration'), 'N s m-3')
+    """
+
+    def __init__(self, study: Source, folder: str | Path | None = None) -> None:
+        self.folder = Path(folder or ".").absolute()
+        self._values = dict(study) if isinstance(study, Mapping) else None
+        self._file = None if isinstance(study, Mapping) else study_path(str(study)).absolute()
+        self.study: Study | CouponStudy = (
+            _of_mapping(self._values or {}, self.folder)
+            if self._file is None
+            else checked_study(self._file)
+        )
+
+    def __repr__(self) -> str:
+        return f"<pidpanel model {self.study.name!r} in {str(self.folder)!r}>"
+
+    @property
+    def results(self) -> Path:
+        """Folder of the results that `run` leaves."""
+        return self.folder / "results" / self.study.name
+
+    def run(self, *targets: str, jobs: int = 2) -> Model:
+        """Run the study with Snakemake, LIGGGHTS included; what is up to date is kept.
+
+        Parameters
+        ----------
+        targets
+            Files in `results`, such as ``coupon/cases.csv``; all by default.
+        jobs
+            To run at the same time.
+
+        Raises
+        ------
+        ResultsError
+            With what Snakemake said, if the run fails.
+        """
+        file = self._file
+        if file is None:
+            file = self.results / "study.yaml"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(_text(self._values or {}, self.study.name), encoding="utf-8")
+        names = [f"results/{self.study.name}/{name}" for name in targets]
+        self.folder.mkdir(parents=True, exist_ok=True)
+        done = subprocess.run(
+            command(file, self.folder, [*names, f"-j{jobs}"]),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode:
+            raise ResultsError(f"{self.study.name}: the run failed\n{done.stdout}{done.stderr}")
+        return self
+
+    # ------------------------------------------------------------------ what comes out
+
+    def damping(
+        self,
+        source: str | None = None,
+        *,
+        fill_fraction: float | Sequence[float] = FILLS,
+        frequency_hz: float | Sequence[float] | None = None,
+        acceleration_g: float | Sequence[float] = ACCELERATIONS,
+    ) -> xr.Dataset:
+        """Return C_e(r, f, Γ) and m_a(r, f, Γ) of a damper.
+
+        Parameters
+        ----------
+        source
+            Name of a damper, or of a reading of the study; its only one by default.
+        fill_fraction, frequency_hz, acceleration_g
+            Where to read them: r, f [Hz], Γ.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``equivalent_damping`` with its standard error, ``apparent_mass``, and ``inside``: 0
+            where they are extrapolated.
+
+        Raises
+        ------
+        ResultsError
+            If it rests on LIGGGHTS and the study was not run.
+        DampingError
+            Where the damper has no answer.
+        """
+        fills, gammas = np.atleast_1d(fill_fraction), np.atleast_1d(acceleration_g)
+        if frequency_hz is None:
+            frequency_hz = np.geomspace(*self._frequency_range, FREQUENCIES).tolist()
+        frequency = np.atleast_1d(np.asarray(frequency_hz, np.float64))
+        reading = self._reading(source)
+        shape = (len(fills), len(frequency), len(gammas))
+        damping, error, mass, inside = np.full((4, *shape), np.nan)
+        for i, fill in enumerate(fills.tolist()):
+            for k, gamma in enumerate(gammas.tolist()):
+                values = reading(frequency, fill, gamma)
+                damping[i, :, k] = values.equivalent_damping
+                error[i, :, k] = values.equivalent_damping_error
+                mass[i, :, k] = values.apparent_mass
+                inside[i, :, k] = values.inside
+        dims = ("fill_fraction", "frequency", "acceleration")
+        return xr.Dataset(
+            {
+                name: (dims, values, {"units": units, "long_name": said})
+                for name, values, units, said in (
+                    ("equivalent_damping", damping, "N s m-3", "C_e"),
+                    ("equivalent_damping_error", error, "N s m-3", "standard error of C_e"),
+                    ("apparent_mass", mass, "kg m-2", "m_a"),
+                    ("inside", inside, "1", "1 where the value is not extrapolated"),
+                )
+            },
+            {
+                "fill_fraction": ("fill_fraction", fills, {"units": "1"}),
+                "frequency": ("frequency", frequency, {"units": "Hz"}),
+                "acceleration": ("acceleration", gammas, {"units": "g", "long_name": "Γ"}),
+            },
+            stamp(self.study),
+        )
+
+    def cases(self, damper: str = SECTION) -> pd.DataFrame:
+        """Return the table of the simulated cases of a damper, ``coupon/cases.csv``."""
+        return read_cases(self._result(str(of_damper(Path("coupon"), damper, "cases.csv"))))
+
+    def modes(self) -> xr.Dataset:
+        """Return the modes of the panel: frequencies, masses, shapes at the points and the mesh."""
+        with xr.open_dataset(self._stages["modes.nc"], engine="scipy") as dataset:
+            found = dataset.load()
+        own = found.isel(shape=np.flatnonzero(found["is_residual"].to_numpy() == 0))
+        own = own.sortby("natural_frequency").rename({"shape": "mode"})
+        names = [str(name) for name in found["point_names"].to_numpy()]
+        kept = ["natural_frequency", "modal_mass", "shape_at_points", "shape_at_vertices"]
+        number = np.arange(1, own.sizes["mode"] + 1)
+        return own[[*kept, "vertex_position", "cells"]].assign_coords(point=names, mode=number)
+
+    def sound(self) -> xr.Dataset:
+        """Return the bands of the sound: levels, and the PSD of the pressure on the panel."""
+        bands = band_table(self._with_panel().sound)
+        units = {
+            "lower": ("lower_hz", "Hz"),
+            "upper": ("upper_hz", "Hz"),
+            "band_spl": ("band_spl_db", "dB"),
+            "pressure_psd": ("surface_pressure_psd_pa2_hz", "Pa2 Hz-1"),
+        }
+        return xr.Dataset(
+            {
+                name: ("frequency", bands[column], {"units": unit})
+                for name, (column, unit) in units.items()
+            },
+            {"frequency": ("frequency", bands["center_hz"], {"units": "Hz"})},
+        )
+
+    def response(self) -> xr.Dataset:
+        """Return PSDs and rms values of every scenario in every reading at every point.
+
+        Raises
+        ------
+        ResultsError
+            If it rests on LIGGGHTS and the study was not run, or has changed since.
+        """
+        study, files = self._with_panel(), self._stages
+        if "psd.nc" not in files:
+            self._respond()
+        with xr.open_dataset(files["psd.nc"], engine="scipy") as dataset:
+            psd = dataset.load()
+        summary, psd = with_known_errors(study, self.summary(), psd)
+        index = summary.set_index(["reading", "scenario", "point"])
+        like = psd["acceleration_psd"].isel(frequency=0, drop=True)
+        for column, (name, units, factor) in RMS.items():
+            if column in index:
+                rows = index[column].to_xarray().reindex_like(like).transpose(*like.dims)
+                psd[name] = (rows * factor).assign_attrs(units=units)
+        return psd
+
+    def summary(self) -> pd.DataFrame:
+        """Return the table of the responses, ``response/summary.csv``."""
+        self._with_panel()
+        if "summary.csv" not in self._stages:
+            self._respond()
+        return pd.read_csv(self._stages["summary.csv"], dtype={"point": str})
+
+    # ------------------------------------------------------------------ how it is computed
+
+    def _with_panel(self) -> Study:
+        if not isinstance(self.study, Study):
+            raise StudyError(f"{self.study.name}: panel: missing; a study of the coupon alone")
+        return self.study
+
+    @property
+    def _frequency_range(self) -> tuple[float, float]:
+        """Of the response, or of the sweep of a coupon alone [Hz]."""
+        if isinstance(self.study, Study):
+            return self.study.response.frequency_hz
+        frequencies = [f for one in self.study.coupons.values() for f in one.sweep.frequencies]
+        return min(frequencies), max(frequencies)
+
+    @property
+    def _is_simulated(self) -> bool:
+        """Whether anything rests on LIGGGHTS."""
+        study = self.study
+        coupled = isinstance(study, Study) and study.is_coupled
+        return bool(study.coupons or study.random_coupons() or coupled)
+
+    def _result(self, name: str) -> Path:
+        """Return the path of a result of `run`."""
+        path = self.results / name
+        if not path.is_file():
+            raise ResultsError(f"{path}: not there; it rests on LIGGGHTS: call run() first")
+        return path
+
+    @cached_property
+    def _stages(self) -> dict[str, Path]:
+        """Files of the stages by name: of `run`, or computed here into a folder of their own."""
+        study = self._with_panel()
+        if self._is_simulated:
+            psd = self._result("response/psd.nc")
+            with xr.open_dataset(psd, engine="scipy") as dataset:
+                if dataset.attrs["study_hash"] != stamp(study)["study_hash"]:
+                    raise ResultsError(f"{psd}: of another state of the study; call run() again")
+            names = ("panel/modes.nc", "response/psd.nc", "response/summary.csv")
+            return {Path(name).name: self._result(name) for name in names}
+        self._own = tempfile.TemporaryDirectory(prefix="pidpanel_")
+        files = {name: Path(self._own.name) / name for name in PANEL_FILES}
+        write_panel(study, *files.values())
+        return files
+
+    def _respond(self) -> None:
+        """Compute sound and response beside the files of the panel."""
+        study, files = self._with_panel(), self._stages
+        folder = files["modes.nc"].parent
+        wanted = {study.response.radiation, study.response.radiation_beside} - {"none"}
+        air = folder / "air.nc" if wanted else None
+        force = folder / "modal_force.nc"
+        with contextlib.redirect_stderr(io.StringIO()):  # what the log of the stage is told
+            write_sound(study, read_basis(files["modes.nc"]), folder / "spectrum.csv", force, air)
+            beside = study.response.radiation_beside != "none"
+            names = RESPONSE_FILES if beside else RESPONSE_FILES[:-1]
+            write_response(
+                study,
+                PanelFiles(files["modes.nc"], force, air),
+                files["plate.nc"],
+                files["section.csv"],
+                None,
+                ResponseFiles(*(folder / name for name in names)),
+            )
+        files |= {name: folder / name for name in names}
+
+    def _reading(self, source: str | None) -> DampingReading:
+        study = self.study
+        if not isinstance(study, Study):
+            return surface_of(study.coupons[SECTION], self.cases())
+        of_all = [n for n in study.readings if n not in ("stated", "bare", *RANDOM)]
+        known = dict.fromkeys([*study.dampers, *of_all])
+        if source is None and len(known) == 1:
+            (source,) = known
+        if source not in known:
+            raise StudyError(f"source = {source}: must be one of {', '.join(known) or 'none'}")
+        if source in study.dampers:
+            damper = study.dampers[source]
+            surface = None if damper.coupon is None else self._surface(source)
+            return reading_of_damper(damper, surface)
+        name = next(n for n in study.damping.readings or ("dem",) if n == source)
+        return reading_of(name, study, self._surface(SECTION) if name == "dem" else None)
+
+    def _surface(self, damper: str) -> Path:
+        return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))
+
+
+RMS = {
+    "acceleration_rms_g": ("acceleration_rms", "m s-2", STANDARD_GRAVITY),
+    "acceleration_rms_error_g": ("acceleration_rms_error", "m s-2", STANDARD_GRAVITY),
+    "velocity_rms_m_s": ("velocity_rms", "m s-1", 1.0),
+    "displacement_rms_mm": ("displacement_rms", "m", 1e-3),
+    "reduction_db": ("reduction", "dB", 1.0),
+    "reduction_error_db": ("reduction_error", "dB", 1.0),
+    "added_mass_kg": ("added_mass", "kg", 1.0),
+}
+"""Columns of ``summary.csv``: name in a dataset, unit, factor."""
+
+
+def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
+    """Return the study that a mapping is, checked like that of a file."""
+    with tempfile.TemporaryDirectory(prefix="pidpanel_") as name, contextlib.chdir(folder):
+        path = Path(name) / "notebook.yaml"
+        path.write_text(_text(values, "notebook"), encoding="utf-8")
+        try:
+            return checked_study(path)
+        except StudyError as error:
+            place = re.compile(rf"^{re.escape(str(path))}(:\d+)?: ", re.MULTILINE)
+            raise StudyError(place.sub("", str(error))) from None
+
+
+def _text(values: Mapping[str, Any], name: str) -> str:
+    """Return a mapping as YAML; numbers of numpy, tuples and paths as a file has them."""
+    whole = {"name": name, **values}
+    return yaml.safe_dump(_plain(whole), sort_keys=False, allow_unicode=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return str(value) if isinstance(value, Path) else value
