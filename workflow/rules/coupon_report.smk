@@ -13,7 +13,12 @@ rule coupon_report:
             code=code("coupon_report"),
         ),
     output:
-        page=results("report.html"),
+        page=report(
+            results("report.html"),
+            caption="../report/page.rst",
+            category="Pages",
+            labels={"study": STUDY.name},
+        ),
         figures=directory(results("report")),
     log:
         results("report.log"),

@@ -34,7 +34,12 @@ rule report:
             code=code("report"),
         ),
     output:
-        page=results("report.html"),
+        page=report(
+            results("report.html"),
+            caption="../report/page.rst",
+            category="Pages",
+            labels={"study": STUDY.name},
+        ),
         figures=directory(results("report")),
     log:
         results("report.log"),
