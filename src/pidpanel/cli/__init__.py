@@ -35,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code. A mistake is printed to stderr, in one line each.
     """
     given = parser().parse_args(arguments)
+    if getattr(given, "trust_deck", False):
+        os.environ["PIDPANEL_TRUST_DECK"] = "1"
     try:
         status: int = given.call(given)
         sys.stdout.flush()

@@ -89,6 +89,11 @@ def parser() -> argparse.ArgumentParser:
 def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the file of a study."""
     completed(parser.add_argument("study", type=study_path, help="YAML file of the study"), FILES)
+    parser.add_argument(
+        "--trust-deck",
+        action="store_true",
+        help="let decks of your own start programs and write any file, as LIGGGHTS can",
+    )
 
 
 def add_directory(parser: argparse.ArgumentParser) -> None:
