@@ -14,6 +14,7 @@ class WithProject(build_py):
     """Copies them to ``pidpanel/project``; an editable package finds them in the checkout."""
 
     def run(self) -> None:
+        """Copy what setuptools knows of, and the project."""
         super().run()
         if self.editable_mode:
             return

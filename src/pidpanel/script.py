@@ -41,6 +41,8 @@ def run(main: Callable[[Sequence[str]], None]) -> None:
         end_with(int(parent))
     try:
         _run(main, sys.argv[1:])
+    except KeyboardInterrupt:  # who pressed Ctrl-C knows why
+        sys.exit(130)
     except MemoryError as error:
         sys.exit(f"{sys.argv[0]}: not enough memory ({error or 'no further word'})")
     except OSError as error:

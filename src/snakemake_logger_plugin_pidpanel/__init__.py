@@ -3,14 +3,14 @@
 Snakemake writes ten lines for each job, which hides what matters among hundreds of coupons. This
 logger (``snakemake --logger pidpanel``) keeps errors, logs of failed jobs, the table of jobs and
 warnings as they are. It replaces the rest by a bar on a terminal, or elsewhere by a line per
-minute. The full log is in ``.snakemake/log``.
+minute, with how far long jobs have come by their own logs. The full log is in ``.snakemake/log``.
 """
 
 import os
 import sys
 import tempfile
+import threading
 import time
-from datetime import timedelta
 from logging import ERROR, WARNING, LogRecord
 from pathlib import Path
 
@@ -19,6 +19,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
+
+from pidpanel.progress import time_left
 
 JOB_BY_JOB = {
     LogEvent.JOB_INFO,
@@ -30,29 +32,23 @@ JOB_BY_JOB = {
 }
 CHATTER = ("Select jobs to execute", "Execute ")
 SECONDS_BETWEEN_LINES = 60.0
+SECONDS_BETWEEN_LOOKS = 5.0
+"""After which the logs of the jobs that run are looked at."""
+
+END_OF_LOG = 4096
+"""Bytes of a log that are looked at."""
 
 
-def time_left(elapsed: float, done: int, total: int) -> timedelta:
-    """Return the time that the remaining jobs take at the mean pace so far.
-
-    Parameters
-    ----------
-    elapsed
-        Time since the first job started [s].
-    done, total
-        Numbers of jobs.
-
-    Returns
-    -------
-    timedelta
-        In whole seconds.
-
-    Examples
-    --------
-    >>> str(time_left(60.0, 10, 40))
-    '0:03:00'
-    """
-    return timedelta(seconds=round(elapsed * (total - done) / done))
+def said_last(log: Path) -> str:
+    """Return how far a job has come: the last line of its log, if that tells the time left."""
+    try:
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - END_OF_LOG))
+            lines = file.read().decode("utf-8", "replace").splitlines()
+    except OSError:
+        return ""
+    last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    return "".join(filter(str.isprintable, last)) if last.endswith(" left") else ""
 
 
 def find_cache() -> None:
@@ -101,11 +97,16 @@ class LogHandler(LogHandlerBase):
             BarColumn(),
             TimeElapsedColumn(),
             TextColumn("{task.fields[left]}"),
+            TextColumn("{task.fields[running]}"),
             console=self.console,
             disable=not self.console.is_terminal,
             transient=True,
         )
         self.started = self.last_line = time.monotonic()
+        self.jobs: dict[int, tuple[str, list[Path]]] = {}
+        self.said = ""
+        self.ended = threading.Event()
+        self.looking = threading.Thread(target=self._look, daemon=True)
 
     def emit(self, record: LogRecord) -> None:
         """Write one message of Snakemake, or advance the bar."""
@@ -115,6 +116,12 @@ class LogHandler(LogHandlerBase):
                 self._start(record.stats.get("total", 0))  # type: ignore[attr-defined]
             elif event is LogEvent.PROGRESS:
                 self._advance(record.done, record.total)  # type: ignore[attr-defined]
+            elif event is LogEvent.JOB_INFO:
+                logs = [Path(log) for log in record.log or ()]  # type: ignore[attr-defined]
+                self.jobs[record.jobid] = (record.rule_name, logs)  # type: ignore[attr-defined]
+            elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
+                number = getattr(record, "job_id", getattr(record, "jobid", None))
+                self.jobs.pop(number, None)  # type: ignore[arg-type]
             if self._is_shown(record, event):
                 style = {ERROR: "red", WARNING: "yellow"}.get(record.levelno, "")
                 self.console.print(Text(self.format(record), style=style))
@@ -123,6 +130,7 @@ class LogHandler(LogHandlerBase):
 
     def close(self) -> None:
         """Remove the bar from the terminal."""
+        self.ended.set()
         self.bar.stop()
         super().close()
 
@@ -136,15 +144,33 @@ class LogHandler(LogHandlerBase):
 
     def _start(self, total: int) -> None:
         self.started = self.last_line = time.monotonic()
+        self.said = f"0 of {total} jobs"
         self.bar.start()
+        if not self.looking.is_alive():
+            self.looking.start()
         if not self.bar.tasks:
-            self.bar.add_task("", total=total, left="")
+            self.bar.add_task("", total=total, left="", running="")
 
     def _advance(self, done: int, total: int) -> None:
         now = time.monotonic()
         left = f"{time_left(now - self.started, done, total)} left"
+        self.said = f"{done} of {total} jobs, {left}"
         for task in self.bar.task_ids:  # a checkpoint may have added jobs to the total
             self.bar.update(task, completed=done, total=total, left=left)
         if self.bar.disable and (now - self.last_line > SECONDS_BETWEEN_LINES or done == total):
             self.last_line = now
-            self.console.print(f"{done} of {total} jobs, {left}")
+            self.console.print(self.said)
+
+    def _look(self) -> None:
+        """Tell how far the jobs have come that run for long, until all ends."""
+        while not self.ended.wait(SECONDS_BETWEEN_LOOKS):
+            running = list(self.jobs.values())
+            told = [
+                f"{rule}: {said}" for rule, logs in running for said in map(said_last, logs) if said
+            ]
+            for task in self.bar.task_ids:
+                self.bar.update(task, running="; ".join(told))
+            silent = time.monotonic() - self.last_line
+            if told and self.bar.disable and silent > SECONDS_BETWEEN_LINES:
+                self.last_line = time.monotonic()
+                self.console.print("; ".join([self.said, *told]))

@@ -75,7 +75,7 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "arrays check constants fingerprint paths random_round round script stamp verification",
+    "": "api arrays check constants fingerprint paths progress random_round round script stamp verification",
     "coupon": "attempts batches cases coding estimate film from_study preparation probe "
     "random_runs records runs summary window",
     "damping": "from_study surface_files table_files",

@@ -47,6 +47,7 @@ from pidpanel.coupon.records import (
 )
 from pidpanel.coupon.runs import shake
 from pidpanel.locks import alone
+from pidpanel.progress import tracked
 
 Found = TypeVar("Found")
 
@@ -288,7 +289,7 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "")
         Hash of the code that judges runs, for that file.
     """
     ended = {}
-    for case in cases:
+    for case in tracked(cases, "cases"):
         with alone(folder / case.label / ".lock"):
             outcomes = shake_case(case, folder)
             paths = case.with_reserve.outcomes(folder)

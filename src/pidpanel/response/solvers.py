@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.progress import tracked
 from pidpanel.response.dampers import acceleration_slope, attach_dampers
 from pidpanel.response.diagonal import DiagonalMotions, diagonal_response, diagonal_slope
 from pidpanel.response.direct import DirectMotions, DirectPanel
@@ -301,7 +302,8 @@ class PanelSolver(PanelWithLayouts):
             np.empty((len(one.patches), count, n_points), complex) if one.with_slope else None
             for one in requests
         ]
-        for number, lines in enumerate(chunks_of_lines(count, self.panel.patches.shapes)):
+        chunks = list(enumerate(chunks_of_lines(count, self.panel.patches.shapes)))
+        for number, lines in tracked(chunks, "parts of the frequency range"):
             reduced, direct = self._on_lines(number, lines, [one.patches for one in requests])
             for one, psd, slope in zip(requests, psds, slopes, strict=True):
                 dampers = one.equivalent_damping[:, lines], one.apparent_mass[:, lines]

@@ -1,0 +1,55 @@
+"""How far a long stage has come, in its log: a line now and then, with the time that is left."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from datetime import timedelta
+from typing import TypeVar
+
+T = TypeVar("T")
+
+SECONDS_BETWEEN_LINES = 20.0
+
+
+def time_left(elapsed: float, done: int, total: int) -> timedelta:
+    """Return the time that the rest takes at the mean pace so far, in whole seconds.
+
+    Parameters
+    ----------
+    elapsed
+        Time since the first began [s].
+    done, total
+        How many are done, and how many there are.
+
+    Examples
+    --------
+    >>> str(time_left(60.0, 10, 40))
+    '0:03:00'
+    """
+    return timedelta(seconds=round(elapsed * (total - done) / done))
+
+
+def tracked(
+    items: Sequence[T], what: str, seconds_between_lines: float = SECONDS_BETWEEN_LINES
+) -> Iterator[T]:
+    """Yield items, and say on stderr how many are done where they take long.
+
+    Parameters
+    ----------
+    items
+        To be worked on, each about as long as another.
+    what
+        They are, in the plural.
+    seconds_between_lines
+        Shortest time between two lines [s].
+    """
+    begun = told = time.monotonic()
+    for done, item in enumerate(items):
+        now = time.monotonic()
+        if done and now - told >= seconds_between_lines:
+            told = now
+            left = time_left(now - begun, done, len(items))
+            print(f"{done} of {len(items)} {what}, {left} left", file=sys.stderr, flush=True)
+        yield item
