@@ -236,3 +236,15 @@ def test_room_for_labels_is_the_same_on_any_figure():
         gap = axes[1].get_position().x0 - axes[0].get_position().x1
         assert gap * width == pytest.approx(0.3)
     assert left[0] == pytest.approx(left[1])
+
+
+def test_three_readings_stand_in_two_rows():
+    # red: ACROSS = 3
+    curve = Curve("one", np.ones(3), "#123456")
+    panels = [Panel(f"reading {n}", "", [curve]) for n in range(3)]
+    with style.context():
+        figure = response_figures.psd_figure(np.array([50.0, 100.0, 200.0]), panels)
+    figure.draw_without_rendering()
+    left = [axes.get_position().x0 for axes in figure.axes]
+    low = [axes.get_position().y0 for axes in figure.axes]
+    assert len(figure.axes) == 3 and left[0] == left[2] < left[1] and low[0] == low[1] > low[2]

@@ -1,8 +1,12 @@
 """Which reading holds, on the page."""
 
+import dataclasses
+
 import pandas as pd
 import pytest
 
+from pidpanel.report import response_section
+from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.verdict_section import verdict_section, worst
 from pidpanel.response.verdict_files import BARE, COLUMNS
 
@@ -59,3 +63,22 @@ def test_one_level_has_no_figure_over_the_level(verdict):
     one = verdict[verdict["oaspl_db"] == 122.0]
     assert [block.kind for block in verdict_section(one, ["a"]).blocks] == ["paragraph", "table"]
     assert "picture" in [block.kind for block in verdict_section(verdict, ["a"]).blocks]
+
+
+def test_figures_say_how_often_coupled_runs_refute_a_reading(study, inputs):
+    # red: rows of another reading, or "open", taken for "no" in refuted
+    labels = [one.label for one in study.family_scenarios("fill")]
+    rows = [
+        (labels[0], "paper_corrected", "no"),
+        (labels[0], "paper_corrected", "yes"),
+        (labels[1], "paper_corrected", "open"),
+        (labels[2], "paper_printed", "no"),
+    ]
+    verdict = pd.DataFrame(rows, columns=["scenario", "reading", "holds"])
+    coupled = CoupledResults(pd.DataFrame(), pd.DataFrame(), verdict)
+    told = dataclasses.replace(inputs, coupled=coupled)
+    title = response_section.reading_title(told, "fill", "paper_corrected")
+    assert title.endswith("– refuted in 1 of 3")
+    assert "refuted" not in response_section.reading_title(inputs, "fill", "paper_corrected")
+    said = response_section.acceleration_text(told, "fill", ["paper_corrected"])
+    assert "refuted by coupled runs for r = 0.1 (" in said

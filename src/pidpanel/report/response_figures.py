@@ -6,6 +6,8 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -59,6 +61,12 @@ class Curve:
     log_error: Array | None = None
     dotted: bool = False
 
+
+ACROSS = 2
+"""Axes side by side at most: more of them leave no room for titles and numbers."""
+
+TITLE = 62
+"""Characters of a title over one of two axes side by side."""
 
 WIDTHS = (0.9, 3.3, 0.6)
 """Width of the uppermost of several curves, that of the widest, and what each below adds [pt]."""
@@ -143,6 +151,19 @@ def _heading(axes: Axes, panel: Panel) -> None:
     )
 
 
+def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes]:
+    """Return axes on one scale, so many in a row; those at the left and the bottom have labels."""
+    across = min(across, count)
+    shape = math.ceil(count / across), across
+    grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
+    axes: list[Axes] = grid.ravel().tolist()
+    for unused in axes[count:]:
+        unused.remove()
+    for above in axes[max(count - across, 0) : count]:
+        above.xaxis.set_tick_params(labelbottom=True)
+    return axes[:count]
+
+
 def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
     """Add one legend below all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
@@ -174,8 +195,9 @@ def psd_figure(
     width, height
         Of the figure [inch].
     """
-    figure = Figure(figsize=(width, height), layout="constrained")
-    grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    rows = math.ceil(len(panels) / ACROSS)
+    figure = Figure(figsize=(width, rows * height), layout="constrained")
+    grid = _side_by_side(figure, len(panels))
     top = max(np.nanmax(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
     for axes, panel in zip(grid, panels, strict=True):
@@ -187,7 +209,8 @@ def psd_figure(
         _heading(axes, panel)
     grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
-    grid[0].set_ylabel("acceleration PSD, g²/Hz")
+    for axes in grid[::ACROSS]:
+        axes.set_ylabel("acceleration PSD, g²/Hz")
     _panel_legend(figure, panels)
     return figure
 
@@ -200,8 +223,9 @@ def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
     panels
         Reductions [dB] by the title of their axes, side by side on one scale.
     """
-    figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
-    grid = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    rows = math.ceil(len(panels) / ACROSS)
+    figure = Figure(figsize=(WIDTH, 0.5 + 2.2 * rows), layout="constrained")
+    grid = _side_by_side(figure, len(panels))
     handles: dict[str, Line2D] = {}
     for axes, (title, drawn) in zip(grid, panels.items(), strict=True):
         for steps in drawn:
@@ -210,7 +234,8 @@ def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
         axes.axhline(0.0, color=style.BARE, lw=0.8)
         frequency_axis(axes, drawn[0].edges[0], drawn[0].edges[-1])
         axes.set_title(title, loc="left", fontweight="bold")
-    grid[0].set_ylabel("reduction, dB")
+    for axes in grid[::ACROSS]:
+        axes.set_ylabel("reduction, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6)
     return figure
 
@@ -225,22 +250,28 @@ def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Pa
     damping, mass
         One per reading; C_e [N s/m³] and m_a [kg/m²].
     """
-    figure = Figure(figsize=(WIDTH, 4.9), layout="constrained")
+    across, rows = min(ACROSS, len(damping)), math.ceil(len(damping) / ACROSS)
+    figure = Figure(figsize=(WIDTH, 4.9 * rows), layout="constrained")
     grid = figure.subplots(
-        2, len(damping), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2)
+        2 * rows, across, sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2) * rows
     )
-    for column, (above, below) in enumerate(zip(damping, mass, strict=True)):
+    # C_e of a row of readings, m_a below it
+    pairs = [grid[2 * row : 2 * row + 2, column] for row in range(rows) for column in range(across)]
+    for (upper, lower), above, below in zip(pairs, damping, mass, strict=False):
         for curve in above.curves:
-            _draw(grid[0, column], frequency, curve)
+            _draw(upper, frequency, curve)
         for curve in below.curves:
-            _draw(grid[1, column], frequency, curve)
-        grid[0, column].set_yscale("log")
-        _heading(grid[0, column], above)
-        for axes in grid[:, column]:
+            _draw(lower, frequency, curve)
+        upper.set_yscale("log")
+        _heading(upper, above)
+        for axes in (upper, lower):
             frequency_axis(axes, frequency[0], frequency[-1])
-        grid[0, column].set_xlabel("")
-    grid[0, 0].set_ylabel("$C_e$, N s/m³")
-    grid[1, 0].set_ylabel("apparent mass $m_a$, kg/m²")
+        upper.set_xlabel("")
+    for unused in (axes for pair in pairs[len(damping) :] for axes in pair):
+        unused.remove()
+    for upper, lower in pairs[::across]:
+        upper.set_ylabel("$C_e$, N s/m³")
+        lower.set_ylabel("apparent mass $m_a$, kg/m²")
     _panel_legend(figure, damping)
     return figure
 
@@ -268,16 +299,15 @@ def reduction_figure(
     row_name
         Name and unit of what the rows vary.
     """
-    figure = Figure(
-        figsize=(WIDTH, 1.0 + len(points) * (0.55 + 0.2 * len(rows))), layout="constrained"
-    )
-    grid = figure.subplots(len(points), len(readings), sharex=True, sharey=True, squeeze=False)
+    maps = [(point, reading) for point in points for reading in readings]
+    across = min(ACROSS, len(readings))
+    down = math.ceil(len(maps) / across)
+    figure = Figure(figsize=(WIDTH, 1.0 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
+    grid = _side_by_side(figure, len(maps), across)
     limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
     scale = ScalarMappable(Normalize(-limit, limit), mpl.colormaps["RdBu"])
-    for (i, point), (j, reading) in (
-        (a, b) for a in enumerate(points) for b in enumerate(readings)
-    ):
-        axes, values = grid[i, j], gained[point, reading]
+    for number, (point, reading) in enumerate(maps):
+        axes, values = grid[number], gained[point, reading]
         axes.imshow(values, cmap=scale.cmap, norm=scale.norm, aspect="auto")
         for (row, band), value in np.ndenumerate(values):
             axes.text(
@@ -285,13 +315,14 @@ def reduction_figure(
                 color="white" if abs(value) > 0.6 * limit else "black",
             )  # fmt: skip
         axes.grid(False)
-        axes.set_title(f"point {point} · {reading}", loc="left")
+        title = f"point {point} · {reading}"
+        axes.set_title(textwrap.fill(title, TITLE) if across > 1 else title, loc="left")
         axes.set_yticks(range(len(rows)), [style.as_typed(row) for row in rows])
         axes.set_xticks(range(len(centre)), [_nominal(c) for c in centre], rotation=90)
         axes.tick_params(length=2)
-        if j == 0:
+        if number % across == 0:
             axes.set_ylabel(row_name)
-        if i == len(points) - 1:
+        if number >= len(maps) - across:
             axes.set_xlabel("third octave, Hz")
     figure.colorbar(scale, ax=grid, label="reduction of rms acceleration, dB", pad=0.01)
     return figure

@@ -17,6 +17,7 @@ from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
 from pidpanel.response.bands import reduction, third_octaves
 from pidpanel.study import Scenario
+from pidpanel.study.damping import RANDOM
 
 EQUIVALENT_SINE = "Γ = √2 a_rms/g, the sine of equal rms, is an assumption."
 
@@ -50,7 +51,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
     for point in points:
         panels = [
             Panel(
-                READINGS[reading],
+                reading_title(inputs, name, reading),
                 acceleration_note(inputs, name, reading),
                 psd_curves(inputs, name, reading, point),
             )
@@ -63,7 +64,8 @@ def response_section(inputs: Inputs, name: str) -> Section:
         figure = response_figures.psd_figure(frequency, panels)
         charts = [chart_of(panel.title, frequency, panel.curves) for panel in panels]
         steps = {
-            READINGS[reading]: reduction_steps(inputs, name, reading, point) for reading in readings
+            reading_title(inputs, name, reading): reduction_steps(inputs, name, reading, point)
+            for reading in readings
         }
         shown = [
             Picture(f"psd_{name}_{point}", style.png(figure), caption, charts),
@@ -151,8 +153,26 @@ def _accelerations(inputs: Inputs, name: str, reading: str) -> dict[str, float]:
     }
 
 
+def refuted(inputs: Inputs, name: str, reading: str) -> list[str]:
+    """Return the scenarios of a family in which coupled runs refute a reading."""
+    if inputs.coupled is None:
+        return []
+    of = inputs.coupled.verdict
+    wrong = set(of.loc[(of["reading"] == reading) & (of["holds"] == "no"), "scenario"])
+    scenarios = inputs.study.family_scenarios(name)
+    return [_known_as(inputs, name, one)[0] for one in scenarios if one.label in wrong]
+
+
+def reading_title(inputs: Inputs, name: str, reading: str) -> str:
+    """Return the name of a reading over its figures, with how often it does not hold."""
+    wrong, count = len(refuted(inputs, name, reading)), len(inputs.study.family_scenarios(name))
+    return READINGS[reading] + (f" – refuted in {wrong} of {count}" if wrong else "")
+
+
 def acceleration_note(inputs: Inputs, name: str, reading: str) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
+    if reading in RANDOM:
+        return "$C_e$ of each patch's own random motion"
     read_at = np.array(list(_accelerations(inputs, name, reading).values()))
     if np.isnan(read_at).all():
         return "$C_e$ independent of Γ"
@@ -165,6 +185,14 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
     """Return what a caption says of Γ, the dashes and the readings left out."""
     parts = []
     for reading in readings:
+        if wrong := refuted(inputs, name, reading):
+            parts.append(
+                f"{READINGS[reading]}: refuted by coupled runs for {', '.join(wrong)} (Which "
+                "reading holds)."
+            )
+        if reading in RANDOM:
+            parts.append(f"{READINGS[reading]}: C_e of each patch's own random motion.")
+            continue
         read_at = _accelerations(inputs, name, reading)
         if all(np.isnan(gamma) for gamma in read_at.values()):
             parts.append(f"{READINGS[reading]}: C_e independent of Γ.")
@@ -190,13 +218,14 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
     scenarios = study.family_scenarios(name)
     points = moving_points(inputs.summary, list(study.panel.points))
     gained = {}
+    titles = {reading: reading_title(inputs, name, reading) for reading in readings}
     centre = np.empty(0)
     for reading in readings:
         labels, bare = [s.label for s in scenarios], [s.bare.label for s in scenarios]
         centre, treated = band_rms_of(inputs.psd, reading, labels, points)
         _, untreated = band_rms_of(inputs.psd, reading, bare, points)
         for index, point in enumerate(points):
-            gained[point, READINGS[reading]] = reduction(untreated, treated)[..., index]
+            gained[point, titles[reading]] = reduction(untreated, treated)[..., index]
     row_name = {
         "fill_fraction": "fill fraction r",
         "patch": "patch",
@@ -206,7 +235,7 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
         _known_as(inputs, name, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
     ]
     figure = response_figures.reduction_figure(
-        centre, rows, gained, points, [READINGS[r] for r in readings], row_name
+        centre, rows, gained, points, list(titles.values()), row_name
     )
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the same "
@@ -228,7 +257,8 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture
             inside = inside_of(inputs.psd, reading, scenario.label)
             above.append(Curve(label, one["equivalent_damping"].to_numpy(), colour, inside, 1.1))
             below.append(Curve(label, one["apparent_mass"].to_numpy(), colour, inside, 1.1))
-        title, note = READINGS[reading], acceleration_note(inputs, name, reading)
+        title = reading_title(inputs, name, reading)
+        note = acceleration_note(inputs, name, reading)
         damping.append(Panel(title, note, above))
         mass.append(Panel(title, note, below))
     figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
