@@ -54,7 +54,7 @@ def is_trusted(template: Path) -> bool:
 
 
 def refusals(text: str, files: Collection[str]) -> Iterator[str]:
-    """Yield why a deck is refused: its command and what is wrong with it.
+    r"""Yield why a deck is refused: its command and what is wrong with it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def refusals(text: str, files: Collection[str]) -> Iterator[str]:
 
     Examples
     --------
-    >>> list(refusals("timestep 1e-6\\nshell rm -r /\\n", ()))
+    >>> list(refusals("timestep 1e-6\nshell rm -r /\n", ()))
     ['shell rm -r /: the command shell is refused in a deck that is not trusted']
     """
     if len(text) > LONGEST:
