@@ -1,0 +1,134 @@
+"""Whatever somebody else's file holds, it is read or refused by name, and nothing else happens.
+
+`make fuzz` draws many more examples than the tests do, and others each time.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pidpanel.check import checked_study
+from pidpanel.coupon import coding
+from pidpanel.coupon.liggghts import failures, output, sphere_dump
+from pidpanel.coupon.records import State
+from pidpanel.damping.table_files import TableError, read_columns
+from pidpanel.panel.flat_mesh import read_gmsh
+from pidpanel.panel.nastran import read_nastran
+from pidpanel.paths import DATA, WORKFLOW
+from pidpanel.sound.table import read_spl_table
+from pidpanel.study import StudyError
+
+GOLDEN = Path(__file__).parents[1] / "coupon" / "liggghts" / "golden" / "shake"
+MANY = int(os.environ.get("PIDPANEL_FUZZ", "0"))
+fuzzed = settings(
+    max_examples=MANY or 40,
+    derandomize=not MANY,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+PIECES = st.sampled_from(
+    [b"", b"\x00", b"\xff\xfe", b"nan", b"-inf", b"1e999", b"-", b",", b"\n", b"\t", b"\r", b": ",
+     b"{", b"}", b"[", b"]", b"&a ", b"*a", b"!!python/object/apply:os.system [x]", b"'", b'"', b"#",
+     b"../../x", b"$(touch hit)", b"0", b"9" * 40, b"\xe2\x80\xae", b"GRID,", b"CQUAD4"]
+) | st.binary(max_size=8)  # fmt: skip
+
+
+@st.composite
+def garbled(draw, data):
+    """The bytes of a file with some pieces of it cut out, doubled or replaced."""
+    for _ in range(draw(st.integers(1, 4))):
+        start = draw(st.integers(0, len(data)))
+        stop = min(len(data), start + draw(st.integers(0, 40)))
+        put = draw(PIECES | st.just(data[start:stop] * 2))
+        data = data[:start] + put + data[stop:]
+    return data
+
+
+def readings():
+    """Of each kind of file one that is right, how it is read, and how it may be refused."""
+    table = Path(__file__).parents[1] / "damping" / "data"
+    mesh = WORKFLOW / "studies" / "bdf_panel.bdf"
+    kinds = {
+        "study": (WORKFLOW / "studies" / "smoke.yaml", checked_study, StudyError),
+        "sound": (DATA / "spl" / "smc_s_016_2014_min_third.csv", read_spl_table, ValueError),
+        "damping": (DATA / "damping" / "acrylic_2mm.csv", read_columns, TableError),
+        "nastran": (mesh, read_nastran, ValueError),
+        "rows": (
+            GOLDEN / "cycles_1.txt",
+            lambda path: output.read_cycles(
+                path.read_text(errors="replace"), "rows", steps_per_cycle=1000, cycles=12
+            ),
+            failures.SolverFailure,
+        ),
+        "dump": (
+            GOLDEN / "last.dump",
+            lambda path: sphere_dump.read_dump(
+                path.read_text(errors="replace"), "dump", sphere_dump.POSITION_AND_VELOCITY
+            ),
+            failures.SolverFailure,
+        ),
+    }
+    assert table.is_dir()
+    return kinds
+
+
+READINGS = readings()
+
+
+@pytest.mark.parametrize("kind", list(READINGS))
+def test_a_garbled_file_is_read_or_refused_by_name(kind, tmp_path_factory):
+    # red: a conversion without a `try` in any of the readers
+    right, read, refusal = READINGS[kind]
+    folder = tmp_path_factory.mktemp(kind)
+    file = folder / right.name
+    whole = right.read_bytes()
+    file.write_bytes(whole)
+    read(file)
+
+    @fuzzed
+    @given(garbled(whole))
+    def look(data):
+        file.write_bytes(data)
+        try:
+            read(file)
+        except refusal as error:
+            assert str(error)
+            # one of ours, not whatever of that kind a library came upon
+            assert str(folder) in str(error) or refusal is not ValueError, error
+        assert list(folder.iterdir()) == [file]
+
+    look()
+
+
+@fuzzed
+@given(data=st.binary(max_size=200))
+def test_a_mesh_of_gmsh_is_read_or_refused_by_name(data, tmp_path_factory):
+    # red: an exception of meshio let through
+    file = tmp_path_factory.mktemp("gmsh") / "mesh.msh"
+    file.write_bytes(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + data)
+    with pytest.raises(ValueError, match=r"mesh\.msh"):
+        read_gmsh(file)
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner),
+    max_leaves=8,
+)
+
+
+@fuzzed
+@given(st.sampled_from(sorted(State.__dataclass_fields__)), JSON)
+def test_a_record_takes_what_is_of_its_kind_or_refuses_it(key, value):
+    # red: a tuple taken for granted in `coding._value`
+    values = coding.encode(State("a", 1, 1e-6)) | {key: value}
+    try:
+        found = coding.decode(State, values)
+    except failures.RecordUnreadable as error:
+        assert key in str(error)
+    else:
+        assert coding.decode(State, coding.encode(found)) == found or value != value

@@ -1,0 +1,180 @@
+"""What a job has made, and from what, is seen to have changed; files are whole or as they were."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from pidpanel import durable, locks, made
+
+
+@pytest.fixture()
+def job(tmp_path, monkeypatch):
+    """A job that has made a file and a folder; its `rests_file` and its files."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "results" / "maps"
+    folder.mkdir(parents=True)
+    (folder / "one.vtu").write_text("1")
+    (tmp_path / "results" / "maps.nc").write_text("2")
+    outputs = ["results/maps.nc", "results/maps"]
+    rests = made.rests_file(outputs[0])
+    made.write_rests(rests, {"study": "a"})
+    made.write_sums(rests, outputs)
+    return rests, outputs
+
+
+def test_what_is_as_it_was_left_is_not_made_anew_whatever_its_age(job):
+    # red: the time stamp of a file among what is compared
+    rests, outputs = job
+    os.utime("results/maps.nc", (0, 0))
+    before = rests.stat().st_mtime_ns
+    made.write_rests(rests, {"study": "a"})
+    assert rests.stat().st_mtime_ns == before
+    assert made.changes(rests, outputs) == (False, [])
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("maps.nc", lambda file: file.write_text("3")),
+        ("maps.nc", lambda file: file.unlink()),
+        ("maps/one.vtu", lambda file: file.write_text("")),
+        ("maps/one.vtu", lambda file: file.unlink()),
+        ("maps/two.vtu", lambda file: file.write_text("new")),
+    ],
+)
+def test_a_damaged_or_lost_file_is_named(job, tmp_path, name, change):
+    # red: `now.keys()` alone, or `left.keys()` alone; `rglob` left out
+    rests, outputs = job
+    change(tmp_path / "results" / name)
+    anew, damaged = made.changes(rests, outputs)
+    assert anew and [str(path) for path in damaged] == [f"results/{name}"]
+
+
+def test_other_inputs_make_it_anew_and_name_no_file(job):
+    # red: the file of what it rests on left out of the sums
+    rests, outputs = job
+    made.write_rests(rests, {"study": "b"})
+    assert made.changes(rests, outputs) == (True, [])
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1]", '{"results/maps.nc": "0"}', "\x00" * 40])
+def test_damaged_sums_make_it_anew(job, text):
+    # red: only `OSError` caught
+    rests, outputs = job
+    rests.with_suffix(made.SUMS).write_text(text)
+    assert made.changes(rests, outputs)[0]
+
+
+def test_nothing_that_was_not_made_is_asked_for(tmp_path, monkeypatch):
+    # red: True without sums
+    monkeypatch.chdir(tmp_path)
+    rests = made.rests_file("results/x.csv")
+    made.write_rests(rests, {})
+    assert made.changes(rests, ["results/x.csv"]) == (False, [])
+
+
+# ------------------------------------------------------------------ files
+
+
+def test_a_file_is_whole_or_as_it_was(tmp_path):
+    # red: the draft moved into place in `finally`
+    file = tmp_path / "a.csv"
+    durable.write_text(file, "old")
+    with pytest.raises(RuntimeError), durable.replacing(file) as draft:
+        draft.write_text("half")
+        assert draft.suffix == ".csv"
+        raise RuntimeError
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_folder_takes_the_place_of_another(tmp_path):
+    # red: files that are no more left in it
+    folder = tmp_path / "maps"
+    for name in ("one", "two"):
+        with durable.replacing(folder) as draft:
+            draft.mkdir()
+            (draft / name).write_text(name)
+    assert [file.name for file in folder.iterdir()] == ["two"]
+
+
+def test_what_is_damaged_is_kept_under_another_name(tmp_path, capsys):
+    # red: removed in place of renamed; nothing said
+    for number in (1, 2):
+        (tmp_path / "a.nc").write_text(f"bad {number}")
+        durable.set_aside(tmp_path / "a.nc", "a.nc: damaged")
+    assert (tmp_path / "a.nc.broken").read_text() == "bad 2"
+    assert capsys.readouterr().err.startswith("a.nc: damaged; kept as a.nc.broken, made anew\n")
+
+
+# ------------------------------------------------------------------ processes
+
+
+def child(text, *arguments):
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(text), *map(str, arguments)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+HOLD = """
+    import sys
+    from pathlib import Path
+    from pidpanel.locks import alone
+    with alone(Path(sys.argv[1])):
+        print("held", flush=True)
+        sys.stdin.readline()
+"""
+
+
+def test_a_lock_is_waited_for_and_ends_with_its_process(tmp_path):
+    # red: LOCK_SH for LOCK_EX; the lock a file that is there or not
+    first, lock = child(HOLD, tmp_path / "lock"), tmp_path / "lock"
+    assert first.stdout.readline() == "held\n"
+    second = child(HOLD, lock)
+    assert f"waits for process {first.pid} on " in second.stderr.readline()
+    first.kill()
+    first.communicate()
+    assert second.stdout.readline() == "held\n"
+    second.communicate("\n")
+
+
+def test_what_was_started_for_a_process_ends_with_it(tmp_path):
+    # red: the thread not started
+    parent = child("import sys; sys.stdin.readline()")
+    follower = child(
+        """
+        import sys, time
+        from pidpanel.locks import end_with
+        end_with(int(sys.argv[1]))
+        print("there", flush=True)
+        time.sleep(600)
+        """,
+        parent.pid,
+    )
+    assert follower.stdout.readline() == "there\n"
+    parent.kill()
+    parent.communicate()
+    said = follower.communicate(timeout=60)[1]
+    assert f"process {parent.pid}, for which this ran, has ended" in said
+    assert follower.returncode == -9
+
+
+def test_a_lock_of_snakemake_is_taken_only_where_nobody_runs(tmp_path):
+    # red: the shared lock not asked for; LOCK_SH in place of LOCK_EX to begin with
+    stale = tmp_path / "locks" / "0.output.lock"
+    stale.parent.mkdir()
+    stale.write_text("")
+    other, taken = locks.take_stale(tmp_path, stale.parent)
+    assert taken == [stale] and not stale.exists()
+    stale.write_text("")
+    mine, taken = locks.take_stale(tmp_path, stale.parent)
+    assert taken == [] and stale.exists()
+    other.close()
+    mine.close()
+    third, taken = locks.take_stale(tmp_path, stale.parent)
+    assert taken == [stale]
+    third.close()
