@@ -80,7 +80,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
             try:
                 case.point.deck_text()
             except DeckRefused as error:
-                yield Mistake(keys, f"{error}; --trust-deck allows it, see docs/deck.md")
+                yield Mistake(keys, f"{error}; --trust-deck allows it")
             except Exception as error:  # whatever a template of somebody else computes
                 yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
         for name in unknown:

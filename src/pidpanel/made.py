@@ -53,15 +53,19 @@ def sums(paths: Iterable[str | Path]) -> dict[str, str]:
     return {str(file): _hash(file) for path in paths for file in _files(Path(path))}
 
 
-def changes(rests: Path, outputs: Sequence[str | Path]) -> tuple[bool, list[Path]]:
+def changes(
+    rests: Path, outputs: Sequence[str | Path], wanted: Path | None = None
+) -> tuple[bool, list[Path]]:
     """Compare what is there with what a job left.
 
     Parameters
     ----------
     rests
-        Its `rests_file`, as it should be.
+        Its `rests_file`.
     outputs
         What it makes.
+    wanted
+        A file that holds what it should rest on; left out, ``rests`` itself does.
 
     Returns
     -------
@@ -80,7 +84,7 @@ def changes(rests: Path, outputs: Sequence[str | Path]) -> tuple[bool, list[Path
     own = str(rests)
     files = sorted((now.keys() | left.keys()) - {own})
     damaged = [Path(file) for file in files if now.get(file, "") != left.get(file)]
-    return bool(damaged) or left.get(own) != now[own], damaged
+    return bool(damaged) or left.get(own) != _hash(wanted or rests), damaged
 
 
 def _files(path: Path) -> Iterator[Path]:

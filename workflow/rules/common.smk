@@ -1,9 +1,12 @@
+import atexit
 import functools
 import logging
 import itertools
 import json
 import os
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import snakemake.persistence.file
@@ -59,10 +62,6 @@ def read_study():
 
 
 STUDY = read_study()
-if workflow.is_main_process:
-    RUNNING, taken = take_stale(Path("results"), Path(".snakemake/locks"))
-    if taken:
-        logger.warning(f"{taken[0].parent}: left by a process that was killed; taken over")
 # a log that cannot be written is no reason for a traceback; the error itself is told
 logging.raiseExceptions = False
 HAS_PANEL = isinstance(STUDY, Study)
@@ -153,7 +152,7 @@ def outcomes_of(labels, table):
         found.append(file)
         if file in LOOKED_AT or not workflow.is_main_process:
             continue
-        LOOKED_AT.add(file)
+        LOOKED_AT[file] = file
         if Path(file).exists() or Path(table).exists():
             # Snakemake knows one file per batch, not the outcomes behind it, and makes no file again
             # from which a table was made that is still there
@@ -166,7 +165,21 @@ def outcomes_of(labels, table):
 
 
 # what is found of the files of a job is found once: on its way it changes them itself
-LOOKED_AT = set()
+LOOKED_AT = {}
+DRAFTS = Path(tempfile.mkdtemp(prefix="pidpanel_"))
+atexit.register(shutil.rmtree, DRAFTS, ignore_errors=True)
+
+
+@functools.cache
+def will_run():
+    """Whether jobs will be run, not only listed or drawn; then nobody else holds a stale lock."""
+    runs = workflow.is_main_process and workflow.executor_plugin and not workflow.dryrun
+    if runs:
+        # held as long as this process lives
+        workflow.pidpanel_lock, taken = take_stale(Path("results"), Path(".snakemake/locks"))
+        if taken:
+            logger.warning(f"{taken[0].parent}: left by a process that was killed; taken over")
+    return bool(runs)
 
 
 def rests(*outputs, **values):
@@ -177,22 +190,22 @@ def rests(*outputs, **values):
     """
 
     def file_of(wildcards):
+        runs = will_run()
         made_files = [output.format(**dict(wildcards.items())) for output in outputs]
         file = made.rests_file(made_files[0])
         if workflow.is_main_process and file not in LOOKED_AT:
-            LOOKED_AT.add(file)
             texts = {key: v(wildcards) if callable(v) else v for key, v in values.items()}
-            made.write_rests(file, texts)
-            anew, damaged = made.changes(file, made_files)
+            # who only looks leaves the results as they are
+            wanted = file if runs else DRAFTS / f"{len(LOOKED_AT)}{made.RESTS}"
+            made.write_rests(wanted, texts)
+            LOOKED_AT[file] = file if file.exists() else wanted
+            anew, damaged = made.changes(file, made_files, wanted)
             for path in damaged:
                 why = f"{path}: damaged, changed or lost since it was made"
-                if workflow.dryrun:
-                    logger.warning(why)
-                else:
-                    durable.set_aside(path, why)
+                durable.set_aside(path, why) if runs else logger.warning(why)
             if anew:
                 workflow.dag.forcefiles.update(made_files)
-        return str(file)
+        return str(LOOKED_AT.get(file, file))
 
     # newer or older says nothing: its content counts
     return ancient(file_of)
