@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test mutants check lock docs reference ready
+.PHONY: run verification test mutants drills fuzz check lock docs reference ready
 
 run: ready
 	snakemake -j$(CORES) --configfile "$$STUDY"
@@ -25,6 +25,16 @@ test: ready
 # changes formulas one at a time and counts how many of the changes the tests catch
 mutants: ready
 	python tests/mutation --jobs $(CORES)
+
+# what can go wrong, at random moments, with real LIGGGHTS: half an hour, writes docs/drills.md
+REPEATS ?= 20
+drills: ready
+	python tests/drills --repeats $(REPEATS) --write
+
+# garbled files, other ones each time
+FUZZ ?= 5000
+fuzz: ready
+	PIDPANEL_FUZZ=$(FUZZ) pytest -q -n0 tests/fuzz
 
 check: ready
 	ruff check

@@ -75,8 +75,9 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "api arrays check constants fingerprint paths progress random_round round script stamp verification",
-    "coupon": "attempts batches cases coding estimate film from_study preparation probe "
+    "": "api arrays check constants durable fingerprint locks made paths progress random_round round "
+    "script stamp verification",
+    "coupon": "attempts batches cases coding estimate film finished from_study preparation probe "
     "random_runs records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files fit plate_files flat_mesh from_study mesh nastran tables verification "

@@ -164,7 +164,10 @@ REFUSED = {
     "empty value": (["100,120", "125,"], "line 4: spl_db = \\(empty\\): must be a number"),
     "nan": (["100,120", "125,nan"], "line 4: spl_db = 'nan': must be a finite number"),
     "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100: must be above 0"),
-    "level in pascal squared": (["100,120", "125,4e5"], "line 4: spl_db = 4e5: must be at least 0 and at most 200 .in Pa"),
+    "level in pascal squared": (
+        ["100,120", "125,4e5"],
+        "line 4: spl_db = 4e5: must be at least 0 and at most 200 .in Pa",
+    ),
     "three columns": (["100,120", "125,120,1"], "line 4: has 3 values, must have 2 as the header"),
     "one band": (["100,120"], "1 band; at least two"),
     "no band": ([], "no bands; at least two"),
@@ -215,10 +218,15 @@ def test_a_folder_is_no_table(tmp_path):
         read_spl_table(tmp_path)
 
 
-@pytest.mark.parametrize(("text", "found"), [
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
         ("", ": empty; the first line must name the columns"),
         ("f,L\n100,90\n", ", line 1: column 'f': unknown; allowed are center_hz, spl_db\n"),
-        ("centre_hz,spl_db\n100,90\n", ", line 1: column 'centre_hz': unknown; did you mean center_hz?"),
+        (
+            "centre_hz,spl_db\n100,90\n",
+            ", line 1: column 'centre_hz': unknown; did you mean center_hz?",
+        ),
         ("spl_db\n90\n", ", line 1: column center_hz: missing"),
         ("center_hz,spl_db,spl_db\n1,90,90\n", ", line 1: column spl_db: given twice"),
     ],

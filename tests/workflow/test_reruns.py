@@ -121,13 +121,13 @@ def test_a_comment_or_code_of_something_else_makes_nothing_run(project, study):
     ],
 )  # fmt: skip
 def test_code_or_a_table_behind_a_result_makes_it_run_again(project, study, file, old, new, runs):
-    # red: the param `code` or `files` left out of a rule
+    # red: `code` or `files` left out of the `rests` of a rule
     with edited(project / file, old, new):
         assert set(jobs(snakemake(project, study, "-n"))) == runs
 
 
 def test_a_table_with_an_older_date_counts_by_its_content(project, study):
-    # red: the param `spectrum` left out of the rule `sound`
+    # red: `study` left out of the `rests` of the rule `sound`
     spectrum = study.with_name("own.csv")
     with edited(spectrum, "100,125.7", "100,126.7"):
         os.utime(spectrum, (0, 0))
@@ -135,14 +135,54 @@ def test_a_table_with_an_older_date_counts_by_its_content(project, study):
         assert set(jobs(snakemake(project, study, "-n"))) == wanted
 
 
+@pytest.mark.parametrize(
+    ("name", "runs"),
+    [
+        ("panel/modes.nc", AFTER_PANEL),
+        ("panel/mesh.msh", AFTER_PANEL),
+        ("sound/modal_force.nc", {"sound", "response", "maps", "export", "report"}),
+        ("response/psd.nc", {"response", "maps", "export", "report"}),
+        ("response/maps/maps.pvd", {"maps", "report"}),
+        ("response/export/tabdmp1.bdf", {"export"}),
+        ("report.html", {"report"}),
+    ],
+)
+def test_a_flipped_bit_is_named_and_made_again_whatever_its_age(project, study, name, runs):
+    # red: `forcefiles` left out of `rests`; files of a folder left out of the sums
+    file = project / "results" / "small" / name
+    data, stamp = file.read_bytes(), file.stat()
+    try:
+        file.write_bytes(data[:-9] + bytes([data[-9] ^ 1]) + data[-8:])
+        os.utime(file, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+        result = snakemake(project, study, "-n")
+    finally:
+        file.write_bytes(data)
+        os.utime(file, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    assert f"results/small/{name}: damaged, changed or lost" in said(result)
+    assert set(jobs(result)) - {"all"} == runs
+
+
+def test_without_snakemakes_own_files_every_change_of_the_study_is_seen(project, study):
+    # red: the values left among the params of the rules
+    hidden = (project / ".snakemake").rename(project / "hidden")
+    try:
+        assert jobs(snakemake(project, study, "-n")) == {}
+        with edited(study, "oaspl_db: 150", "oaspl_db: 151"):
+            wanted = {"sound", "response", "maps", "export", "report"}
+            assert set(jobs(snakemake(project, study, "-n"))) - {"all"} == wanted
+    finally:
+        shutil.rmtree(project / ".snakemake", ignore_errors=True)
+        hidden.rename(project / ".snakemake")
+
+
 def test_a_title_changes_the_page_and_no_number(project, study):
-    # red: the section `scenarios` as it stands among the params of `response`
+    # red: the section `scenarios` as it stands among what `response` rests on
     with edited(study, "title: A small panel", "title: The small panel"):
         assert set(jobs(snakemake(project, study, "-n"))) == {"report"}
 
 
 def test_a_study_in_another_folder_is_the_same_study(project, study, tmp_path):
-    # red: the path of the study among the params of a rule
+    # red: the path of the study among what a rule rests on
     for file in study.parent.iterdir():
         shutil.copy2(file, tmp_path / file.name)
     assert set(jobs(snakemake(project, tmp_path / "small.yaml", "-n"))) == set()
