@@ -142,25 +142,43 @@ def test_a_lock_is_waited_for_and_ends_with_its_process(tmp_path):
     second.communicate("\n")
 
 
-def test_what_was_started_for_a_process_ends_with_it(tmp_path):
-    # red: the thread not started
-    parent = child("import sys; sys.stdin.readline()")
-    follower = child(
+FOLLOW = """
+import sys, time
+from pidpanel.locks import end_with
+end_with(int(sys.argv[1]))
+print("there", flush=True)
+time.sleep(600)
+"""
+
+
+def test_what_was_started_for_a_process_ends_with_it():
+    # red: the thread not started; only the parent itself among the ancestors
+    shell = '"$@" & wait'
+    parent = child(
         """
-        import sys, time
-        from pidpanel.locks import end_with
-        end_with(int(sys.argv[1]))
-        print("there", flush=True)
-        time.sleep(600)
+        import os, subprocess, sys
+        shell, follow = sys.argv[1:]
+        command = [sys.executable, "-c", follow, str(os.getpid())]
+        subprocess.run(["sh", "-c", shell, "sh", *command])
         """,
-        parent.pid,
+        shell,
+        FOLLOW,
     )
-    assert follower.stdout.readline() == "there\n"
+    assert parent.stdout.readline() == "there\n"
     parent.kill()
-    parent.communicate()
-    said = follower.communicate(timeout=60)[1]
-    assert f"process {parent.pid}, for which this ran, has ended" in said
-    assert follower.returncode == -9
+    # to the end of what the follower says too
+    assert f"process {parent.pid}, for which this ran, has ended" in parent.stderr.read()
+
+
+def test_a_process_of_that_number_elsewhere_is_not_watched():
+    # red: `_ancestors` not asked
+    other = child("import sys; sys.stdin.readline()")
+    follower = child(FOLLOW.replace("600", "1"), other.pid)
+    assert follower.stdout.readline() == "there\n"
+    other.kill()
+    other.communicate()
+    assert follower.communicate(timeout=60)[1] == ""
+    assert follower.returncode == 0
 
 
 def test_a_lock_of_snakemake_is_taken_only_where_nobody_runs(tmp_path):

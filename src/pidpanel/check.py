@@ -142,7 +142,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:
         keys = named_place(study.panel, str(error))
-        yield Mistake(("panel", *keys), str(error).removeprefix("mesh: ").removeprefix(f"{study.panel.mesh.file}: "))
+        yield Mistake(
+            ("panel", *keys),
+            str(error).removeprefix("mesh: ").removeprefix(f"{study.panel.mesh.file}: "),
+        )
 
 
 def _tables(study: Study) -> Iterator[tuple[Keys, Path]]:

@@ -85,11 +85,15 @@ def end_with(parent: int) -> None:
     Parameters
     ----------
     parent
-        Number of a process of this machine; nothing is done if it cannot be watched.
+        Number of a process from which this one descends; nothing is done if it is another, which
+        has that number in a container.
     """
     try:
         handle = os.pidfd_open(parent)
     except (OSError, AttributeError):
+        return
+    if parent not in _ancestors():
+        os.close(handle)
         return
 
     def watch() -> None:
@@ -98,3 +102,16 @@ def end_with(parent: int) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+def _ancestors() -> list[int]:
+    """Numbers of the processes from which this one descends."""
+    found = [os.getppid()]
+    while found[-1] > 1:
+        try:
+            status = Path(f"/proc/{found[-1]}/stat").read_text(errors="replace")
+        except OSError:
+            break
+        # the name of the program, in brackets, may hold anything
+        found.append(int(status.rpartition(")")[2].split()[1]))
+    return found

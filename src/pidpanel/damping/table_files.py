@@ -43,6 +43,7 @@ ERRORS: Mapping[str, str] = {
 }
 """Columns of standard errors by those of their values."""
 
+
 class TableError(ColumnsError, DampingError):
     """A table that is not read as it stands; see `ColumnsError`."""
 
