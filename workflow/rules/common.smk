@@ -19,6 +19,7 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon import finished
 from pidpanel.coupon.batches import Batch, batches_of
 from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
+from pidpanel.coupon.liggghts.deck import without_comments
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
 from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW
@@ -133,6 +134,12 @@ def content(*paths):
     No inputs of the rules: where the project lies changes no result.
     """
     return file_digest(*(Path(path) for path in paths))
+
+
+def commands(*names):
+    """Hash of templates of decks without comments: a comment costs no run of LIGGGHTS."""
+    texts = ((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
+    return text_digest(without_comments(text) for text in texts)
 
 
 def beds_of(batch):

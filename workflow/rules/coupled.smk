@@ -20,7 +20,7 @@ rule coupled_run:
         rests=rests(
             results("coupled/{scenario}/seed{seed}.nc"),
             values=lambda wildcards: coupled_digest(wildcards.scenario),
-            decks=content(*(TEMPLATES / f"{n}.j2" for n in ("coupled.in", "header", "contacts"))),
+            decks=commands("coupled.in.j2", "header.j2", "contacts.j2"),
             code=code("coupled_run"),
         ),
     output:

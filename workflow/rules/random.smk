@@ -50,7 +50,7 @@ rule random_leg:
         rests=rests(
             results("random/leg{leg}/{drive}_s{seed}.npz"),
             coupon=lambda wildcards: damper_digest(RANDOM_DAMPERS[wildcards.drive]),
-            deck=content(*(TEMPLATES / n for n in ("random.in.j2", "header.j2", "contacts.j2"))),
+            deck=commands("random.in.j2", "header.j2", "contacts.j2"),
             # not of the study's models: legs are expensive
             code=lambda wildcards: digest_of_code("pidpanel.coupon.random_runs"),
         ),

@@ -38,7 +38,7 @@ rule verify:
     input:
         rests=rests(
             "results/verification/{stage}/{case}.csv",
-            decks=content(*DECKS),
+            decks=commands(*DECKS),
             code=lambda wildcards: digest_of_code(
                 "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
             ),
