@@ -16,6 +16,7 @@ from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.base import OVERALL
 from pidpanel.study.panel import named_place
 from pidpanel.study.reading import study_in
 
@@ -105,10 +106,17 @@ def check_panel(study: Study) -> Iterator[Mistake]:
 
     low, high = study.response.frequency_hz
     try:
-        edges = read_spl_table(study.sound.spectrum).edge_frequency
+        spectrum = read_spl_table(study.sound.spectrum)
     except SpectrumTableError as error:
         yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
     else:
+        says = OVERALL.refuses(spectrum.oaspl)
+        if says:
+            yield Mistake(
+                ("sound", "spectrum"),
+                f"its bands sum to {spectrum.oaspl:.1f} dB; {says.partition(';')[0]}: are they in Pa?",
+            )
+        edges = spectrum.edge_frequency
         if low < edges[0] or high > edges[-1]:
             yield Mistake(
                 ("response", "frequency_hz"),
@@ -141,11 +149,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     try:
         StudiedPanel(study.panel).check(high)
     except ValueError as error:
-        keys = named_place(study.panel, str(error))
-        yield Mistake(
-            ("panel", *keys),
-            str(error).removeprefix("mesh: ").removeprefix(f"{study.panel.mesh.file}: "),
-        )
+        for fault in getattr(error, "faults", (str(error),)):
+            keys = named_place(study.panel, fault)
+            says = fault.removeprefix("mesh: ").removeprefix(f"{study.panel.mesh.file}: ")
+            yield Mistake(("panel", *keys), says)
 
 
 def _tables(study: Study) -> Iterator[tuple[Keys, Path]]:

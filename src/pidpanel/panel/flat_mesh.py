@@ -2,7 +2,7 @@
 
 What would silently falsify the modes is refused in one line: positions that are not finite or
 off the plane, nodes that no element uses, two nodes at one place (a crack), elements without
-area or inverted.
+area or inverted, several pieces.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +12,8 @@ from pathlib import Path
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pidpanel.arrays import Array, Index
@@ -24,6 +26,26 @@ GMSH_CORNERS = {2: 3, 3: 4}
 PATCH_AREA_TOLERANCE = 0.02
 # Of the extent: two nodes closer than this are one, a node further than this is off the plane.
 CLOSE = 1e-7
+# Of one file, that are told.
+MOST_FAULTS = 20
+
+
+class MeshFileError(ValueError):
+    """A mesh file that is not read as it stands.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        One line each: file, line or element, what is wrong.
+    """
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        if len(faults) > MOST_FAULTS:
+            file = faults[0].partition(":")[0]
+            more = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
+            faults = [*faults[:MOST_FAULTS], more]
+        self.faults = tuple(faults)
+        super().__init__("\n".join(faults))
 
 
 @dataclass(frozen=True)
@@ -91,6 +113,8 @@ class FlatMesh:
         if not np.all(np.isfinite(position)):
             bad = numbers[~np.isfinite(position).all(axis=1)][0]
             raise ValueError(f"{path}: node {bad}: its position is not a number")
+        if not len(numbers):
+            raise ValueError(f"{path}: no nodes; a mesh needs them")
         extent = float(np.ptp(position, axis=0).max(initial=0.0))
         off_plane = np.abs(position[:, 2] - position[0, 2])
         if off_plane.max() > CLOSE * extent:
@@ -115,6 +139,7 @@ class FlatMesh:
             raise ValueError(f"{path}: node {numbers[unused[0]]} belongs to no element")
         cells = np.where(signed_area(position[cells[0], :2]) > 0, cells, cells[:, ::-1])
         _check_apart(path, numbers, position[:, :2], CLOSE * extent)
+        _check_one_piece(path, np.asarray(element)[origin], cells)
         return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
 
     def scaled(self, unit: float) -> "FlatMesh":
@@ -204,10 +229,13 @@ def read_gmsh(path: Path) -> FlatMesh:
         One line: file, what is wrong, what is allowed.
     """
     with gmsh_session():
+        if not path.read_bytes()[:100].lstrip().startswith((b"$MeshFormat", b"$Comments")):
+            raise ValueError(f"{path}: not a gmsh mesh: it must begin with $MeshFormat")
         try:
             gmsh.merge(str(path))
         except Exception as error:
-            raise ValueError(f"{path}: not a gmsh mesh: {error}") from None
+            says = " ".join(str(error).split())
+            raise ValueError(f"{path}: not a gmsh mesh: {says}") from None
         node, position, _ = gmsh.model.mesh.getNodes()
         element, corners, group = [], [], []
         for dimension, surface in gmsh.model.getEntities():
@@ -264,6 +292,25 @@ def _check_orientation(path: Path, element: Index, vertices: Array, triangles: I
         raise ValueError(
             f"{path}: element {element[turned][0]} is inverted: its nodes go round the other way"
             " than those of most others"
+        )
+
+
+def _check_one_piece(path: Path, element: Index, triangles: Index) -> None:
+    """Refuse a mesh whose elements are not all joined by edges."""
+    edges = np.sort(np.concatenate([np.roll(triangles, -k, axis=1)[:, :2] for k in range(3)]))
+    owner = np.tile(np.arange(len(triangles)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    shared = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
+    joined = sp.coo_array(
+        (np.ones(len(shared)), (owner[shared], owner[shared + 1])), (len(triangles),) * 2
+    )
+    count, piece = connected_components(joined, directed=False)
+    if count > 1:
+        other = element[np.argmax(piece != piece[0])]
+        raise ValueError(
+            f"{path}: the mesh has {count} pieces: no edges join element {other} to element"
+            f" {element[0]}; a panel is one piece"
         )
 
 

@@ -6,13 +6,15 @@ and MAT1 are ignored: the section comes from the study. Fields may be
 short (8), long (16, ``GRID*``) or free (commas).
 """
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel.panel.flat_mesh import FlatMesh
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError
+from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
 IGNORED = ("PSHELL", "MAT1")
@@ -37,12 +39,18 @@ def read_nastran(path: Path) -> FlatMesh:
 
     Raises
     ------
+    MeshFileError
+        A line for each mistake: file, line, card, what is allowed.
     ValueError
-        One line: file, line, card, what is allowed.
+        As of `FlatMesh.of`.
     """
-    node, position, element, corners, group = [], [], [], [], []
-    for line, name, fields in _cards(path):
-        where = f"{path}:{line}: {name}"
+    node: list[int] = []
+    position: list[list[float]] = []
+    element: list[int] = []
+    corners: list[list[int]] = []
+    group: list[str] = []
+
+    def read(where: str, name: str, fields: list[str]) -> None:
         if name == "GRID":
             number, system, x, y, z, out_system, held, *more = _padded(fields, 8)
             unread = [(system, "CP"), (out_system, "CD"), (held, "PS")]
@@ -52,20 +60,31 @@ def read_nastran(path: Path) -> FlatMesh:
                         f"{where}: {what} = {field} is not read; allowed is blank"
                         " (positions in the basic system, supports in the study)"
                     )
-            node.append(_integer(where, number))
+            own = _integer(where, number)
             position.append([_real(where, value or "0") for value in (x, y, z)])
+            node.append(own)
         elif name in CORNERS:
             count = CORNERS[name]
             number, property_number, *rest = _padded(fields, 2 + count)
-            element.append(_integer(where, number))
-            group.append(property_number or number)
-            corners.append([_integer(where, value) for value in rest[:count]])
+            own, nodes = _integer(where, number), [_integer(where, one) for one in rest[:count]]
             for value in rest[count:]:
                 if value and _real(where, value) != 0:
                     raise ValueError(
                         f"{where}: field {value} after the nodes is not read; allowed is blank"
                         " (angles and offsets belong to the section)"
                     )
+            element.append(own)
+            group.append(property_number or number)
+            corners.append(nodes)
+
+    faults: list[str] = []
+    for line, name, fields in _cards(path, faults):
+        try:
+            read(f"{path}:{line}: {name}", name, fields)
+        except ValueError as error:
+            faults.append(str(error))
+    if faults:
+        raise MeshFileError(faults)
     if not element:
         raise ValueError(f"{path}: no CTRIA3 or CQUAD4; a mesh needs one")
     return FlatMesh.of(
@@ -73,10 +92,16 @@ def read_nastran(path: Path) -> FlatMesh:
     )
 
 
-def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
-    """Yield line number, name and fields of each card that is read."""
+def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
+    """Yield line number, name and fields of each card that is read; add faults of the others."""
     pending: tuple[int, str, list[str]] | None = None
-    for number, raw in enumerate(path.read_text(encoding="latin-1").splitlines(), 1):
+    unknown: set[str] = set()
+    data = path.read_bytes()
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")
+    # comments may be in any encoding
+    for number, raw in enumerate(lines_of(data.decode("latin-1")), 1):
         text = raw.split("$")[0].rstrip().expandtabs(8)
         if not text.strip():
             continue
@@ -88,14 +113,18 @@ def _cards(path: Path) -> Iterator[tuple[int, str, list[str]]]:
         name = head.rstrip("*").strip().upper()
         if name in ("", "+") or head.startswith(("+", "*")):
             if pending is None:
-                raise ValueError(f"{path}:{number}: a continuation without a card")
-            pending[2].extend(fields)
+                faults.append(f"{path}:{number}: a continuation without a card")
+            else:
+                pending[2].extend(fields)
             continue
         if pending is not None and pending[1] not in IGNORED:
             yield pending
-        if name not in ("GRID", *CORNERS, *IGNORED):
-            raise ValueError(f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}")
         pending = number, name, fields
+        if name not in ("GRID", *CORNERS, *IGNORED):
+            if name not in unknown:  # told once
+                faults.append(f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}")
+            unknown.add(name)
+            pending = number, IGNORED[0], fields
     if pending is not None and pending[1] not in IGNORED:
         yield pending
 
@@ -117,10 +146,7 @@ def _padded(fields: list[str], count: int) -> list[str]:
 
 
 def _integer(where: str, text: str) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
+    number = int(text) if re.fullmatch("[0-9]{1,18}", text) else 0
     if number < 1:
         raise ValueError(f"{where}: {text or 'a blank'} is not allowed; a number from 1 is needed")
     return number
@@ -128,6 +154,9 @@ def _integer(where: str, text: str) -> int:
 
 def _real(where: str, text: str) -> float:
     try:
-        return float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
+        number = float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
     except ValueError:
-        raise ValueError(f"{where}: {text} is not a number") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"{where}: {text} is not a number")
+    return number

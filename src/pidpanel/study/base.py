@@ -50,7 +50,8 @@ RelativeError = Annotated[float, Quantity(0, 1, low_itself=False, high_itself=Fa
 PoissonsRatio = Annotated[
     float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
 ]
-Level = Annotated[float, Quantity(60, 200, units=PASCAL)]
+OVERALL = Quantity(60, 200, units=PASCAL)
+Level = Annotated[float, OVERALL]
 """Overall sound pressure level [dB re 20 µPa]."""
 Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]
 """x or y [m]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +40,17 @@ def found_file(name: Path, folder: Path, shipped: Path | None) -> Path:
         If there is no such file; the files that come with pidpanel are listed.
     """
     for base in (folder, Path.cwd(), shipped):
-        if base is not None and (base / name).is_file():
-            return base / name
+        if base is None:
+            continue
+        try:
+            mode = (base / name).stat().st_mode
+        except (OSError, ValueError):  # not there, a name that is too long, a NUL in it
+            continue
+        if stat.S_ISDIR(mode):
+            raise ValueError("is a folder; must be a file")
+        if not stat.S_ISREG(mode):
+            raise ValueError("must be a file")
+        return base / name
     known = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
     raise ValueError(
         "no such file; must be a file beside the study"

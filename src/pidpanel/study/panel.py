@@ -412,7 +412,7 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
     """Yield how messages about places begin."""
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
-    yield f"{panel.mesh.file}: ", ("mesh", "file")
+    yield f"{panel.mesh.file}:", ("mesh", "file")
     for what, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
         yield from ((f"{what} {name!r}", (key, name)) for name in getattr(panel, key))
     yield from ((f"{name!r} names", ("points", name)) for name in panel.points)
