@@ -42,7 +42,7 @@ def unit_of(name: str) -> str:
     if name in UNIT_OF:
         return UNIT_OF[name]
     ends = [end for end in UNITS if name.endswith(end)]
-    return UNITS[max(ends, key=len)] if ends else ""
+    return UNITS[max(ends, key=len)].replace(" ", "\N{NO-BREAK SPACE}") if ends else ""
 
 
 # ------------------------------------------------------------------------- keys of a study
@@ -238,7 +238,14 @@ def files_page() -> str:
     ]
     for one in yaml.safe_load(FILES.read_text(encoding="utf-8")):
         columns, variables = one.get("columns", {}), one.get("variables", {})
-        lines += [f"## `{one['file']}`", "", one["of"], "", "| | unit | |", "|---|---|---|"]
+        lines += [
+            f"## `{one['file']}`",
+            "",
+            one["of"],
+            "",
+            "| name | unit | meaning |",
+            "|---|---|---|",
+        ]
         lines += [f"| `{name}` | {unit_of(name)} | {text} |" for name, text in columns.items()]
         lines += [
             f"| `{name}` | {_plain(unit)} | {text} |" for name, (unit, text) in variables.items()

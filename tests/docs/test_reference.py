@@ -37,7 +37,7 @@ def test_the_page_of_keys_has_no_title_twice():
 def test_units_come_from_names():
     # red: min in place of max in unit_of
     names = {
-        "equivalent_damping_n_s_m3": "N s/m³",
+        "equivalent_damping_n_s_m3": "N\N{NO-BREAK SPACE}s/m³",
         "stiffness_n_m": "N/m",
         "bending_stiffness_n_m": "N m",
         "mass_kg": "kg",
