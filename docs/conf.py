@@ -11,7 +11,6 @@ copyright = "The pidpanel authors"
 extensions = ["myst_parser", "mathml"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = "pidpanel"
 html_static_path = ["_static"]

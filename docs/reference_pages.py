@@ -258,13 +258,15 @@ def _plain(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def untold(results: Path) -> tuple[list[str], list[str]]:
+def untold(results: Path, way: str = "") -> tuple[list[str], list[str]]:
     """Compare the files of a study with their description.
 
     Parameters
     ----------
     results
         Its folder, or that of all coupons.
+    way
+        From the folder of a study to that folder.
 
     Returns
     -------
@@ -279,7 +281,7 @@ def untold(results: Path) -> tuple[list[str], list[str]]:
     for path in sorted(results.rglob("*.[cn][s,c]*")):
         if path.suffix not in (".csv", ".nc"):
             continue
-        name = path.relative_to(results).as_posix()
+        name = way + path.relative_to(results).as_posix()
         entries = [one for one in described if _matches(name, one["file"])]
         if not entries:
             missing.append(name)

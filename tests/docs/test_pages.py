@@ -55,7 +55,7 @@ def test_every_shipped_study_is_in_the_readme():
 
 
 def test_formulas_are_drawn_by_the_browser_itself(built):
-    # red: html_math_renderer left out of conf.py
+    # red: "mathml" left out of the extensions in conf.py
     page = (built[0] / "theory.html").read_text(encoding="utf-8")
     assert page.count("<math") > 20
     assert "MathJax" not in page
@@ -114,7 +114,7 @@ def test_some_pages_have_commands_to_check():
 
 @pytest.mark.parametrize("page", CHECKED, ids=lambda page: page.stem)
 def test_the_quick_commands_of_a_page_print_what_it_shows(page, tmp_path):
-    # red: another number of scenarios in the study of tutorials/panel.md
+    # red: the scenarios `place` left out of tutorials/panel.md
     (tmp_path / "workflow").symlink_to(PROJECT / "workflow")
     (tmp_path / "mine").mkdir()
     # a tutorial goes on with the files of the one before

@@ -329,4 +329,4 @@ def test_every_column_and_variable_is_described_and_nothing_else(smoke):
         "coupon/cases.csv: <key of vary>",
         "sound/modal_force.nc: modal_force_odd",
     ]
-    assert untold(smoke / "results" / "coupon")[0] == []
+    assert untold(smoke / "results" / "coupon", "../coupon/")[0] == []
