@@ -14,8 +14,8 @@ def browser(request):
 
 
 def test_pages_open_without_complaint_network_or_overflow(browser, built):
-    # red: "mathml" left out of the extensions in conf.py (MathJax is fetched); .table-wrapper
-    # without overflow-x in pages.css
+    # red: "mathml" left out of the extensions in conf.py (MathJax is fetched);
+    # .table-wrapper { overflow-x: visible } in pages.css
     pages = sorted(built[0].rglob("*.html"))
     assert len(pages) > 12
     for page in pages:

@@ -148,7 +148,7 @@ RIGHT = {
 
 @pytest.mark.parametrize("name", RIGHT)
 def test_what_a_study_may_have_the_schema_allows(validator, law_values, name):
-    # red: json_schema_input_type left out of Patch.group; ["coupon"] added to `then`
+    # red: json_schema_input_type left out of Text; ["coupon"] added to `then`
     values = law_values()
     RIGHT[name](values)
     assert [one.message for one in validator.iter_errors(values)] == []

@@ -41,7 +41,7 @@ def _as_written(value: Any) -> Any:
 
 
 T = TypeVar("T")
-Text = Annotated[str, BeforeValidator(_as_written)]
+Text = Annotated[str, BeforeValidator(_as_written, json_schema_input_type=str | float)]
 """Text; a number in a file is the text that was written."""
 Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
 Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
