@@ -305,10 +305,11 @@ def reduction_figure(
     figure = Figure(figsize=(WIDTH, 1.0 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
     grid = _side_by_side(figure, len(maps), across)
     limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
-    scale = ScalarMappable(Normalize(-limit, limit), mpl.colormaps["RdBu"])
+    norm = Normalize(-limit, limit)
+    scale = ScalarMappable(norm, mpl.colormaps["RdBu"])
     for number, (point, reading) in enumerate(maps):
         axes, values = grid[number], gained[point, reading]
-        axes.imshow(values, cmap=scale.cmap, norm=scale.norm, aspect="auto")
+        axes.imshow(values, cmap=scale.cmap, norm=norm, aspect="auto")
         for (row, band), value in np.ndenumerate(values):
             axes.text(
                 band, row, _short(value), ha="center", va="center", fontsize=5.5,
