@@ -14,9 +14,9 @@ from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
 from pidpanel.study import CouponStudy, Study, StudyError
+from pidpanel.study.base import OVERALL
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
-from pidpanel.study.base import OVERALL
 from pidpanel.study.panel import named_place
 from pidpanel.study.reading import study_in
 

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from pidpanel.coupled.beds import cell_of
-from pidpanel.coupled.from_study import coupled_runs, estimated_cpu_seconds
+from pidpanel.coupled.from_study import coupled_runs, estimated_cpu_seconds, modulus_for
 from pidpanel.paths import WORKFLOW
 from pidpanel.study import load_study
 
@@ -64,6 +64,21 @@ def test_the_cost_is_that_of_a_run_that_was_measured(study):
     assert estimated_cpu_seconds(stiff) == pytest.approx(
         4 * estimated_cpu_seconds(study(scenarios, **keys)), rel=1e-9
     )
+
+
+def test_contacts_are_stiffer_where_a_bed_may_ride_or_cross(study):
+    # red: limits(0.0) in modulus_for; np.sqrt(2) left out makes W/L = 0.08 of 0.11
+    scenarios = {"one": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [130]}}
+    one = study(scenarios)
+    (bed,) = coupled_runs(one)["PID-1_r0.5_130dB/seed1"].beds
+    gap = 0.5 * bed.packing.depth
+
+    def modulus(stroke_per_gap):
+        speed = 1.0
+        amplitude = stroke_per_gap * gap
+        return modulus_for(one.coupon, bed, speed, speed * np.sqrt(2) * speed / amplitude)
+
+    assert [modulus(x) / 1e6 for x in (0.09, 0.11, 0.4, 0.6)] == [50, 200, 200, 50]
 
 
 def test_spheres_belong_to_the_nearest_cell():

@@ -30,6 +30,7 @@ from pidpanel.coupled.stations import stations_of
 from pidpanel.coupon import contact
 from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
 from pidpanel.coupon.liggghts.library import load_library
@@ -215,21 +216,37 @@ class StudiedPanel:
             psd = _bare_psd(coupled, patch.shape, frequency) @ patch.area / patch.area.sum()
             squares = [np.trapezoid(omega[:, 0] ** k * psd, frequency) for k in (2, 4)]
             speed, acceleration = np.sqrt(squares)
-            stiffness = coupon.stiffness
-            found.append(
-                contact.softest_modulus(
-                    stiffness.choices,
-                    coupon.particles.youngs_modulus,
-                    radius=bed.packing.sizes.largest / 2,
-                    density=bed.packing.density,
-                    poissons_ratio=coupon.particles.poissons_ratio,
-                    speed=FASTEST * speed,
-                    frequency=acceleration / (2 * np.pi * speed),
-                    contact_time_per_period=stiffness.contact_time_per_period,
-                    overlap_per_radius=stiffness.overlap_per_radius,
-                )
-            )
+            found.append(modulus_for(coupon, bed, speed, acceleration))
         return found
+
+
+def modulus_for(coupon: Coupon, bed: Bed, speed: float, acceleration: float) -> float:
+    """Return the softest modulus [Pa] whose contacts are short and shallow, as of a tone's run.
+
+    Softened contacts stay so at low levels, where a tone has the material's own: at 122 dB g rms
+    is that of the coupon driven at random with its own (docs/theory.md).
+
+    Parameters
+    ----------
+    coupon, bed
+        The damper, and one of its beds.
+    speed, acceleration
+        Rms speed [m/s] and acceleration [m/s²] of the bare patch. Impacts are `FASTEST` times as
+        fast as that; W/L is that of the sine with this rms acceleration at their ratio.
+    """
+    tone = Tone(acceleration / (2 * np.pi * speed), np.sqrt(2) * acceleration)
+    longest, deepest = coupon.stiffness.limits(bed.stroke_per_gap(tone))
+    return contact.softest_modulus(
+        coupon.stiffness.choices,
+        coupon.particles.youngs_modulus,
+        radius=bed.packing.sizes.largest / 2,
+        density=bed.packing.density,
+        poissons_ratio=coupon.particles.poissons_ratio,
+        speed=FASTEST * speed,
+        frequency=tone.frequency,
+        contact_time_per_period=longest,
+        overlap_per_radius=deepest,
+    )
 
 
 def _bare_psd(coupled: CoupledPanel, seen: Array, frequency: Array) -> Array:
