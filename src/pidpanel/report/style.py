@@ -14,7 +14,9 @@ from io import BytesIO
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib import colors
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
@@ -105,11 +107,11 @@ def set_as_typed(figure: Figure) -> None:
 def png(figure: Figure) -> bytes:
     """Return the figure as PNG, the same bytes from the same numbers; texts appear as typed."""
     set_as_typed(figure)
-    drawn, buffer = BytesIO(), BytesIO()
-    figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
-    with Image.open(drawn) as image:
-        few = image.convert("RGB").quantize(
-            COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
-        )
+    figure.set_dpi(RESOLUTION)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()  # `savefig` draws twice
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    few = image.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = BytesIO()
     few.save(buffer, format="png", optimize=True)
     return buffer.getvalue()
