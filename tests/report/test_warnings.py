@@ -23,6 +23,9 @@ def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_
     said = warnings.response_warnings(study, summary, psd, NO_LAYOUTS)
     (outside,) = (text for text in said if "outside the simulated range" in text)
     assert "A, r = 0.1, 150 dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
+    # the worst are named, here the first of equals; red: NAMED = 9
+    count = len({s.label for s in study.all_scenarios() if s.patch})
+    assert outside.count("Γ = 312") == 3 and f"and {count - 3} more (All scenarios)" in outside
     # flat spectra from 100 to 400 Hz: (141 − 100)/300
     assert "These lines account for 14 % to 14 % of the change" in outside
 

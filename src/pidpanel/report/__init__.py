@@ -8,6 +8,8 @@ From files to a page:
     What the stages left, as records; single runs of the coupon.
 `study_page`, `coupon_page`, `verification_page`
     Which parts a page has, in which order.
+`comparison`, `comparison_page`
+    What differs between two studies, and its page.
 `html`, `charts`
     The page as text; curves that a reader can zoom and switch.
 

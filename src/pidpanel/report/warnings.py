@@ -26,6 +26,9 @@ from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.round import Round
 from pidpanel.study import Study
 
+NAMED = 3
+"""Scenarios that a warning names, those that it concerns most."""
+
 SINGLE_TONES = (
     "C_e and m_a come from coupons shaken at one frequency at a time. The panel moves at all "
     "frequencies at once, and a bed kept loose by low frequencies dissipates less at high ones. "
@@ -106,8 +109,12 @@ def response_warnings(
                 f"{names[row['scenario']]}, Γ = {_read_at(row, layouts)}, "
                 f"{percent(row['outside_run_points_share'])} of the lines "
                 f"({_ranges_outside(psd, reading, row['scenario'])})"
-                for row in records(outside)
+                for row in records(
+                    outside.sort_values("outside_run_points_share", ascending=False, kind="stable")
+                )
             ]
+            if len(parts) > NAMED + 1:
+                parts = [*parts[:NAMED], f"and {len(parts) - NAMED} more (All scenarios)"]
             shares = np.concatenate(
                 [_extrapolated_share(study, psd, reading, label) for label in outside["scenario"]]
             )
