@@ -22,7 +22,8 @@ model = pidpanel.Model(
                 "frequency_hz": [100, 400],
                 "acceleration_g": [10, 100],
             },
-            "accuracy": {"relative_error": 0.25, "seeds": 1, "min_cycles": 10, "max_cycles": 30},
+            # few cycles, of which not all are steady
+            "accuracy": {"seeds": 1, "min_cycles": 10, "max_cycles": 15, "coverage": 0.5},
         },
     },
     tempfile.mkdtemp(),

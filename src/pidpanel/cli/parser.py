@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
@@ -84,6 +84,17 @@ def parser() -> argparse.ArgumentParser:
         module.add_arguments(one)
         one.set_defaults(call=module.call)
     return whole
+
+
+def parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments of a command; `further` is what follows ``--``, for Snakemake."""
+    end = list(arguments).index("--") if "--" in arguments else len(arguments)
+    whole = parser()
+    given = whole.parse_args(arguments[:end])
+    given.further = list(arguments[end + 1 :])
+    if given.further and given.command != "run":
+        whole.error("options after -- are for Snakemake, and only allowed with run")
+    return given
 
 
 def add_study(parser: argparse.ArgumentParser) -> None:

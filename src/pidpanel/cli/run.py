@@ -21,9 +21,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-n", "--dry-run", action="store_true", help="say what would be run, and run nothing"
     )
-    parser.add_argument(
-        "options", nargs="*", metavar="-- OPTION", help="further options of Snakemake"
-    )
 
 
 def call(given: argparse.Namespace) -> int:
@@ -40,7 +37,7 @@ def call(given: argparse.Namespace) -> int:
     except StudyError as error:
         raise MachineError(str(error)) from None
     check_space(results)
-    options = [*(["--dry-run"] if given.dry_run else []), *given.options]
+    options = [*(["--dry-run"] if given.dry_run else []), *given.further]
     status = run(given.study, given.directory, given.jobs, options)
     if status == 0 and not given.dry_run and page_of(study, results).exists():
         print(page_of(study, results).absolute())

@@ -1,0 +1,121 @@
+"""A study in; damping, modes and responses out, as xarray: what notebooks and examples use."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pidpanel
+from pidpanel.api import _plain
+from pidpanel.damping.laws import paper_corrected
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+
+
+@pytest.fixture(scope="module")
+def model(law_values):
+    """The small panel with the paper's law, as a mapping."""
+    values = law_values()
+    values["damping"]["readings"] = ["paper_corrected"]
+    values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    return pidpanel.Model(values)
+
+
+def test_the_damping_is_that_of_the_law(model):
+    # red: gamma and frequency interchanged in `damping`
+    found = model.damping(fill_fraction=[0.3, 0.8], frequency_hz=[50, 100, 140], acceleration_g=[5])
+    assert dict(found.sizes) == {"fill_fraction": 2, "frequency": 3, "acceleration": 1}
+    for fill in (0.3, 0.8):
+        expected = paper_corrected(np.array([50.0, 100.0, 140.0]), fill)
+        read = found["equivalent_damping"].sel(fill_fraction=fill).squeeze().to_numpy()
+        np.testing.assert_allclose(read, expected)
+    assert {name: one.attrs["units"] for name, one in found.items()} == {
+        "equivalent_damping": "N s m-3",
+        "equivalent_damping_error": "N s m-3",
+        "apparent_mass": "kg m-2",
+        "inside": "1",
+    }
+
+
+def test_modes_are_those_of_the_panel_in_order(model):
+    # red: residual vectors kept among the modes
+    modes = model.modes()
+    frequency = modes["natural_frequency"]
+    assert frequency.attrs["units"] == "Hz" and bool((frequency.diff("mode") >= 0).all())
+    # Navier: f = π/2 √(D/m″) ((m/a)² + (n/b)²)
+    orders = np.array([(1, 1), (2, 1), (1, 2)]) / (1.5, 1.0)
+    exact = np.pi / 2 * np.sqrt(3273.07 / 4.0) * (orders**2).sum(axis=1)
+    np.testing.assert_allclose(frequency[:3], exact, rtol=2e-3)
+    assert list(modes["point"].to_numpy()) == ["centre", "Edge"]
+
+
+def test_the_response_has_its_rms_values_with_units(model):
+    # red: the factor of g left out of RMS
+    found = model.response()
+    one = found.sel(scenario="PID-1_r0.8_150dB", reading="paper_corrected", point="centre")
+    psd = one["acceleration_psd"].to_numpy()
+    rms = np.sqrt(np.trapezoid(psd, found["frequency"].to_numpy()))
+    assert float(one["acceleration_rms"]) == pytest.approx(rms, rel=1e-3)
+    assert found["acceleration_rms"].attrs["units"] == "m s-2"
+    summary = model.summary().set_index(["scenario", "point"])
+    assert float(one["reduction"]) == summary.loc[("PID-1_r0.8_150dB", "centre"), "reduction_db"]
+
+
+def test_the_sound_sums_up_to_its_level(model):
+    # red: the column of the surface PSD in place of the levels
+    levels = model.sound()["band_spl"]
+    assert 10 * np.log10((10 ** (levels / 10)).sum()) == pytest.approx(150, abs=1e-3)
+
+
+def test_a_mistake_in_a_mapping_is_told_without_a_file(law_values):
+    # red: `place.sub` left out
+    values = law_values()
+    values["sound"]["sped_m_s"] = 343
+    with pytest.raises(pidpanel.StudyError, match=r"^sound\.sped_m_s = 343: unknown key"):
+        pidpanel.Model(values)
+
+
+def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
+    # red: `_result` without its look at the file
+    model = pidpanel.Model("smoke.yaml", tmp_path)
+    for ask in (model.response, model.cases, lambda: model.damping("dem")):
+        with pytest.raises(pidpanel.ResultsError, match=r"not there; .* call run\(\) first"):
+            ask()
+    with pytest.raises(pidpanel.StudyError, match="must be one of paper_corrected, dem"):
+        model.damping()
+    with pytest.raises(pidpanel.StudyError, match="panel: missing"):
+        pidpanel.Model("coupon_friction.yaml").modes()
+
+
+def test_values_of_numpy_and_paths_are_those_of_a_file():
+    # red: `value.tolist()` left out
+    values = {"a": np.float64(1.5), "b": (np.arange(2), Path("x")), 3: {"c": None}}
+    assert _plain(values) == {"a": 1.5, "b": [[0, 1], "x"], "3": {"c": None}}
+
+
+SAYS = {
+    "damper_on_a_plate": "damped",
+    "measured_table": "middle_r0.8_145dB",
+    "own_bdf": "mode 5",
+    "own_bead": "equivalent_damping_n_s_m3",
+    "own_spectrum": "137.0 dB overall",
+    "two_layouts": "the lower rms at the worst point has: one",
+}
+
+
+def test_every_example_is_run_here():
+    # red: an example more than in SAYS
+    assert [path.stem for path in EXAMPLES] == sorted(SAYS)
+
+
+@pytest.mark.liggghts
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_runs_and_says_what_it_should(path, capsys):
+    # red: any key of an example misspelt
+    with pd.option_context("display.width", 200):
+        runpy.run_path(str(path), run_name="__main__")
+    said = capsys.readouterr()
+    assert SAYS[path.stem] in said.out
+    assert "Traceback" not in said.err
