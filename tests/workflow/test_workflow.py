@@ -1,9 +1,11 @@
 """The workflow through Snakemake, as a user runs it; real LIGGGHTS."""
 
+import html
 import importlib.util
 import itertools
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -40,13 +42,60 @@ def jobs(result):
     return {row[0]: int(row[1]) for row in rows if row[0] not in ("all", "total")}
 
 
+ODD = 'it\'s $(touch hacked) & größe; {0/90}s "q"'.replace("/", "-")
+"""A name that is none of a shell's, Snakemake's or LIGGGHTS' business."""
+
+
+def pidpanel(folder, *arguments):
+    """The command line, called in a folder."""
+    command = [Path(sys.executable).with_name("pidpanel"), *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
 @pytest.fixture(scope="module")
 def smoke(tmp_path_factory):
-    """Folder in which the smoke study was run."""
-    folder = tmp_path_factory.mktemp("smoke")
-    result = snakemake(folder, STUDIES / "smoke.yaml")
+    """Folder with an odd name, in which the smoke study was run from the command line."""
+    folder = tmp_path_factory.mktemp("smoke") / ODD
+    folder.mkdir()
+    shutil.copy(STUDIES / "smoke.yaml", folder)
+    result = pidpanel(folder, "run", "smoke.yaml")
     assert result.returncode == 0, said(result)
+    assert result.stdout == f"{folder / 'results' / 'smoke' / 'report.html'}\n"
+    # red: a bar that is drawn where there is no terminal
+    assert not [c for c in said(result) if not c.isprintable() and c != "\n"]
     return folder
+
+
+@pytest.mark.liggghts
+def test_paths_and_texts_of_a_study_are_data(smoke):
+    # red: "2> {log}" with the folder in it; `shlex.quote` left out of run_step; `|safe` for a title
+    assert not list(smoke.parent.rglob("hacked*"))
+    page = (smoke / "results" / "smoke" / "report.html").read_text()
+    assert "Fill of a {0/90}s layup, &lt;b&gt;$C_e$ &amp; $x_{2}$&lt;/b&gt;" in page
+    command = html.unescape(page.split("<pre>")[-1].split("</pre>")[0])
+    assert shlex.split(command) == ["pidpanel", "run", str(smoke / "smoke.yaml")]
+
+
+@pytest.mark.liggghts
+def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
+    # red: a dry run whose target is taken for a logger; cases counted by their folders
+    result = pidpanel(smoke, "status", "smoke.yaml")
+    assert result.returncode == 0, said(result)
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("smoke: complete") and lines[1] == "cases: 8 of 8 done, 0 left"
+    assert all(line.endswith(" done") for line in lines[2:])
+    result = pidpanel(smoke, "report", "smoke.yaml")
+    assert result.stdout == f"{smoke / 'results' / 'smoke' / 'report.html'}\n"
+    result = pidpanel(smoke, "export", "smoke.yaml", "--to", tmp_path / "out")
+    assert "tabrnd1.bdf" in result.stdout and (tmp_path / "out" / "psd.uff").is_file()
+    result = pidpanel(
+        smoke, "compare", "smoke.yaml", "results/smoke", "--page", tmp_path / "c.html"
+    )
+    assert result.returncode == 0, said(result)
+    values = result.stdout.splitlines()[1:-2]
+    assert values and all(line.endswith("the same") for line in values)
+    page = (tmp_path / "c.html").read_text()
+    assert page.count("<figure") >= 3 and "http" not in page.split("<body>")[1].split("<script>")[0]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,95 @@
+"""Two studies against each other: a difference within the stated errors is none."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pidpanel.report.comparison import (
+    BEST,
+    Difference,
+    NothingInCommon,
+    Side,
+    Value,
+    differences,
+    only_in,
+    told,
+)
+from pidpanel.report.comparison_page import comparison_page
+from pidpanel.report.html import render
+
+
+def side(name, values, reading="dem", point="P"):
+    """A study of (scenario, rms, error) at one point."""
+    rows = [
+        {"reading": reading, "scenario": scenario, "patch": "none" if scenario == "bare" else "A",
+         "point": point, "acceleration_rms_g": rms, "acceleration_rms_error_g": error}
+        for scenario, rms, error in values
+    ]  # fmt: skip
+    labels = [row["scenario"] for row in rows]
+    psd = np.full((1, len(labels), 3, 1), 2.0)
+    dims = ("reading", "scenario", "frequency", "point")
+    coords = {
+        "reading": [reading],
+        "scenario": labels,
+        "frequency": [100.0, 150, 200],
+        "point": [point],
+    }
+    return Side(name, pd.DataFrame(rows), xr.Dataset({"acceleration_psd": (dims, psd)}, coords))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "verdict"),
+    [
+        ((10, 0.3), (9, 0.3), "lower"),  # 1 g against 2 √(0.03² + 0.033²) of it
+        ((9, 0.3), (10, 0.3), "higher"),
+        ((10, 0.3), (9.5, 0.3), "within the errors"),
+        ((10, math.nan), (5, 0.3), "not judged: no stated error"),
+        ((10, math.nan), (10.001, 0.3), "the same"),
+        ((10, 0.0), (9.9, 0.0), "lower"),
+    ],
+)
+def test_a_difference_counts_from_two_standard_errors(one, other, verdict):
+    # red: SIGMAS = 1; the errors added in place of their squares; a NaN taken for 0
+    values = (Value("a", "dem", *one), Value("a", "dem", *other))
+    assert Difference(("dem", "a", "P"), *values).verdict == verdict
+
+
+def test_the_reduction_and_its_error_are_those_of_the_ratio():
+    # red: 10 in place of 20; the ratio turned over
+    found = Difference(("dem", "a", "P"), Value("a", "dem", 10, 0.3), Value("a", "dem", 8, 0.4))
+    assert found.reduction == pytest.approx(20 * math.log10(10 / 8))
+    assert found.error == pytest.approx(8.685889638 * math.hypot(0.03, 0.05))
+
+
+def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
+    # red: the highest as the best; the bare panel among them
+    one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 0.1)])
+    other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], reading="table")
+    found = {d.key[1]: d for d in differences(one, other)}
+    assert set(found) == {"bare", "x", BEST}
+    assert (found[BEST].one.scenario, found[BEST].other.scenario) == ("y", "x")
+    assert found["bare"].verdict == "the same"
+    assert only_in(one, other) == ["y"]
+    lines = list(told(one, other))
+    assert lines[0].split()[:3] == ["reading", "scenario", "point"]
+    assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"
+
+
+def test_studies_without_a_common_point_say_which_points_they_have():
+    # red: an empty table
+    with pytest.raises(NothingInCommon, match="points of a are P, of b Q"):
+        list(told(side("a", [("x", 1, 0.1)]), side("b", [("x", 1, 0.1)], point="Q")))
+
+
+def test_the_page_names_what_differs_for_certain_and_draws_both():
+    # red: all rows in the first table; one of the two curves left out
+    one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 2.0)])
+    other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("y", 6.9, 2.0)])
+    page = comparison_page(one, other)
+    assert [row[1] for row in page.first[0].rows] == ["x"]
+    (picture,) = page.sections[0].blocks
+    assert [curve.label.split(",")[0] for curve in picture.charts[0].curves] == ["one", "other"] * 2
+    assert "within the errors" in render(page)

@@ -1,0 +1,49 @@
+"""What a wheel holds: the package with the workflow, the templates and the data beside it."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
+    # red: a folder left out of FOLDERS in setup.py; PROJECT of a checkout always
+    command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path / "lib"]
+    subprocess.run(
+        [*command, "egg_info", "--egg-base", tmp_path], cwd=ROOT, check=True, capture_output=True
+    )
+    code = (
+        "from pidpanel.paths import DATA, PACKAGE, PROJECT, SNAKEFILE, STUDIES, TEMPLATES, WORKFLOW\n"
+        "from pidpanel.fingerprint import code_digest\n"
+        "code_digest('scripts.response')\n"
+        "print(PACKAGE, PROJECT, SNAKEFILE.is_file(), len(list(DATA.rglob('*.csv'))), sep='|')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "lib")},
+    )  # fmt: skip
+    package, project, there, tables = done.stdout.strip().split("|")
+    assert Path(package) == tmp_path / "lib" / "pidpanel"
+    assert Path(project) == tmp_path / "lib" / "pidpanel" / "project"
+    assert there == "True"
+    assert int(tables) == len(list((ROOT / "workflow" / "data").rglob("*.csv")))
+    for folder in ("workflow", "templates", "profiles"):
+        own = {p.relative_to(ROOT) for p in (ROOT / folder).rglob("*") if p.is_file()}
+        own = {p for p in own if not {"__pycache__", ".snakemake"} & set(p.parts)}
+        copied = {
+            p.relative_to(project) for p in (Path(project) / folder).rglob("*") if p.is_file()
+        }
+        assert copied == own
+    assert (tmp_path / "lib" / "pidpanel" / "py.typed").is_file()
+
+
+def test_the_source_distribution_has_what_the_wheel_is_made_of():
+    # red: a line left out of MANIFEST.in
+    lines = (ROOT / "MANIFEST.in").read_text().split("\n")
+    for folder in ("workflow", "templates", "profiles", "config", "examples"):
+        assert f"graft {folder}" in lines
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert settings["project"]["scripts"]["pidpanel"] == "pidpanel.cli:main"

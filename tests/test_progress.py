@@ -1,0 +1,65 @@
+"""Long stages say how far they have come; a run says it for them."""
+
+import logging
+from types import SimpleNamespace
+
+from snakemake_interface_logger_plugins.common import LogEvent
+
+import snakemake_logger_plugin_pidpanel as plugin
+from pidpanel.progress import time_left, tracked
+
+
+def test_the_time_left_is_that_of_the_rest_at_the_pace_so_far():
+    # red: elapsed * total / done
+    assert time_left(30.0, 3, 12).total_seconds() == 90
+
+
+def test_a_stage_says_how_many_are_done_where_it_takes_long(capsys):
+    # red: a line for each item; `print` to stdout
+    assert list(tracked("abc", "cases", seconds_between_lines=0.0)) == ["a", "b", "c"]
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.splitlines()[1].startswith("2 of 3 cases, 0:00:00 left")
+    assert list(tracked("abc", "cases")) == ["a", "b", "c"]
+    assert capsys.readouterr().err == ""
+
+
+def test_only_a_line_that_tells_the_time_left_is_taken_from_a_log(tmp_path):
+    # red: any last line; control characters kept
+    log = tmp_path / "a.log"
+    assert plugin.said_last(log) == ""
+    log.write_text("warning\n2 of 3 cases, 0:01:00 left\n\n")
+    assert plugin.said_last(log) == "2 of 3 cases, 0:01:00 left"
+    log.write_text("2 of 3 cases, \x1b[1m0:01:00 left")
+    assert "\x1b" not in plugin.said_last(log)
+    log.write_text("2 of 3 cases, 0:01:00 left\nNotSteady\n")
+    assert plugin.said_last(log) == ""
+
+
+def record(event, **values):
+    one = logging.LogRecord("snakemake", logging.INFO, "", 0, "said", (), None)
+    vars(one).update(event=event, **values)
+    return one
+
+
+def test_a_run_tells_of_its_long_jobs_without_control_characters(tmp_path, monkeypatch, capsys):
+    # red: JOB_FINISHED that keeps the job; `_look` that is never started
+    monkeypatch.setattr(plugin, "SECONDS_BETWEEN_LOOKS", 0.01)
+    monkeypatch.setattr(plugin, "SECONDS_BETWEEN_LINES", 0.0)
+    log = tmp_path / "a.log"
+    log.write_text("2 of 3 cases, 0:01:00 left\n")
+    settings = SimpleNamespace(
+        stdout=True, nocolor=False, verbose=False, dryrun=False, printshellcmds=False
+    )
+    handler = plugin.LogHandler(settings, None)
+    try:
+        handler.emit(record(LogEvent.RUN_INFO, stats={"total": 4}))
+        info = {"jobid": 7, "rule_name": "shake", "log": [str(log)]}
+        handler.emit(record(LogEvent.JOB_INFO, **info))
+        said = ""
+        while "shake: 2 of 3 cases, 0:01:00 left" not in said:
+            said += capsys.readouterr().out
+        handler.emit(record(LogEvent.JOB_FINISHED, job_id=7))
+        assert handler.jobs == {}
+    finally:
+        handler.close()
+    assert "0 of 4 jobs; shake: 2 of 3" in said and "\x1b" not in said
