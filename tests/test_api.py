@@ -48,6 +48,7 @@ def test_modes_are_those_of_the_panel_in_order(model):
     orders = np.array([(1, 1), (2, 1), (1, 2)]) / (1.5, 1.0)
     exact = np.pi / 2 * np.sqrt(3273.07 / 4.0) * (orders**2).sum(axis=1)
     np.testing.assert_allclose(frequency[:3], exact, rtol=2e-3)
+    assert modes.sizes["mode"] == len(pd.read_csv(model._stages["modes.csv"]))
     assert list(modes["point"].to_numpy()) == ["centre", "Edge"]
 
 

@@ -134,7 +134,7 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
     # red: subprocess.call, which kills after a quarter of a second; KeyboardInterrupt not caught
     code = (
         "import sys; from pathlib import Path; from pidpanel import cli; from pidpanel.cli import snakemake\n"
-        "sleeper = 'import signal, time, pathlib; signal.signal(2, lambda *a: (time.sleep(0.6),'"
+        "sleeper = 'import signal, time, pathlib; signal.signal(2, lambda *a: (time.sleep(3),'"
         ' + \'pathlib.Path("ended").touch(), exit(1))); pathlib.Path("begun").touch(); time.sleep(30)\'\n'
         "snakemake.command = lambda *a: [sys.executable, '-c', sleeper]\n"
         "sys.exit(cli.main(['run', 'l_panel.yaml']))"
@@ -148,8 +148,8 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
     assert process.wait(timeout=60) == cli.INTERRUPTED
-    assert process.stderr.read() == "stopped; the same command resumes\n"
     assert (tmp_path / "ended").exists()
+    assert process.stderr.read() == "stopped; the same command resumes\n"
 
 
 def test_an_estimate_of_what_is_complete_needs_no_liggghts(capsys, tmp_path, monkeypatch):
