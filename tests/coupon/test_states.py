@@ -69,7 +69,7 @@ def test_independent_rows_have_the_error_of_their_mean():
 
 def coupon(**changes):
     values = {
-        "cell": {"across_flats_mm": 6.35, "depth_mm": 25, "count": 1},
+        "cell": {"across_flats_mm": 6.35, "depth_mm": 25, "count": 2},
         "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [80]},
         "time_step_rayleigh": 0.2,
         "accuracy": {
