@@ -22,7 +22,7 @@ TABLE = ROOT / "docs" / "drills.md"
 HEAD = """\
 # Drills
 
-What can go wrong is done to a small study with real LIGGGHTS at random moments, and the study is called again with the same command. `make drills` does each {repeats} times and writes this page.
+What can go wrong is done to a small study with real LIGGGHTS at random moments, and the study is called again with the same command. `make drills` does each 20 times, or `REPEATS=…` times, and writes this page.
 
 The study is one coupon case of one cell and one packing, poured, shaken loose, shaken to 30 or 45 cycles, and gathered in `cases.csv`; that file is compared byte by byte with that of an undisturbed run from nothing. What changes on the way (files that are damaged, for one) is named in a line.
 
@@ -83,7 +83,7 @@ def main() -> int:
             + " |\n"
             for drill, found in counts.items()
         )
-        TABLE.write_text(HEAD.format(repeats=given.repeats) + "".join(rows))
+        TABLE.write_text(HEAD + "".join(rows), encoding="utf-8")
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{(used.ru_utime + used.ru_stime) / 60:.1f} CPU-minutes")
     return int(any(found[end] for found in counts.values() for end in ENDS[:-1]))
