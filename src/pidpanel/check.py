@@ -17,8 +17,17 @@ from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
-from pidpanel.study.panel import named_place
-from pidpanel.study.reading import study_in
+from pidpanel.study.panel import Panel, named_place
+from pidpanel.study.reading import good_sections, validated
+from pidpanel.study.response import Response
+from pidpanel.study.sound import Sound
+from pidpanel.text_files import TextFileError, read_text
+
+
+LARGEST_DECK = 1_000_000
+"""Most bytes of a deck."""
+ANY_MESH = 1e-3
+"""A frequency for which no mesh is too coarse [Hz]."""
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:
@@ -30,11 +39,14 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
         One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
     document = Document(Path(path))
-    study = study_in(document)
-    mistakes = [one for name in study.coupons for one in check_decks(study, name)]
-    if isinstance(study, Study):
-        mistakes += check_panel(study)
-    if mistakes:
+    study, mistakes = validated(document)
+    if study is None:
+        mistakes += check_sections(*good_sections(document))
+    else:
+        mistakes += [one for name in study.coupons for one in check_decks(study, name)]
+        if isinstance(study, Study):
+            mistakes += check_panel(study)
+    if study is None or mistakes or document.mistakes:
         raise document.error(dict.fromkeys(mistakes))
     return study
 
@@ -63,6 +75,8 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
     """Yield the mistakes of a coupon's own decks: variables that are unknown or not used."""
     coupon = study.coupons[name]
     way = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
+    if coupon.deck is None and "deck" not in coupon.vary:
+        return
     for case in cases_of(coupon):
         path = case.point.deck
         if path is None:
@@ -71,13 +85,19 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         varied = [str(one) for one in coupon.vary.get("deck", ())]
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
         given = case.point.deck_values(restart="none")
-        text = Path(path).read_text(encoding="utf-8")
+        try:
+            text = read_text(Path(path), LARGEST_DECK)
+        except TextFileError as error:
+            place = path if error.line is None else f"{path}:{error.line}"
+            yield Mistake(keys, f"{place}: {error.says}")
+            continue
         try:
             unknown = deck.undeclared(text, given)
         except jinja2.TemplateSyntaxError as error:
             yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
             continue
-        if not unknown:
+        unused = sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ())))
+        if not unknown and not unused:
             try:
                 case.point.deck_text()
             except DeckRefused as error:
@@ -86,7 +106,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
                 yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
         for name in unknown:
             yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(given))}")
-        for name in sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ()))):
+        for name in unused:
             yield Mistake(
                 keys,
                 f"must use the variable {name}; a deck writes one row per cycle, as "
@@ -100,29 +120,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.from_study import read_table
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.damping.table_files import TableError
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.response.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.sound.table import SpectrumTableError, read_spl_table
 
     low, high = study.response.frequency_hz
-    try:
-        spectrum = read_spl_table(study.sound.spectrum)
-    except SpectrumTableError as error:
-        yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
-    else:
-        says = OVERALL.refuses(spectrum.oaspl)
-        if says:
-            yield Mistake(
-                ("sound", "spectrum"),
-                f"its bands sum to {spectrum.oaspl:.1f} dB; {says.partition(';')[0]}: are they in Pa?",
-            )
-        edges = spectrum.edge_frequency
-        if low < edges[0] or high > edges[-1]:
-            yield Mistake(
-                ("response", "frequency_hz"),
-                f"must be in the bands of {study.sound.spectrum.name}, "
-                f"{edges[0]:.5g} to {edges[-1]:.5g} Hz",
-            )
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
     laws = [name for name in study.used_dampers if study.all_dampers[name].law is not None]
     if outside_law and (laws or any(name.startswith("paper") for name in study.readings)):
@@ -146,12 +146,47 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"its resonances take {lines} frequency lines from {low:g} to {high:g} Hz; allowed"
             f" are {LINES_AT_MOST}, for ratios from {least:g}",
         )
+    yield from check_sections(study.panel, study.sound, study.response)
+
+
+def check_sections(
+    panel: Panel | None, sound: Sound | None, response: Response | None
+) -> Iterator[Mistake]:
+    """Yield what is wrong with the spectrum and the mesh; None for a section that is wrong."""
+    if sound is not None:
+        yield from _check_spectrum(sound, response)
+    if panel is not None:
+        yield from _check_mesh(panel, ANY_MESH if response is None else response.frequency_hz[1])
+
+
+def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake]:
+    from pidpanel.sound.table import SpectrumTableError, read_spl_table
+
     try:
-        StudiedPanel(study.panel).check(high)
+        spectrum = read_spl_table(sound.spectrum)
+    except SpectrumTableError as error:
+        yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
+        return
+    if not OVERALL.holds(spectrum.oaspl):
+        says = f"its bands sum to {spectrum.oaspl:.1f} dB; {OVERALL.allowed}: are they in Pa?"
+        yield Mistake(("sound", "spectrum"), says)
+    low, high = spectrum.edge_frequency[[0, -1]]
+    if response is not None and (response.frequency_hz[0] < low or response.frequency_hz[1] > high):
+        yield Mistake(
+            ("response", "frequency_hz"),
+            f"must be in the bands of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
+        )
+
+
+def _check_mesh(panel: Panel, highest: float) -> Iterator[Mistake]:
+    from pidpanel.panel.from_study import StudiedPanel
+
+    try:
+        StudiedPanel(panel).check(highest)
     except ValueError as error:
         for fault in getattr(error, "faults", (str(error),)):
-            keys = named_place(study.panel, fault)
-            says = fault.removeprefix("mesh: ").removeprefix(f"{study.panel.mesh.file}: ")
+            keys = named_place(panel, fault)
+            says = fault.removeprefix("mesh: ").removeprefix(f"{panel.mesh.file}: ")
             yield Mistake(("panel", *keys), says)
 
 

@@ -18,6 +18,9 @@ from pidpanel.arrays import Array, Index
 TOLERANCE = 1e-5
 """Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts."""
 
+HALF_TOLERANCE = 1e-10
+"""The same at half of it: of a box that is short beside the waves this takes more terms."""
+
 WAVES_IN_A_BOX = 2.0
 """Edge, in shortest wavelengths, of the boxes in which points are gathered first."""
 
@@ -72,7 +75,7 @@ def condensed(
     >>> x = np.random.default_rng(0).uniform(size=(1000, 2)) * [1.0, 0.5]
     >>> few = condensed(x, np.full(1000, 0.0005), x[:, :1], 2 * np.pi)
     >>> len(few.weight)
-    108
+    143
     >>> found = (few.weight * np.exp(1j * np.pi * few.position[:, 0])) @ few.values
     >>> expected = np.full(1000, 0.0005) * np.exp(1j * np.pi * x[:, 0]) @ x[:, :1]
     >>> bool(np.abs(found - expected)[0] < 1e-10)
@@ -134,7 +137,8 @@ def _gathered(members: Index, along_x: Array, along_y: Array, load: Array, sprea
 def degree(reach: float) -> int:
     """Return how many terms the Legendre series of exp(iκx) on |x| ≤ a/2 has, reach = κ a/2.
 
-    Terms (2m + 1) j_m(reach) beyond are below `TOLERANCE`.
+    Terms (2m + 1) j_m(reach) beyond are below `TOLERANCE`, and below `HALF_TOLERANCE` at half the
+    reach.
 
     Examples
     --------
@@ -142,8 +146,10 @@ def degree(reach: float) -> int:
     (1, 22, 125)
     """
     order = np.arange(int(2 * reach) + 40)
-    size = (2 * order + 1) * np.abs(spherical_jn(order, reach))
-    return int(np.flatnonzero(size > TOLERANCE)[-1]) + 1
+    return max(
+        int(np.flatnonzero((2 * order + 1) * np.abs(spherical_jn(order, at)) > allowed)[-1]) + 1
+        for at, allowed in ((reach, TOLERANCE), (reach / 2, HALF_TOLERANCE))
+    )
 
 
 def gauss(count: int) -> tuple[Array, Array]:

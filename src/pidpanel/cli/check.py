@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import checked_study
-    from pidpanel.cli.overview import summary
+    from pidpanel.overview import overview
 
-    print(summary(checked_study(given.study)))
+    print(overview(checked_study(given.study)))
     return 0

@@ -1,4 +1,4 @@
-"""What a study would run, in a line."""
+"""How long what a study would run takes, in a line."""
 
 from __future__ import annotations
 
@@ -15,21 +15,6 @@ from pidpanel.study import CouponStudy, Study
 def _cases(study: CouponStudy) -> list[Case]:
     """Return every case of all coupons of a study once."""
     return [case for cases in distinct_cases(study).values() for case in cases]
-
-
-def summary(study: CouponStudy) -> str:
-    """Return how many cases, runs and scenarios a study has."""
-    cases = _cases(study)
-    summary = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
-    if isinstance(study, Study):
-        if not study.scenarios:
-            return f"{summary}; the bare panel alone"
-        readings = ", ".join(study.readings)
-        summary += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
-        unused = [name for name in study.dampers if name not in study.used_dampers]
-        if unused:
-            summary += f"; not used: dampers {', '.join(unused)}"
-    return summary
 
 
 def estimate(study: CouponStudy, results: Path, jobs: int) -> str:

@@ -45,8 +45,11 @@ DIRECTIONS_AT_ONCE = 256
 """Plane waves evaluated together, so that memory stays at 256 nq values whatever k is."""
 
 PLANE_WAVE_MARGIN = 2.0
-"""A face is condensed for wavenumbers up to this times those that drive it: it then errs by 1e-10
-of ∫|φ| dA."""
+"""A face is condensed for wavenumbers up to this times those that drive it: it then errs by
+`FACE_ERROR`."""
+
+FACE_ERROR = 1e-10
+"""Of ∫|φ| dA, in the force of a plane wave on a shape."""
 
 SHAPES_CHECKED = 48
 """Shapes, spread over all, on which a table is held to the direct sum."""
@@ -129,7 +132,8 @@ def tabulate_diffuse(
     ------
     TableNotResolved
         Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), of some shapes spread over all.
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), of some shapes spread over all; or by more
+        than what is known of the face.
     FieldError
         Where k_max is not positive, or the face is not condensed for twice as much.
     """
@@ -154,7 +158,14 @@ def tabulate_diffuse(
     some = np.unique(np.linspace(0, n - 1, min(n, SHAPES_CHECKED)).astype(int))
     few = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
-        _check_table(few, k, diffuse_modal_force(k, panel.of_shapes(some)))
+        checked = panel.of_shapes(some)
+        try:
+            _check_table(few, k, diffuse_modal_force(k, checked), checked)
+        except TableNotResolved:
+            if nodes_in_k is not None:
+                raise
+            # a panel that is many waves long, or slender
+            return tabulate_diffuse(wavenumber_max, panel, count + SPARE_NODES)
     return table
 
 
@@ -210,7 +221,7 @@ def tabulate_plane_wave(
     odd = np.asarray(modal_force.imag / nodes[:, None, None], np.float64)
     table = WavenumberTable(k_max, nodes, even, odd)
     for k in (k_max, k_max / 2):
-        _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0])
+        _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0], panel)
     return table
 
 
@@ -300,12 +311,20 @@ def radiation_efficiency(
     return efficiency
 
 
-def _check_table(table: WavenumberTable, k: float, direct: Complexes | Array) -> None:
-    """Refuse a table that misses the direct G at k by more than the tolerance."""
+def _check_table(
+    table: WavenumberTable, k: float, direct: Complexes | Array, panel: PanelQuadrature
+) -> None:
+    """Refuse a table that misses the direct G at k by more than the tolerance.
+
+    The force of a wave is known to `FACE_ERROR` of ∫|φ| dA: of a shape that waves longer than the
+    panel hardly push, G is known to less than the tolerance.
+    """
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
+    known = FACE_ERROR / TABLE_TOLERANCE * (panel.weight @ np.abs(panel.shape))
     miss = np.abs(table.at([k])[0] - direct)
-    error = float(np.max(miss / np.outer(largest, largest)))
+    beside = np.outer(largest, known)
+    error = float(np.max(miss / (np.outer(largest, largest) + beside + beside.T)))
     if error > TABLE_TOLERANCE:
         raise TableNotResolved(
             f"{table.wavenumber.size} nodes in k leave a relative error of {error:.1e} at "

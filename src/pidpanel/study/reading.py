@@ -5,14 +5,20 @@ from __future__ import annotations
 import re
 import unicodedata
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import ValidationError
 
-from pidpanel.study.base import StudyError
+from pidpanel.study.base import Model, StudyError
 from pidpanel.study.document import Document
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.panel import Panel
+from pidpanel.study.response import Response
+from pidpanel.study.sound import Sound
 from pidpanel.study.study import RESERVED, CouponStudy, Study
+
+Section = TypeVar("Section", bound=Model)
 
 
 def load_study(path: str | Path) -> Study:
@@ -47,18 +53,35 @@ def load_any_study(path: str | Path) -> Study | CouponStudy:
 
 def study_in(document: Document) -> Study | CouponStudy:
     """Return the study of a file that has been read; see `load_any_study`."""
+    study, mistakes = validated(document)
+    if study is None or document.mistakes:
+        raise document.error(mistakes)
+    return study
+
+
+def validated(document: Document) -> tuple[Study | CouponStudy | None, list[Mistake]]:
+    """Return the study of a file, or None and its mistakes but those of the document itself."""
     of_panel = set(Study.model_fields) - set(CouponStudy.model_fields)
     alone = "coupon" in document.data and not of_panel & set(document.data)
     model = CouponStudy if alone else Study
     values = {"name": document.path.stem, **document.data}
     try:
-        study = model.model_validate(values, context={"folder": document.path.parent})
+        return model.model_validate(values, context={"folder": document.path.parent}), []
     except ValidationError as error:
-        found = mistakes_of(error, Study)
-        raise document.error(_of_file_name(one, document) for one in found) from None
-    if document.mistakes:
-        raise document.error(())
-    return study
+        return None, [_of_file_name(one, document) for one in mistakes_of(error, Study)]
+
+
+def good_sections(document: Document) -> tuple[Panel | None, Sound | None, Response | None]:
+    """Return the sections of a study that is refused that are good on their own."""
+    context = {"folder": document.path.parent}
+
+    def section(model: type[Section], name: str) -> Section | None:
+        try:
+            return model.model_validate(document.data.get(name, {}), context=context)
+        except ValidationError:
+            return None
+
+    return section(Panel, "panel"), section(Sound, "sound"), section(Response, "response")
 
 
 def _of_file_name(mistake: Mistake, document: Document) -> Mistake:

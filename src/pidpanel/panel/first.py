@@ -1,0 +1,51 @@
+"""The first natural frequencies of a panel, quickly: for a look before a run."""
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse.linalg as spla
+
+from pidpanel.arrays import Array
+from pidpanel.panel.eigen import factors
+from pidpanel.panel.modes import Matrices
+
+# Lanczos about this frequency below zero [Hz]: low beside any first mode, and no singular matrix.
+SHIFT = 1.0
+# Of the highest of the frequencies: what is below is a rigid body's, all but zero.
+RIGID = 1e-3
+
+
+def first_frequencies(plate: Matrices, count: int) -> tuple[int, Array]:
+    """Return the number of rigid-body modes and the first natural frequencies above.
+
+    No check that none is missed; `modes.normal_modes` has it.
+
+    Parameters
+    ----------
+    plate
+        The supported plate.
+    count
+        Frequencies that are wanted, rigid-body modes among them; a small mesh may have fewer.
+
+    Returns
+    -------
+    int
+    (n,) [Hz], ascending.
+    """
+    n_free = plate.stiffness.shape[0]
+    shift = (2 * np.pi * SHIFT) ** 2
+    if n_free > 4 * count:
+        solve = factors(plate.stiffness + shift * plate.mass).solve
+        eigenvalue = spla.eigsh(
+            plate.stiffness,
+            k=count,
+            M=plate.mass,
+            sigma=-shift,
+            OPinv=spla.LinearOperator((n_free, n_free), solve),
+            v0=np.random.default_rng(0).standard_normal(n_free),
+            return_eigenvectors=False,
+        )
+    else:
+        eigenvalue = la.eigvalsh(plate.stiffness.toarray(), plate.mass.toarray())[:count]
+    frequency = np.sqrt(np.maximum(np.sort(eigenvalue), 0.0)) / (2 * np.pi)
+    rigid = int(np.sum(frequency < RIGID * frequency[-1]))
+    return rigid, frequency[rigid:]

@@ -1,0 +1,77 @@
+"""About what the stages of a study take: time and memory, from sizes known before the run.
+
+One thread of a 2.5 GHz core. Coefficients are fitted to runs in ``benchmarks/README.md``: ``wing``
+(57 000 coordinates, 371 shapes) and ``big_wing`` (186 000, 1073). Within a factor of 2 to 3.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pidpanel.coupon.estimate import Costs, StepCost
+
+COUPON_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
+"""What a step and a pour cost on that core; `pidpanel estimate` measures them where it runs."""
+
+IMPORTS = 250e6
+"""Memory of a process before it computes [bytes]."""
+RESIDUALS = 20
+"""Shapes beside the modes for each patch; as many again for the loaded panel."""
+
+
+class Cost(NamedTuple):
+    """What a stage takes.
+
+    Attributes
+    ----------
+    stage : str
+    seconds : float
+        CPU time [s].
+    memory : float
+        At most at the same time [bytes].
+    """
+
+    stage: str
+    seconds: float
+    memory: float
+
+
+def shape_count(area: float, half_wave: float, patches: int) -> int:
+    """Return about the number of shapes of a panel, by Weyl's law.
+
+    Parameters
+    ----------
+    area
+        [m²].
+    half_wave
+        Half the length of the free bending wave at the highest frequency of the modes [m].
+    patches
+        Number of them.
+    """
+    wavenumber = math.pi / half_wave
+    return max(12, round(area * wavenumber**2 / (4 * math.pi))) + RESIDUALS * patches
+
+
+def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[Cost]:
+    """Return the costs of the stages from the panel to the report.
+
+    Parameters
+    ----------
+    coordinates
+        Free coordinates of the mesh.
+    shapes
+        As of `shape_count`.
+    lines
+        Frequency lines.
+    solves
+        Responses: scenarios times readings, with those in air.
+    """
+    product = coordinates * shapes
+    per_line = lines * shapes * shapes
+    return [
+        Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
+        Cost("sound", 2 + 2 * (shapes / 371) ** 2, IMPORTS + 2.5e3 * shapes**2),
+        Cost("response", 4 + 5.6e-9 * per_line * solves, IMPORTS + 1.2e9 * (shapes / 371) ** 2),
+        Cost("report", 20 + 0.5 * solves, 3 * IMPORTS),
+    ]
