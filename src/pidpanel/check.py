@@ -23,7 +23,6 @@ from pidpanel.study.response import Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
-
 LARGEST_DECK = 1_000_000
 """Most bytes of a deck."""
 ANY_MESH = 1e-3

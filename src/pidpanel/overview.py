@@ -150,7 +150,7 @@ def _of_modes(study: Study, solved: Solved) -> str:
     whose = "the study's mesh"
     if solved.elements != len(solved.mesh.cells):
         whose = f"a coarser mesh of {solved.elements} elements"
-    low, high = study.response.frequency_hz
+    high = study.response.frequency_hz[1]
     note = ""
     if solved.frequency.size and solved.frequency[0] > high:
         note = f"; none below {high:g} Hz, where the response is all but static"

@@ -63,7 +63,7 @@ def read_text(path: Path, most: int = LARGEST) -> str:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text of bytes in UTF-8, without its mark.
+    r"""Return the text of bytes in UTF-8, without its mark.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def decoded(data: bytes) -> str:
     >>> decoded("größe".encode("utf-8-sig"))
     'größe'
     >>> try:
-    ...     decoded("a\\ngröße".encode("latin-1"))
+    ...     decoded("a\ngröße".encode("latin-1"))
     ... except TextFileError as error:
     ...     error.line, error.says
     (2, 'must be text in UTF-8; the byte 0xf6 is ö in Latin-1')
@@ -96,11 +96,11 @@ def decoded(data: bytes) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, whichever system wrote it.
+    r"""Return the lines of a text, whichever system wrote it.
 
     Examples
     --------
-    >>> lines_of("a\\r\\nb\\rc\\n")
+    >>> lines_of("a\r\nb\rc\n")
     ['a', 'b', 'c', '']
     """
     return re.split("\r\n|\r|\n", text)

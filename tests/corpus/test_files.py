@@ -124,7 +124,12 @@ GMSH = [
     ("2 3 2 2 2 2 3 6 5", "2 2 2 2 2 2 3 6", "panel.mesh.file = panel.msh: the mesh has 2 pieces: no edges join element 2 to element 1; a panel is one piece"),
     ("6 800 400 0", "6 800 400 7", "panel.mesh.file = panel.msh: node 6: z = 7, others have 0; the panel must be plane, in x and y"),
 ]  # fmt: skip
-FOR_GMSH = [("panel.bdf", "panel.msh"), ("grid: 7", "grid: 3"), ("[1.2, 0.8]", "[0.8, 0.4]"), ("group: 2", "group: middle")]
+FOR_GMSH = [
+    ("panel.bdf", "panel.msh"),
+    ("grid: 7", "grid: 3"),
+    ("[1.2, 0.8]", "[0.8, 0.4]"),
+    ("group: 2", "group: middle"),
+]
 FILE_KEYS = [
     ("thin", "spectrum.csv", "nowhere.csv", "sound.spectrum = nowhere.csv: no such file; must be a file beside the study, or one of @"),
     ("thin", "spectrum.csv", "smc_s_016_2014_min_thrid.csv", "sound.spectrum = smc_s_016_2014_min_thrid.csv: no such file; must be a file beside the study, or one of @"),

@@ -46,10 +46,10 @@ DIRECTIONS_AT_ONCE = 256
 
 PLANE_WAVE_MARGIN = 2.0
 """A face is condensed for wavenumbers up to this times those that drive it: it then errs by
-`FACE_ERROR`."""
+half of `FACE_ERROR`."""
 
-FACE_ERROR = 1e-10
-"""Of ∫|φ| dA, in the force of a plane wave on a shape."""
+FACE_ERROR = 2e-10
+"""Of ∫|φ| dA, in the force of a plane wave on a shape, by a face that is condensed twice."""
 
 SHAPES_CHECKED = 48
 """Shapes, spread over all, on which a table is held to the direct sum."""
@@ -159,13 +159,7 @@ def tabulate_diffuse(
     few = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
         checked = panel.of_shapes(some)
-        try:
-            _check_table(few, k, diffuse_modal_force(k, checked), checked)
-        except TableNotResolved:
-            if nodes_in_k is not None:
-                raise
-            # a panel that is many waves long, or slender
-            return tabulate_diffuse(wavenumber_max, panel, count + SPARE_NODES)
+        _check_table(few, k, diffuse_modal_force(k, checked), checked)
     return table
 
 

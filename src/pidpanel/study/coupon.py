@@ -327,8 +327,8 @@ class Range(Model):
 
         Examples
         --------
-        >>> Range(**{"from": 0.1, "to": 0.3, "step": 0.1}).values()
-        (0.1, 0.2, 0.3)
+        >>> Range(**{"from": 1, "to": 1.3, "step": 0.1}).values()
+        (1.0, 1.1, 1.2, 1.3)
         """
         return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
 

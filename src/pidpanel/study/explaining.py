@@ -98,7 +98,8 @@ def _likewise(found: Sequence[Mistake]) -> Iterator[Mistake]:
     for mistake in found:
         # the allowed range is the same, the value in another unit is not
         says = mistake.says.partition(";")[0]
-        in_list = mistake.keys and isinstance(mistake.keys[-1], int) and says.startswith("must be")
+        last = mistake.keys[-1] if mistake.keys else ""
+        in_list = isinstance(last, int) and says.startswith("must be")
         alike.setdefault((mistake.keys[:-1] if in_list else mistake.keys, says), []).append(mistake)
     for (keys, _), (first, *others) in alike.items():
         places = [dotted(one.keys[len(keys) :]) for one in others]
@@ -133,10 +134,10 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
     if item["type"] == "model_type":
         keys = ", ".join(keys_of(place.types[0]))
         return Mistake(place.keys, f"must be a mapping with keys {keys}")
-    *before, last = item["loc"] or ("",)
     if item["type"] in ("missing", "too_long"):
-        missing = item["type"] == "missing" and isinstance(last, int)
-        around = place_of(tuple(before), model) if missing else place
+        *before, last = item["loc"]
+        short = item["type"] == "missing" and isinstance(last, int)
+        around = place_of(tuple(before), model) if short else place
         wanted = lengths_of(around.types)
         if wanted:
             says = f"must have {_values(wanted[0])}, not {len(item['input'])}"

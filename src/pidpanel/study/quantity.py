@@ -145,7 +145,7 @@ class Quantity:
             return number
         if not isinstance(value, Integral) and number != math.floor(number):
             raise PydanticCustomError("int_type", "{says}", {"says": "must be a whole number"})
-        return int(value)
+        return int(value) if isinstance(value, Integral) else int(number)
 
     def __call__(self, value: Any) -> float | int:
         """Return the number that a value is, for pydantic.

@@ -1,0 +1,122 @@
+"""What is printed before a run is what the stages find afterwards."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pidpanel.check import checked_study
+from pidpanel.overview import overview, solve
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.modes import normal_modes
+from pidpanel.stage_costs import panel_costs, shape_count
+from pidpanel.study.panel import Panel
+
+STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+
+
+def lines_of(study, tmp_path):
+    found = {}
+    for line in overview(checked_study(study), tmp_path).split("\n")[1:]:
+        what, says = line.split(maxsplit=1)
+        found.setdefault(what, []).append(says)
+    return found
+
+
+def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
+    found = lines_of(STUDIES / "paper.yaml", tmp_path)
+    # red: abs(cell_areas(…)).sum() → mean(); others of `_of_panel` → 0
+    assert found["panel"] == ["1.5 m², 6 kg"]
+    assert found["mesh"] == ["600 elements, 651 nodes, about 2400 coordinates"]
+    # Navier's; red: frequency[rigid:] → frequency[rigid + 1:] in `first_frequencies`
+    assert found["modes"] == ["64.9, 124.8, 199.7, 224.7, 259.6, 359.5 Hz on the study's mesh"]
+    # red: `vertex in cells`
+    assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]
+    # 0.04 m² × 0.45 × 1190 kg/m³ × 25 mm × r; red: BULK_FRACTION left out
+    assert found["dampers"] == [
+        "PID-1 coupon, r = 0.1 to 0.9: about 0.054 to 0.48 kg (0.89 to 8 % of that)",
+        "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
+        "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
+    ]
+    # red: spectrum_of → read_spl_table
+    assert found["sound"][0].startswith(
+        "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 136.7"
+    )
+    assert found["sound"][0].endswith("; scenarios at 142, 152 dB")
+    # red: a stage left out of `panel_costs`
+    assert [one.split()[0] for one in found["time"][0].split("; ")[:5]] == [
+        "coupon", "panel", "sound", "response", "report",
+    ]  # fmt: skip
+
+
+def test_masses_holes_and_tables_count(tmp_path):
+    found = lines_of(STUDIES / "sandwich_hole_hinge.yaml", tmp_path)
+    area = 1.5 * 1.0 - math.pi * 0.12**2
+    # corners rounded by 8 cm
+    area -= (4 - math.pi) * 0.08**2
+    assert float(found["panel"][0].split()[0]) == pytest.approx(area, rel=2e-3)
+    assert found["panel"][0].endswith("and 0.5 kg of masses on it")
+    # the paper's law weighs nothing that is known
+    assert "dampers" not in found
+
+
+def test_levels_within_the_range_are_those_of_the_bands_in_it(tmp_path, write_study, law_values):
+    # red: min(high, upper) → upper in `_of_sound`
+    values = law_values()
+    values["response"] = {"frequency_hz": [89.125, 112.202]}  # the band of 100 Hz alone
+    values["sound"] = {"spectrum": "smc_s_016_2014_min_third.csv"}
+    values["scenarios"] = {}
+    found = lines_of(write_study(tmp_path, "one", values), tmp_path)
+    level = next(
+        float(line.split(",")[1])
+        for line in (STUDIES.parent / "data/spl/smc_s_016_2014_min_third.csv").read_text().split()
+        if line.startswith("100,")
+    )
+    assert f", {level:.1f} dB in 89.125 to 112.202 Hz" in found["sound"][0]
+
+
+def free_plate(**keys):
+    section = {"mass_per_area_kg_m2": 4, "bending_stiffness_n_m": 3273}
+    panel = {"outline_m": [1.5, 1.0], "section": section, "points": {"A": [0.75, 0.5]}}
+    return Panel.model_validate({**panel, **keys})
+
+
+def test_rigid_bodies_are_counted_and_not_told_as_frequencies(tmp_path):
+    # red: RIGID = 0
+    solved = solve(free_plate(supports="free", mesh={"elements": [6, 4]}))
+    assert solved.rigid == 3
+    studied = StudiedPanel(free_plate(supports="free", mesh={"elements": [6, 4]}))
+    exact = normal_modes(studied.plate(studied.mesh(tmp_path / "m.msh")), 1000.0)[0]
+    np.testing.assert_allclose(solved.frequency, exact[3:9], rtol=1e-6)
+
+
+def test_a_large_mesh_is_solved_on_a_coarser_one_that_is_near(monkeypatch):
+    # red: COARSER = 8.0; `while` → `if False`
+    panel = free_plate(mesh={"kind": "triangles", "size_m": 0.14})
+    own = solve(panel)
+    assert own.elements == len(own.mesh.cells)
+    monkeypatch.setattr("pidpanel.overview.MOST_CELLS", {"thin triangles": 150})
+    coarse = solve(panel)
+    assert coarse.elements < 0.6 * own.elements
+    assert len(coarse.mesh.cells) == own.elements
+    np.testing.assert_allclose(coarse.frequency, own.frequency, rtol=2e-3)
+    assert coarse.coordinates == pytest.approx(own.coordinates, rel=0.15)
+
+
+def test_costs_of_the_wings_are_those_that_were_measured():
+    # benchmarks/README.md: 22 CPU-s; 417 CPU-s and 7.3 GB; red: ** 1.25 → ** 1
+    wing, *_ = panel_costs(57_000, 371, 1754, 48)
+    big, *_ = panel_costs(186_000, 1073, 1754, 48)
+    assert wing.seconds == pytest.approx(22, rel=0.3)
+    assert big.seconds == pytest.approx(417, rel=0.3)
+    assert big.memory == pytest.approx(7.3e9, rel=0.3)
+
+
+def test_shapes_are_counted_by_weyl_s_law():
+    # a simply supported 1.5 m × 1 m plate has about A κ²/4π modes below κ; red: 4 → 2
+    counted = sum(
+        (m / 1.5) ** 2 + n**2 < (1 / 0.1) ** 2 for m in range(1, 40) for n in range(1, 40)
+    )
+    assert shape_count(1.5, 0.1, 0) == pytest.approx(counted, rel=0.25)
+    assert shape_count(0.01, 1.0, 0) == 12
