@@ -199,7 +199,8 @@ def _allowed(node: dict[str, Any]) -> Iterator[str]:
 
 
 def _number(value: float) -> str:
-    return str(int(value)) if value == int(value) else f"{value:g}"
+    text = str(int(value)) if value == int(value) else f"{value:g}"
+    return text.replace("-", "−")
 
 
 def _default(key: str, node: dict[str, Any], required: bool, with_panel: bool) -> str:
