@@ -1,10 +1,12 @@
 """Pages and the JSON schema that are made from the code and checked in; `make reference`.
 
-`study.md` comes from the models of a study, `files.md` from `files.yaml`.
+`study.md` comes from the models of a study, `files.md` from `files.yaml`, `commands.md` from the
+parser of the command line.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +16,7 @@ import pandas as pd
 import xarray as xr
 import yaml
 
+from pidpanel.cli.parser import parser
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.json_schema import schema_text, study_schema
 
@@ -259,6 +262,43 @@ def _plain(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
+# -------------------------------------------------------------------------- command line
+
+
+def commands_page() -> str:
+    """Return the page of the commands, from their parser."""
+    whole = parser()
+    (commands,) = (one for one in whole._actions if isinstance(one, argparse._SubParsersAction))
+    lines = [
+        "<!-- made by `make reference` from src/pidpanel/cli: change it there -->",
+        "",
+        "# Commands",
+        "",
+        "In the order of use; `pidpanel <command> --help` says the same.",
+        "",
+        "```text",
+        str(whole.epilog).strip(),
+        "```",
+        "",
+    ]
+    for name, one in commands.choices.items():
+        lines += [f"## `pidpanel {name}`", "", str(one.description).strip().replace("$", "\\$"), ""]
+        lines += ["| argument | meaning |", "|---|---|"]
+        for action in one._actions:
+            if action.dest == "help":
+                continue
+            shown = ", ".join(action.option_strings) or action.metavar or action.dest
+            if action.option_strings and action.nargs != 0:
+                value = action.metavar or action.dest.upper()
+                shown += f" {' '.join(value) if isinstance(value, tuple) else value}"
+            words = str(action.help).replace("%(default)s", str(action.default))
+            if action.choices:
+                words += "; one of " + ", ".join(f"`{choice}`" for choice in action.choices)
+            lines.append(f"| `{shown}` | {words.replace('|', chr(92) + '|')} |")
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
 def untold(results: Path, way: str = "") -> tuple[list[str], list[str]]:
     """Compare the files of a study with their description.
 
@@ -329,6 +369,7 @@ def _matches(name: str, pattern: str) -> bool:
 PAGES = {
     DOCS / "reference" / "study.md": study_page,
     DOCS / "reference" / "files.md": files_page,
+    DOCS / "reference" / "commands.md": commands_page,
     SCHEMA: schema_text,
 }
 """What is made, by its file."""

@@ -1,16 +1,28 @@
 """Formulas as MathML, which browsers draw themselves: no script, no font, no network."""
 
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util import logging
+
+LOGGER = logging.getLogger(__name__)
+
+
+def _formula(node, **how):
+    try:
+        return tex2mathml(node.astext(), **how)
+    except MathError as error:
+        LOGGER.warning("%s: %s", error, node.astext(), location=node)
+        return f"<code>{node.astext()}</code>"
 
 
 def _inline(writer, node):
-    writer.body.append(tex2mathml(node.astext()))
+    writer.body.append(_formula(node))
     raise nodes.SkipNode
 
 
 def _block(writer, node):
-    writer.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    writer.body.append(f'<div class="math">{_formula(node, as_block=True)}</div>')
     raise nodes.SkipNode
 
 

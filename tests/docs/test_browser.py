@@ -29,7 +29,7 @@ def test_pages_open_without_complaint_network_or_overflow(browser, built):
 
 
 def test_formulas_have_a_size(browser, built):
-    # red: `raise nodes.SkipNode` without the formula in _ext/mathml.py
+    # red: `writer.body.append(_formula(node))` left out of _ext/mathml.py
     browser.open(built[0] / "theory.html")
     sizes = browser.run(
         "[...document.querySelectorAll('math')].map(e => e.getBoundingClientRect().width)"
