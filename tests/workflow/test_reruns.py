@@ -139,12 +139,7 @@ def test_a_table_with_an_older_date_counts_by_its_content(project, study):
     ("name", "runs"),
     [
         ("panel/modes.nc", AFTER_PANEL),
-        ("panel/mesh.msh", AFTER_PANEL),
-        ("sound/modal_force.nc", {"sound", "response", "maps", "export", "report"}),
-        ("response/psd.nc", {"response", "maps", "export", "report"}),
         ("response/maps/maps.pvd", {"maps", "report"}),
-        ("response/export/tabdmp1.bdf", {"export"}),
-        ("report.html", {"report"}),
     ],
 )
 def test_a_flipped_bit_is_named_and_made_again_whatever_its_age(project, study, name, runs):
