@@ -39,7 +39,7 @@ def test_the_choices_of_a_study_are_found():
     assert len(CHOICES) >= 8
 
 
-@pytest.mark.parametrize("choice", CHOICES, ids=str)
+@pytest.mark.parametrize("choice", CHOICES, ids=range(len(CHOICES)))
 def test_pydantics_name_of_each_alternative_leads_to_it(choice):
     # red: `alternative == one.__name__` alone in schema._named
     class Holder(BaseModel):
