@@ -6,14 +6,15 @@ FROM debian:bookworm-slim
 ENV HOME=/tmp USER=pidpanel PIP_NO_CACHE_DIR=1 UV_NO_CACHE=1 UV_COMPILE_BYTECODE=1
 WORKDIR /pidpanel
 
-# What the environment rests on, before the sources, so that their changes do not make it anew.
-COPY bootstrap.sh pyproject.toml requirements.lock LICENSE README.md ./
-RUN mkdir -p src/pidpanel \
-    && bash bootstrap.sh \
+# The environment, from the lock and from what makes it, and from nothing else: an edit of the
+# sources or of the README leaves this layer as it is.
+COPY bootstrap.sh requirements.lock ./
+RUN ENVIRONMENT_ONLY=1 bash bootstrap.sh \
     && rm -rf /var/lib/apt/lists/*
 
 COPY . .
-RUN mkdir -p results && chmod 1777 . results && useradd --no-create-home pidpanel
+RUN SYSTEM_READY=1 bash bootstrap.sh \
+    && mkdir -p results && chmod 1777 . results && useradd --no-create-home pidpanel
 USER pidpanel
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \

@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test mutants drills fuzz check lock docs reference ready
+.PHONY: run verification test slurm bench mutants drills fuzz check lock docs reference ready
 
 run: ready
 	snakemake -j$(CORES) --configfile "$$STUDY"
@@ -21,6 +21,15 @@ verification: ready
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 test: ready
 	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
+
+# a sweep through a Slurm of one node on this machine (as root, from Debian packages)
+slurm: ready
+	tests/slurm/one_node.sh up
+	pytest -m slurm -n 0 tests/slurm
+
+# what each stage costs beside its peer or floor
+bench: ready
+	python benchmarks/stages.py
 
 # changes formulas one at a time and counts how many of the changes the tests catch
 mutants: ready

@@ -77,4 +77,5 @@ install_package() {
 exec 9<requirements.lock
 flock 9 # of two calls at once, the second waits and finds all done
 is_stamped environment || make_environment
-is_stamped package || install_package
+# without the sources of the package: a layer of a container that their changes leave as it is
+[ -n "${ENVIRONMENT_ONLY:-}" ] || is_stamped package || install_package

@@ -1,8 +1,13 @@
 """Cases that cost little share a process; which ones is a matter of their order alone."""
 
 import json
+import math
+
+import pytest
 
 from pidpanel.coupon import batches
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.coding import from_shared_json
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
@@ -37,7 +42,7 @@ def test_a_batch_fits_into_one_argument():
     sweep = {"fill_fraction": [0.1], "frequency_hz": [2000], "acceleration_g": list(range(20, 60))}
     for batch in batches.batches_of(cases(sweep=sweep, accuracy=accuracy)):
         assert sum(len(case.runs) for case in batch.cases) <= batches.MOST_RUNS
-        assert len(json.dumps(batch.as_list())) < 128 * 1024
+        assert len(batch.as_text()) < 128 * 1024
 
 
 def test_the_label_knows_the_target():
@@ -47,3 +52,56 @@ def test_the_label_knows_the_target():
     )
     assert one.startswith("12_")
     assert one != other
+
+
+def test_cases_that_share_their_beds_come_back_from_their_text_as_they_were():
+    # red: `whole` of lists left out; the number of a mapping taken before what it holds
+    batch = batches.Batch(cases())
+    text = batch.as_text()
+    assert [Case.from_dict(values) for values in from_shared_json(text)] == list(batch.cases)
+    assert len(text) < len(json.dumps([case.as_dict() for case in batch.cases])) / 3
+
+
+def test_where_jobs_have_a_time_limit_only_a_case_longer_than_it_is_in_a_longer_batch():
+    swept = cases()
+    costs = sorted(batches.expected_cost(case) for case in swept)
+    job = costs[-3]  # so that two cases are longer
+    found = list(batches.batches_of(swept, job))
+    assert [case.label for batch in found for case in batch.cases] == [c.label for c in swept]
+    # red: `cost + own > job` left out
+    longer = [batch for batch in found if batch.cost > job]
+    assert [len(batch.cases) for batch in longer] == [1, 1]
+    # and these are the ones whose seeds are shaken apart, in legs that hold their cost
+    for batch in found:
+        for case in batch.cases:
+            parts = batches.parts_of(case, job)
+            assert bool(parts) == (batch in longer)
+    assert not any(batches.parts_of(case, math.inf) for case in swept)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 1.5, 4.5, 30])
+def test_parts_of_a_long_case_hold_its_runs_once_in_short_jobs_or_legs(share):
+    accuracy = {"relative_error": 0.05, "seeds": 5, "min_time_s": 0.1, "max_cycles": 300}
+    case = cases(accuracy=accuracy)[0]
+    one = batches.run_cost(case.point, case)
+    job = one / share
+    parts = batches.parts_of(case, job)
+    assert bool(parts) == (5 * one > job)
+    if parts:
+        # red: `together = []` left out
+        assert [number for part in parts for number in part.runs] == [0, 1, 2, 3, 4]
+        # red: SHARE left out
+        assert all(len(part.runs) == 1 or part.cost <= batches.SHARE * job for part in parts)
+        # red: math.floor
+        assert all((part.legs - 1) * job < part.cost <= part.legs * job for part in parts)
+        assert sum(part.cost for part in parts) == pytest.approx(5 * one)
+
+
+def test_a_run_costs_its_steps_on_an_ordinary_core():
+    (case, *_) = cases()
+    run = case.point
+    step = batches.ORDINARY_STEP[0] + batches.ORDINARY_STEP[1] * batches.spheres_in(
+        run.packing, run.fill_fraction
+    )
+    assert batches.run_cost(run, case) == pytest.approx(step * batches.run_steps(run, case))
+    assert batches.expected_cost(case) == pytest.approx(2 * batches.run_cost(run, case))

@@ -7,6 +7,7 @@ import pytest
 from scripts import cases as cases_script
 from scripts import loosen, pour, shake
 
+from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.summary import CoverageMissed
 from pidpanel.study import load_any_study
@@ -39,8 +40,7 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
         file.parent.mkdir(parents=True)  # as Snakemake does
     pour.main([json.dumps(bed.packing.as_dict()), str(packing_file)])
     loosen.main([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
-    batch = json.dumps([case.as_dict() for case in cases])
-    shake.main([batch, str(coupon), "code", str(tmp_path / "batch.json")])
+    shake.main([Batch(cases).as_text(), str(coupon), "code", "inf", str(tmp_path / "batch.json")])
     states = json.loads((tmp_path / "batch.json").read_text())["ended"]
     assert states == {f"{case.label}/s1": "ok" for case in cases}
     cases_script.main([str(study), "coupon", str(coupon), "none", str(tmp_path / "cases.csv")])

@@ -17,8 +17,9 @@ from snakemake.utils import listfiles
 from pidpanel import durable, made
 from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon import finished
-from pidpanel.coupon.batches import Batch, batches_of
-from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct_cases
+from pidpanel.coupon.batches import Batch, batches_of, parts_of
+from pidpanel.coupon.estimate import run_memory
+from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct
 from pidpanel.coupon.liggghts.deck import without_comments
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
@@ -35,6 +36,12 @@ if "study" in config or not workflow.configfiles:
     STUDY_FILE = str(study_path(str(config.get("study", "paper.yaml"))).resolve())
 else:
     STUDY_FILE = str(Path(workflow.configfiles[-1]).resolve())
+# longest time of a job [s], of a cluster's profile; without it, each case is run in one go
+JOB_SECONDS = 60 * float(config.get("job_minutes", "inf"))
+# a job that is not done when its time is over is tried again and goes on from its last restart
+TRIED_AGAIN = 50 if JOB_SECONDS < float("inf") else None
+# what all else waits for
+FIRST = 10**6
 # Snakemake finds its locks with a pattern, in which braces of the working folder are wildcards
 snakemake.persistence.file.listfiles = lambda pattern: listfiles(os.path.relpath(pattern))
 # the scripts run as `python -m scripts.<name>`, under the Python that runs Snakemake, and import
@@ -45,10 +52,11 @@ os.environ.update(
     PYTHONPATH=f"{WORKFLOW}:{PACKAGE.parent}",
     PYTHONSAFEPATH="1",
     OMP_NUM_THREADS="1",
-    # no param: where the study lies changes no result
+    # no params: where the study lies and how long a job may be change no result
     PIDPANEL_STUDY=STUDY_FILE,
     # what it has started ends with it
     PIDPANEL_WORKFLOW_PROCESS=str(os.getpid()),
+    PIDPANEL_JOB_SECONDS=str(JOB_SECONDS),
 )
 
 
@@ -120,7 +128,8 @@ def damper_digest(damper):
 def code(script):
     """Hash of a script and of all that it imports here, comments left out, once it is asked for.
 
-    What a script made runs again when this changes.
+    What a script made runs again when this changes. Asked for only where there is such a job: to
+    read all code takes seconds.
     """
     return lambda wildcards: digest_of_code(f"scripts.{script}")
 
@@ -140,6 +149,47 @@ def commands(*names):
     """Hash of templates of decks without comments: a comment costs no run of LIGGGHTS."""
     texts = ((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
     return text_digest(without_comments(text) for text in texts)
+
+
+def job_minutes(cost, attempt):
+    """Time that a job is given on a cluster [min], longer where it was not enough."""
+    return int(attempt * (5 + min(JOB_SECONDS, 2 * cost) / 60))
+
+
+def memory_of(runs):
+    """Memory that a process with one of some runs at a time takes [MB]."""
+    return max(int(run_memory(run) / 1e6) for run in runs)
+
+
+def part_of(wildcards):
+    """The part of a long case that a leg is of."""
+    return parts_of(CASES[wildcards.case], JOB_SECONDS)[int(wildcards.part)]
+
+
+def beds_of_part(wildcards):
+    """The beds of the runs of a part of a long case."""
+    runs = [CASES[wildcards.case].runs[number] for number in part_of(wildcards).runs]
+    return [f"results/coupon/bed/{run.bed.label}/bed.json" for run in runs]
+
+
+def leg_of_part_before(wildcards):
+    """The leg before of the same runs; nothing before the first."""
+    name, leg = f"results/coupon/leg/{wildcards.case}/{wildcards.part}", int(wildcards.leg)
+    return [f"{name}_{leg - 1}.json"] if leg else []
+
+
+def cost_left(wildcards):
+    """CPU time that a leg and those after it take: the longest go first."""
+    return max(0, int(part_of(wildcards).cost - int(wildcards.leg) * JOB_SECONDS))
+
+
+def last_legs(batch):
+    """The last leg of every part of a batch, where it is one long case."""
+    return [
+        f"results/coupon/leg/{case.label}/{number}_{part.legs - 1}.json"
+        for case in batch.cases
+        for number, part in enumerate(parts_of(case, JOB_SECONDS))
+    ]
 
 
 def beds_of(batch):

@@ -5,12 +5,12 @@
 
 # the coupons of a study share the runs; a case of two of them runs once, to the accuracy of both
 COUPON_CASES = cases_by_coupon(STUDY)
-DISTINCT_CASES = distinct_cases(STUDY)
+DISTINCT_CASES = distinct(COUPON_CASES)
 CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
 # no batch of two coupons: a change of one leaves the batches of the others as they are
 for damper, cases in DISTINCT_CASES.items():
     alone = HAS_TARGET and damper == SECTION
-    for batch in [Batch((case,)) for case in cases] if alone else batches_of(cases):
+    for batch in [Batch((case,)) for case in cases] if alone else batches_of(cases, JOB_SECONDS):
         add_batch(batch)
 if HAS_ROUNDS:
     # where a job is a process of its own, it knows the rounds by what is there
@@ -27,6 +27,8 @@ SHAKE = code("shake")
 
 wildcard_constraints:
     damper=NAME,
+    leg=r"\d+",
+    part=r"\d+",
 
 
 rule pour:
@@ -34,6 +36,7 @@ rule pour:
         "results/coupon/packing/{packing}/packing.json",
     log:
         "results/coupon/packing/{packing}.log",
+    priority: FIRST
     params:
         values=lambda wildcards: json.dumps(PACKINGS[wildcards.packing].as_dict()),
     shell:
@@ -47,24 +50,60 @@ rule loosen:
         "results/coupon/bed/{bed}/bed.json",
     log:
         "results/coupon/bed/{bed}.log",
+    priority: FIRST
     params:
         values=lambda wildcards: json.dumps(BEDS[wildcards.bed].as_dict()),
     shell:
         "python -m scripts.loosen {params.values:q} {input} {output} 2> {log}"
 
 
+# runs of a long case, leg by leg; only where jobs have a time limit (`JOB_SECONDS`)
+rule shake_leg:
+    input:
+        before=leg_of_part_before,
+        beds=beds_of_part,
+    output:
+        "results/coupon/leg/{case}/{part}_{leg}.json",
+    log:
+        "results/coupon/leg/{case}/{part}_{leg}.log",
+    priority: cost_left
+    retries: TRIED_AGAIN
+    resources:
+        runtime=lambda wildcards, attempt: job_minutes(cost_left(wildcards), attempt),
+        mem_mb=lambda wildcards, attempt: attempt * memory_of(CASES[wildcards.case].runs[:1]),
+    params:
+        values=lambda wildcards: Batch((CASES[wildcards.case],)).as_text(),
+        runs=lambda wildcards: ",".join(map(str, part_of(wildcards).runs)),
+        before=lambda wildcards, input: input.before or "none",
+        last=lambda wildcards: (
+            "last" if int(wildcards.leg) + 1 == part_of(wildcards).legs else "more"
+        ),
+        code=code("shake_leg"),
+    shell:
+        "python -m scripts.shake_leg {params.values:q} {params.runs} {params.before}"
+        ' {params.last} results/coupon "$PIDPANEL_JOB_SECONDS" {output} 2> {log}'
+
+
 rule shake:
     input:
-        lambda wildcards: beds_of(BATCHES[wildcards.batch]),
+        beds=lambda wildcards: beds_of(BATCHES[wildcards.batch]),
+        legs=lambda wildcards: last_legs(BATCHES[wildcards.batch]),
     output:
         "results/coupon/batch/{batch}.json",
     log:
         "results/coupon/batch/{batch}.log",
+    priority: lambda wildcards: int(BATCHES[wildcards.batch].cost)
+    retries: TRIED_AGAIN
+    resources:
+        runtime=lambda wildcards, attempt: job_minutes(BATCHES[wildcards.batch].cost, attempt),
+        mem_mb=lambda wildcards, attempt: attempt
+        * memory_of(run for case in BATCHES[wildcards.batch].cases for run in case.runs[:1]),
     params:
-        values=lambda wildcards: json.dumps(BATCHES[wildcards.batch].as_list()),
+        values=lambda wildcards: BATCHES[wildcards.batch].as_text(),
         code=SHAKE,
     shell:
-        "python -m scripts.shake {params.values:q} results/coupon {params.code} {output} 2> {log}"
+        "python -m scripts.shake {params.values:q} results/coupon {params.code}"
+        ' "$PIDPANEL_JOB_SECONDS" {output} 2> {log}'
 
 
 rule cases:

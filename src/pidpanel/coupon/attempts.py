@@ -239,18 +239,25 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
     list of ShakeOutcome
         Of the runs of the case or, with several states, of `Case.with_reserve`.
     """
+    target, first = case.target, first_target(case)
+    outcomes = _shake_all(case, first, folder)
     if not case.state_cycles:
-        return _shake_all(case, case.target, folder)
-    target = case.target
-    first = case.least_cycles
-    most = max(target.min_cycles, min(target.max_cycles, case.state_cycles))
-    outcomes = _shake_all(case, replace(target, min_cycles=first, max_cycles=most), folder)
+        return outcomes
     if has_states(case, outcomes, folder):
-        longer = replace(target, min_cycles=most, max_cycles=most)
+        longer = replace(target, min_cycles=first.max_cycles, max_cycles=first.max_cycles)
         return _shake_all(case.with_reserve, longer, folder)
-    if most < target.max_cycles:
-        outcomes = _shake_all(case, replace(target, min_cycles=first), folder)
+    if first.max_cycles < target.max_cycles:
+        outcomes = _shake_all(case, replace(target, min_cycles=first.min_cycles), folder)
     return outcomes
+
+
+def first_target(case: Case) -> Target:
+    """Target to which each run of a case is shaken before the seeds are held against each other."""
+    target = case.target
+    if not case.state_cycles:
+        return target
+    most = max(target.min_cycles, min(target.max_cycles, case.state_cycles))
+    return replace(target, min_cycles=case.least_cycles, max_cycles=most)
 
 
 def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bool:

@@ -1,24 +1,35 @@
-"""Which cases one process shakes: cheap ones share what a process costs."""
+"""Which cases one process shakes, and which are so long that each of their seeds has its own.
+
+Cheap cases share what a process costs. Where jobs have a time limit, a case that takes longer is
+long: its seeds are shaken by jobs of their own (`Part`), each in legs (`legs`).
+"""
 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
-from pidpanel.coupon.cases import Case
+from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.coding import shared_json
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
+from pidpanel.coupon.runs import ORDINARY_STEP
 
 WORTH = 120.0
 """CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
 much to look after it."""
 
-MOST_RUNS = 32
+MOST_RUNS = 150
 """Most runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
 
-STEP = StepCost(fixed=15e-6, per_sphere=0.35e-6)
-"""Of a 2.5 GHz core: only which cases share a process depends on it, never a result."""
+SHARE = 0.25
+"""Share of the longest time of a job that short runs are put together for [1]: no last job of many
+is long, and what a job costs Slurm and Snakemake is some per cent of it."""
+
+STEP = StepCost(*ORDINARY_STEP)
+"""Of an ordinary core: only which cases share a process depends on it, never a result."""
 
 
 @dataclass(frozen=True)
@@ -33,30 +44,79 @@ class Batch:
         text = " ".join(f"{case.label}/{case.outcome}" for case in self.cases)
         return f"{len(self.cases)}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
-    def as_list(self) -> list[dict[str, Any]]:
-        """Its cases as JSON holds them; `Case.from_dict` is the inverse of each."""
-        return [case.as_dict() for case in self.cases]
+    @property
+    def cost(self) -> float:
+        """CPU time that its cases will take on an ordinary core [s]."""
+        return sum(map(expected_cost, self.cases))
+
+    def as_text(self) -> str:
+        """Its cases as JSON in which what they share stands once; see `coding.shared_json`."""
+        return shared_json(self.cases)
 
 
 def expected_cost(case: Case) -> float:
     """CPU time of a case on an ordinary core [s]."""
-    return sum(
-        run_steps(run, case) * STEP.of(spheres_in(run.packing, run.fill_fraction))
-        for run in case.runs
-    )
+    return sum(run_cost(run, case) for run in case.runs)
 
 
-def batches_of(cases: Iterable[Case]) -> Iterator[Batch]:
-    """Put neighbours in the sweep together until they are worth a process."""
+def run_cost(run: Run, case: Case) -> float:
+    """CPU time of a run of a case on an ordinary core [s]."""
+    return run_steps(run, case) * STEP.of(spheres_in(run.packing, run.fill_fraction))
+
+
+class Part(NamedTuple):
+    """Runs of a long case that a job shakes, one after the other.
+
+    Attributes
+    ----------
+    runs
+        Their numbers in the case.
+    cost
+        CPU time that they will take on an ordinary core [s].
+    legs
+        Jobs that share them. What they take beyond these the last one does when it is tried again.
+    """
+
+    runs: tuple[int, ...]
+    cost: float
+    legs: int
+
+
+def parts_of(case: Case, job: float) -> list[Part]:
+    """Parts of a case that is long where jobs last ``job`` [s] at the most; none of another."""
+    costs = [run_cost(run, case) for run in case.runs]
+    if sum(costs) <= job:
+        return []
+    parts: list[Part] = []
+    together: list[int] = []
+    for number in range(len(costs)):
+        together.append(number)
+        done = sum(costs[k] for k in together)
+        if number + 1 == len(costs) or done + costs[number + 1] > SHARE * job:
+            parts.append(Part(tuple(together), done, math.ceil(done / job)))
+            together = []
+    return parts
+
+
+def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
+    """Put neighbours in the sweep together until they are worth a process.
+
+    Parameters
+    ----------
+    cases
+        In their order.
+    job
+        Longest time of a job [s], `SHARE` of which is worth one then; a case that is long is alone.
+    """
+    worth = SHARE * job if job < math.inf else WORTH
     together: list[Case] = []
-    cost = 0.0
+    cost, count = 0.0, 0
     for case in cases:
-        runs = sum(len(other.runs) + len(other.reserve) for other in together)
-        own = len(case.runs) + len(case.reserve)
-        if together and (cost >= WORTH or runs + own > MOST_RUNS):
+        own, runs = expected_cost(case), len(case.runs) + len(case.reserve)
+        if together and (cost >= worth or cost + own > job or count + runs > MOST_RUNS):
             yield Batch(tuple(together))
-            together, cost = [], 0.0
+            together, cost, count = [], 0.0, 0
         together.append(case)
-        cost += expected_cost(case)
+        cost, count = cost + own, count + runs
     if together:
         yield Batch(tuple(together))

@@ -204,7 +204,7 @@ class Packing:
         """Corners of one cell round its centre, (k, 2) [m]."""
         return SHAPES[self.shape].outline(self.across_flats)
 
-    @property
+    @cached_property
     def centres(self) -> Array:
         """Centres of the cells, (count, 2) [m]."""
         return geometry.cell_centres(self.across_flats, self.count)

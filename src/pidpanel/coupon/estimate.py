@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
 from pidpanel.coupon.random_runs import SETTLING, RandomRun
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
+from pidpanel.sizes import Sizes
 
 BULK_FRACTION = 0.45
 """Of a poured bed of equal spheres in cells a few diameters wide [1] (0.43 to 0.48 seen)."""
@@ -41,6 +43,13 @@ PER_SAMPLE = 2e-5
 
 PER_RUN = 0.15
 """CPU time of a run in that process [s]: its decks, its rows, its energy balance."""
+
+
+PROCESS_MEMORY = 300e6
+"""Of a process with numpy and the lists of contacts of an energy balance [bytes]."""
+
+LIGGGHTS_MEMORY = 60e6, 2e4
+"""Of LIGGGHTS, and of it for each sphere [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +120,14 @@ def travel(run: Run) -> float:
 
 def spheres_in(packing: Packing, fill_fraction: float) -> float:
     """Spheres expected in all cells of a bed."""
-    volume = math.pi / 6 * packing.sizes.draw(1000, np.random.default_rng(0)) ** 3
-    return fill_fraction * BULK_FRACTION * packing.area * packing.depth / float(volume.mean())
+    volume = _mean_volume(packing.sizes)
+    return fill_fraction * BULK_FRACTION * packing.area * packing.depth / volume
+
+
+@cache
+def _mean_volume(sizes: Sizes) -> float:
+    """Of a sphere [m³]."""
+    return float((math.pi / 6 * sizes.draw(1000, np.random.default_rng(0)) ** 3).mean())
 
 
 def cycles_expected(run: Run, case: Case) -> float:
@@ -132,6 +147,12 @@ def run_steps(run: Run, case: Case) -> float:
     stride = max(1.0, impact / FRAMES_PER_CONTACT[0] / run.time_step)
     cycles = run.cycles_before + cycles_expected(run, case)
     return cycles * run.steps_per_cycle + window * (1 + 8 / stride)
+
+
+def run_memory(run: Run) -> float:
+    """Memory of the process of a run and of LIGGGHTS [bytes]."""
+    spheres = spheres_in(run.packing, run.fill_fraction)
+    return PROCESS_MEMORY + LIGGGHTS_MEMORY[0] + LIGGGHTS_MEMORY[1] * spheres
 
 
 def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:

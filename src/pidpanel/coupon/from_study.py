@@ -97,8 +97,12 @@ def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
 
 def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
     """Every case of a study once: name of the first damper that has it → cases."""
+    return distinct(cases_by_coupon(study))
+
+
+def distinct(found: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
+    """Every case of `cases_by_coupon` once, as `distinct_cases` has them."""
     of_first: dict[str, str] = {}
-    found = cases_by_coupon(study)
     for name, cases in found.items():
         for label in cases:
             of_first.setdefault(label, name)

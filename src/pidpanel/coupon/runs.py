@@ -12,11 +12,12 @@ from __future__ import annotations
 import contextlib
 import math
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 
 from pidpanel import durable
-from pidpanel.coupon import geometry, rows, window
+from pidpanel.coupon import deadline, geometry, rows, window
 from pidpanel.coupon.cases import Run, Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
@@ -34,6 +35,15 @@ def last_file(cycles: int) -> str:
     Its columns are `sphere_dump.POSITION_AND_VELOCITY`.
     """
     return f"at_{cycles}.dump"
+
+
+ORDINARY_STEP = 15e-6, 0.35e-6
+"""CPU time of a step, and of it for each sphere, by which work is divided [s]: that of a core which
+is one to four times slower than those of today."""
+
+CHECKPOINT = 600.0
+"""Longest time between two restarts on such a core [s], but never less than a cycle. A run goes
+cycle by cycle, so that a restart after any of them changes no bit of it."""
 
 
 def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
@@ -57,7 +67,13 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
             if solver is None:
                 solver = stack.enter_context(_started(run, state, folder))
                 state = replace(state, legs=(*state.legs, 0))
-            state = _continued(solver, run, state, folder, done)
+            begun = time.monotonic()
+            stop = done
+            if run.deck is None:  # a restart need not hold all of a deck of the user's own
+                stop = min(done, state.cycles + cycles_between_restarts(run, state.spheres))
+            state = _continued(solver, run, state, folder, stop)
+            if run.deck is None:
+                deadline.check(time.monotonic() - begun)
         end = _end_at(state, done, folder)
         if end is None:
             home = folder
@@ -81,6 +97,12 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
         rows_digest=rows.digest(run, folder, state.legs, done),
         last_digest=end.last_digest,
     )
+
+
+def cycles_between_restarts(run: Run, spheres: int) -> int:
+    """Cycles that a run of so many spheres goes on before it leaves a restart, if it is to."""
+    step = ORDINARY_STEP[0] + ORDINARY_STEP[1] * spheres
+    return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
 
 
 def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, bool]:

@@ -1,0 +1,56 @@
+"""How long this process may go on: a run that takes longer stops where another process resumes it.
+
+On a cluster a job has so much time and no more. A run can stop where it leaves a restart
+(`runs.CHECKPOINT`), which is at the same cycles whether or not anything stops there, so that its
+numbers do not depend on how long its jobs were.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Iterator
+
+
+class Continues(Exception):
+    """The time is over; another process goes on from the restart that was left."""
+
+
+class _Deadline:
+    end = math.inf
+    """On the monotonic clock [s]."""
+
+
+@contextlib.contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Let runs stop in time, for this process as a whole.
+
+    Parameters
+    ----------
+    seconds
+        From now; infinite for none.
+    """
+    before = _Deadline.end
+    _Deadline.end = min(before, time.monotonic() + seconds)
+    try:
+        yield
+    finally:
+        _Deadline.end = before
+
+
+def check(longest: float) -> None:
+    """Stop where what comes next would take too long.
+
+    Parameters
+    ----------
+    longest
+        Time of the next stretch of the run [s].
+
+    Raises
+    ------
+    Continues
+        If the deadline is before its end.
+    """
+    if time.monotonic() + longest > _Deadline.end:
+        raise Continues(f"stopped in time, {longest:.0f} s before it would be over; it continues")

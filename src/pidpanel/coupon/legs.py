@@ -1,0 +1,73 @@
+"""Seeds of a long case, shaken by several jobs one after the other: their legs.
+
+A leg goes on from the restart that the one before left, and ends in time with the status
+`CONTINUES`, or with `DONE`: whether a run failed is for the case to find. That runs were shared out
+changes none of their numbers: they go cycle by cycle, and a restart after any of them changes no
+bit.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from pidpanel.coupon import attempts, deadline
+from pidpanel.coupon.cases import Case
+
+CONTINUES, DONE = "continues", "done"
+"""Status of a leg whose runs go on in the next one, and of one that leaves nothing to do."""
+
+
+def shake_leg(
+    case: Case,
+    numbers: Sequence[int],
+    before: Path | None,
+    folder: Path,
+    file: Path,
+    *,
+    seconds: float,
+    is_last: bool,
+) -> None:
+    """Shake runs of a case, one after the other, for so long; write how the leg ended.
+
+    Parameters
+    ----------
+    case, numbers
+        The case, and which of its runs.
+    before
+        What the leg before wrote; None for the first.
+    folder
+        ``results/coupon``.
+    file
+        Gets the status as JSON.
+    seconds
+        Time of the leg [s].
+    is_last
+        Whether no leg follows: it is to be tried again until the runs are done.
+
+    Raises
+    ------
+    Continues
+        If the last leg is not done.
+    """
+    status = CONTINUES
+    if before is not None:
+        status = json.loads(before.read_text(encoding="utf-8"))["status"]
+    if status == CONTINUES:
+        try:
+            with deadline.within(seconds):
+                for number in numbers:
+                    _shake(case, number, folder)
+            status = DONE
+        except deadline.Continues:
+            if is_last:
+                raise
+    file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")
+
+
+def _shake(case: Case, number: int, folder: Path) -> None:
+    """Shake a run to its first target; what became of it is in its folder."""
+    run = case.runs[number]
+    bed = folder / "bed" / run.bed.label / "bed.json"
+    attempts.shake_run(run, attempts.first_target(case), bed, case.folders(folder)[number])

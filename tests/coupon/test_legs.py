@@ -1,0 +1,100 @@
+"""A run that several jobs share out is the run of one; real LIGGGHTS."""
+
+import json
+
+import pytest
+from scripts import shake_leg as script
+
+from pidpanel.coupon import attempts, coding, deadline, legs, runs, summary
+from pidpanel.coupon.batches import Batch
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.records import State
+from pidpanel.study.coupon import Coupon
+
+
+def two_seeds(**accuracy):
+    values = {
+        "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 2},
+        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+        "sweep": {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]},
+        "accuracy": {"relative_error": 1e-6, "seeds": 2, "min_cycles": 10, "max_cycles": 25}
+        | {"min_time_s": 0, "state_cycles": 0}
+        | accuracy,
+    }
+    (case,) = cases_of(Coupon.model_validate(values))
+    return case
+
+
+def prepared(case, folder):
+    for run in case.runs:
+        packing = folder / "packing" / run.packing.label / "packing.json"
+        attempts.pour_packing(run.packing, packing)
+        attempts.loosen_bed(run.bed, packing, folder / "bed" / run.bed.label / "bed.json")
+
+
+def test_a_stretch_between_restarts_is_of_one_length_on_every_machine_and_a_cycle_at_least():
+    run = two_seeds().point
+    cost = run.steps_per_cycle * (runs.ORDINARY_STEP[0] + 50 * runs.ORDINARY_STEP[1])
+    # red: CHECKPOINT over the cost of a step
+    assert runs.cycles_between_restarts(run, 50) == int(runs.CHECKPOINT / cost)
+    # red: max(1, …) left out
+    assert runs.cycles_between_restarts(run, 10**12) == 1
+
+
+def test_a_deadline_stops_what_would_pass_it_and_nothing_else():
+    deadline.check(1e9)  # without one nothing stops
+    with deadline.within(100.0):
+        deadline.check(50.0)
+        with pytest.raises(deadline.Continues), deadline.within(1e6):  # red: no min in `within`
+            deadline.check(150.0)
+    deadline.check(1e9)  # red: the end of before not restored
+
+
+@pytest.mark.liggghts
+def test_seeds_shaken_leg_by_leg_have_the_bits_of_a_case_shaken_in_one_go(tmp_path, monkeypatch):
+    # red: the spheres read from the bed where a leg begins (`state.restart or None` → None);
+    # `stop` without the cycles there are already
+    case = two_seeds()
+    # restarts every four cycles, so that those of a job are between those at which it is judged
+    monkeypatch.setattr(runs, "cycles_between_restarts", lambda run, spheres: 4)
+    whole, shared = tmp_path / "whole", tmp_path / "shared"
+    for folder in (whole, shared):
+        prepared(case, folder)
+    attempts.shake_cases([case], whole, tmp_path / "whole.json")
+    for number in range(2):
+        before, status, count = "none", legs.CONTINUES, 0
+        while status == legs.CONTINUES:
+            file = shared / f"{number}_{count}.json"
+            # no time at all: one stretch a leg
+            arguments = [Batch((case,)).as_text(), str(number), str(before), "more"]
+            script.main([*arguments, str(shared), "0", str(file)])
+            before, status, count = file, json.loads(file.read_text())["status"], count + 1
+        assert (status, count) == (
+            legs.DONE,
+            9,
+        )  # to cycles 4, 8, 10, 14, 15, 19, 23, 25, the balance
+    with deadline.within(0.0):  # nothing is left to be run
+        attempts.shake_cases([case], shared, tmp_path / "shared.json")
+    assert (tmp_path / "shared.json").read_text() == (tmp_path / "whole.json").read_text()
+    rows = [summary.summarise(case, case.outcomes(folder)) for folder in (whole, shared)]
+    assert rows[0] == rows[1]
+    assert rows[0]["cycles_run"] == 50
+
+
+@pytest.mark.liggghts
+def test_a_last_leg_that_is_not_done_is_to_be_tried_again(tmp_path, monkeypatch):
+    case = two_seeds()
+    monkeypatch.setattr(runs, "cycles_between_restarts", lambda run, spheres: 4)
+    prepared(case, tmp_path)
+    file = tmp_path / "leg.json"
+    with pytest.raises(deadline.Continues):  # red: `is_last` not looked at
+        legs.shake_leg(case, [0], None, tmp_path, file, seconds=0.0, is_last=True)
+    assert not file.exists()
+    state = coding.read(State, case.folders(tmp_path)[0] / "state.json")
+    assert state.cycles == 4
+    ended = tmp_path / "ended.json"
+    ended.write_text(json.dumps({"status": legs.DONE}))
+    legs.shake_leg(case, [0], ended, tmp_path, file, seconds=0.0, is_last=True)
+    # red: every status taken for one that goes on
+    assert json.loads(file.read_text())["status"] == legs.DONE
+    assert coding.read(State, case.folders(tmp_path)[0] / "state.json") == state
