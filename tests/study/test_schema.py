@@ -57,7 +57,7 @@ def test_pydantics_name_of_each_alternative_leads_to_it(choice):
             assert found == bare(one)
 
 
-@pytest.mark.parametrize("choice", CHOICES, ids=str)
+@pytest.mark.parametrize("choice", CHOICES, ids=range(len(CHOICES)))
 def test_two_lists_of_a_choice_hold_no_choice(choice):
     # their names are not told apart; red: a field `tuple[int | str, ...] | tuple[float, float]`
     lists = [one for one in map(bare, choice) if get_origin(one) is tuple]
