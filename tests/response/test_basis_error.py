@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 import scipy.linalg as la
+import scipy.sparse as sp
 
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
@@ -20,6 +21,7 @@ from pidpanel.response.basis_error import (
     damping_ratios,
     joined_shapes,
     lines_to_try,
+    principal,
     refined,
 )
 from pidpanel.response.model import ModalBasis
@@ -117,6 +119,35 @@ def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
         truth = dense_psd(plate, frequency, 2000.0, 30.0)
         found = reduced_psd(wider, frequency, 2000.0, 30.0)
         np.testing.assert_allclose(found, truth, rtol=5e-3)  # what the documents promise
+
+
+def test_what_scenarios_miss_alike_is_added_once(panel):
+    # red: `columns` returned by principal as they are
+    _, basis, stored = panel
+    lines = lines_to_try((30.0, HIGHEST), 1, 1)
+    one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).left_out
+    alike = [heavy(lines, 2000.0, mass) for mass in (29.7, 30.0, 30.3)]
+    several = checked(panel, basis, stored.shapes, lines, alike).left_out
+    assert 0 < several.shape[1] <= one.shape[1] + 2
+
+
+def test_of_every_column_no_more_than_the_remainder_is_left():
+    # red: square[::-1] with V as it is; `np.any` for `np.all`
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(40, 40))
+    K = sp.csr_array(root @ root.T + 40 * np.eye(40))
+    columns = rng.normal(size=(40, 3)) @ rng.normal(size=(3, 20))
+    columns[:, 7] += 0.5 * rng.normal(size=40)
+    columns /= np.sqrt(np.einsum("ki,ki->i", columns, K @ columns))
+    columns[:, 4] *= 1e-3  # too small to count
+    found = principal(K, columns, 0.05)
+    assert found.shape[1] == 4
+    fitted = found @ np.linalg.solve(found.T @ (K @ found), found.T @ (K @ columns))
+    left = columns - fitted
+    assert np.sqrt(np.einsum("ki,ki->i", left, K @ left)).max() <= 0.05
+    fewer = found[:, :-1]
+    left = columns - fewer @ np.linalg.solve(fewer.T @ (K @ fewer), fewer.T @ (K @ columns))
+    assert np.sqrt(np.einsum("ki,ki->i", left, K @ left)).max() > 0.05
 
 
 def test_the_wider_basis_is_checked_as_right(panel):

@@ -46,6 +46,10 @@ ODD = 'it\'s $(touch hacked) & größe; {0/90}s "q"'.replace("/", "-")
 """A name that is none of a shell's, Snakemake's or LIGGGHTS' business."""
 
 
+TITLE = "Fill of a {0/90}s layup, <b>$C_e$ & $x_{2}$</b>"
+"""Neither a format, nor HTML, nor TeX."""
+
+
 def pidpanel(folder, *arguments):
     """The command line, called in a folder."""
     command = [Path(sys.executable).with_name("pidpanel"), *arguments]
@@ -57,7 +61,10 @@ def smoke(tmp_path_factory):
     """Folder with an odd name, in which the smoke study was run from the command line."""
     folder = tmp_path_factory.mktemp("smoke") / ODD
     folder.mkdir()
-    shutil.copy(STUDIES / "smoke.yaml", folder)
+    text = (STUDIES / "smoke.yaml").read_text()
+    assert "fill: {patch" in text
+    text = text.replace("fill: {patch", f"fill: {{title: '{TITLE}', patch")
+    (folder / "smoke.yaml").write_text(text)
     result = pidpanel(folder, "run", "smoke.yaml")
     assert result.returncode == 0, said(result)
     assert result.stdout == f"{folder / 'results' / 'smoke' / 'report.html'}\n"
@@ -71,7 +78,7 @@ def test_paths_and_texts_of_a_study_are_data(smoke):
     # red: "2> {log}" with the folder in it; `shlex.quote` left out of run_step; `|safe` for a title
     assert not list(smoke.parent.rglob("hacked*"))
     page = (smoke / "results" / "smoke" / "report.html").read_text()
-    assert "Fill of a {0/90}s layup, &lt;b&gt;$C_e$ &amp; $x_{2}$&lt;/b&gt;" in page
+    assert html.escape(TITLE) in page
     command = html.unescape(page.split("<pre>")[-1].split("</pre>")[0])
     assert shlex.split(command) == ["pidpanel", "run", str(smoke / "smoke.yaml")]
 
@@ -149,7 +156,7 @@ def test_the_smoke_study_goes_from_liggghts_to_the_report(smoke):
 
 @pytest.mark.liggghts
 def test_a_second_run_has_nothing_to_do(smoke):
-    result = snakemake(smoke, STUDIES / "smoke.yaml")
+    result = snakemake(smoke, smoke / "smoke.yaml")
     assert "Nothing to be done" in said(result)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
@@ -29,6 +30,9 @@ ALLOWED = 5e-3
 
 REFINED_ABOVE = 4e-3
 """Error at the lines tried above which the basis is refined: between them it may be larger."""
+
+REMAINDER = 0.1
+"""Share of `REFINED_ABOVE` that is left where the basis is refined, at the lines tried."""
 
 LINES = (2, 12)
 """Fewest and most lines of a scenario."""
@@ -198,8 +202,37 @@ def check_basis(
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].left_out
             missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
+            energy = np.sqrt(np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real)
+            missing = missing * (error[missed, line] / REFINED_ABOVE / energy)
             left_out += [np.real(missing), np.imag(missing)]
-    return BasisCheck(frequency, error, np.hstack(left_out))
+    return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(left_out)))
+
+
+def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAINDER) -> Array:
+    """Return the fewest shapes that leave at most ``remainder`` of any column.
+
+    Scenarios that differ in fill or level, and lines side by side, miss nearly the same.
+
+    Parameters
+    ----------
+    stiffness
+        K (n_free, n_free).
+    columns
+        (n_free, n).
+    remainder
+        Largest norm in K of what is left of a column.
+
+    Returns
+    -------
+    (n_free, k), orthogonal in K, the largest part of the columns first.
+    """
+    square, V = la.eigh(columns.T @ (stiffness @ columns))
+    square, V = np.maximum(square[::-1], 0.0), V[:, ::-1]
+    left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
+    enough = np.flatnonzero(np.all(left <= remainder**2, axis=0))
+    count = int(enough[0]) + 1 if columns.size else 0
+    found: Array = columns @ V[:, :count]
+    return found
 
 
 def point_vertices(basis: PanelBasis) -> Index:
