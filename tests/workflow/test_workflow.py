@@ -111,8 +111,6 @@ def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
         "paper",
         "paper_target",
         "launch",
-        "layouts",
-        "paper_full",
         "l_panel",
         "coupon_friction",
         "coupon_frame",
