@@ -18,6 +18,7 @@ SHARED = {"coupled", "report", "response"}
 """Folders whose tests share what took long to make."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before the groups are read
 def pytest_collection_modifyitems(items):
     """Whole workflows first, and together what shares results: two processes end together."""
     items.sort(key=lambda item: item.path.parent != TESTS / "workflow")  # keeps the order otherwise

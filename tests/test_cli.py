@@ -133,7 +133,8 @@ def test_who_reads_only_the_head_of_the_output_sees_no_error():
 def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
     # red: subprocess.call, which kills after a quarter of a second; KeyboardInterrupt not caught
     code = (
-        "import sys; from pathlib import Path; from pidpanel import cli; from pidpanel.cli import snakemake\n"
+        "import signal, sys; from pathlib import Path; from pidpanel import cli; from pidpanel.cli import snakemake\n"
+        "signal.signal(2, signal.default_int_handler)\n"  # a test in the background ignores it
         "sleeper = 'import signal, time, pathlib; signal.signal(2, lambda *a: (time.sleep(3),'"
         ' + \'pathlib.Path("ended").touch(), exit(1))); pathlib.Path("begun").touch(); time.sleep(30)\'\n'
         "snakemake.command = lambda *a: [sys.executable, '-c', sleeper]\n"

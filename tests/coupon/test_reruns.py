@@ -51,7 +51,8 @@ def templates(tmp_path, monkeypatch):
 
 def new_process():
     """Forget what is computed once in a process."""
-    fingerprint._meaning.cache_clear()
+    for cached in (fingerprint._tree, fingerprint._meaning, fingerprint._imported):
+        cached.cache_clear()
     deck.digest.cache_clear()
 
 

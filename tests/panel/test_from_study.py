@@ -57,7 +57,7 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
         ("sandwich_hole_hinge", "section.kind", "thick", "panel.section.kind = thick: must be 'thin', 'solid' or 'sandwich'"),
         ("sandwich_hole_hinge", "section.facs", [], "panel.section.facs = []: unknown key; did you mean faces?"),
         ("sandwich_hole_hinge", "section.faces.0.material", "foil", "material = foil: must be one of materials: tape"),
-        ("sandwich_hole_hinge", "section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 1}, "either youngs_modulus_gpa and poissons_ratio, or e1_gpa"),
+        ("sandwich_hole_hinge", "section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 1600}, "either youngs_modulus_gpa and poissons_ratio, or e1_gpa"),
         ("sandwich_hole_hinge", "supports.points.hinge 1.at_m", [1.05, 0.65], "lies over hole 'cut-out'"),
         ("sandwich_hole_hinge", "supports.points.hinge 1.radius_m", 0.2, "'foot of hinge 1' = circle of radius"),
         ("sandwich_hole_hinge", "supports.points.hinge 1.grid", 7, "either at_m, or grid"),

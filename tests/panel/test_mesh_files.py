@@ -136,7 +136,7 @@ def test_exponents_without_their_e_are_read(tmp_path):
         ("2       3       6       5", "2       3       3       5", "element 2: a node appears twice in it"),
         ("2       3       6       5", "2       6       3       5", "element 2: its corners do not go round"),
         ("2       3       6       5", "5       6       3       2", "element 2 is inverted"),
-        ("      2.      0.      0.", "     nan      0.      0.", "node 3: its position is not a number"),
+        ("      2.      0.      0.", "     nan      0.      0.", "GRID: nan is not a number"),
         ("2.      0.      0.", "2.      0.      1.", "node 3: z = 1, others have 0; the panel must be plane"),
         ("ENDDATA", "GRID           7              5.      5.      0.", "node 7 belongs to no element"),
         ("CQUAD4         2       8       2", "GRID           7              1.      0.      0.\nCQUAD4         2       8       7", "nodes 2 and 7 are at one place (1, 0) m: the panel is cracked"),

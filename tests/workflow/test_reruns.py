@@ -113,7 +113,7 @@ def test_a_comment_or_code_of_something_else_makes_nothing_run(project, study):
     ("file", "old", "new", "runs"),
     [
         ("workflow/scripts/maps.py", "    study, modes", "    print()\n    study, modes", {"maps", "report"}),
-        ("src/pidpanel/study/reading.py", "    if document.mistakes", "    print()\n    if document.mistakes", AFTER_PANEL),
+        ("src/pidpanel/study/reading.py", "    if study is None or", "    print()\n    if study is None or", AFTER_PANEL),
         ("src/pidpanel/damping/laws.py", "+ 36.09 * r", "+ 36.08 * r", {"response", "maps", "export", "report"}),
         ("src/pidpanel/report/style.py", "import matplotlib as mpl", "import matplotlib as mpl\n\nWIDER = 1", {"report"}),
         ("workflow/data/materials/honeycomb_5056.csv", "3/16-5056-0.0007,", "3/16-5056-0.0007,1", AFTER_PANEL),

@@ -75,9 +75,7 @@ rule shake_leg:
         values=lambda wildcards: Batch((CASES[wildcards.case],)).as_text(),
         runs=lambda wildcards: ",".join(map(str, part_of(wildcards).runs)),
         before=lambda wildcards, input: input.before or "none",
-        last=lambda wildcards: (
-            "last" if int(wildcards.leg) + 1 == part_of(wildcards).legs else "more"
-        ),
+        last=lambda wildcards: (int(int(wildcards.leg) + 1 == part_of(wildcards).legs)),
         code=code("shake_leg"),
     shell:
         "python -m scripts.shake_leg {params.values:q} {params.runs} {params.before}"
