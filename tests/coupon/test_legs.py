@@ -66,7 +66,7 @@ def test_seeds_shaken_leg_by_leg_have_the_bits_of_a_case_shaken_in_one_go(tmp_pa
         while status == legs.CONTINUES:
             file = shared / f"{number}_{count}.json"
             # no time at all: one stretch a leg
-            arguments = [Batch((case,)).as_text(), str(number), str(before), "more"]
+            arguments = [Batch((case,)).as_text(), str(number), str(before), "0"]
             script.main([*arguments, str(shared), "0", str(file)])
             before, status, count = file, json.loads(file.read_text())["status"], count + 1
         assert (status, count) == (
