@@ -1,7 +1,8 @@
 """About what the stages of a study take: time and memory, from sizes known before the run.
 
 One thread of a 2.5 GHz core. Coefficients are fitted to runs in ``benchmarks/README.md``: ``wing``
-(57 000 coordinates, 371 shapes) and ``big_wing`` (186 000, 1073). Within a factor of 2 to 3.
+(57 000 coordinates, 371 shapes; response 81 s) and ``big_wing`` (186 000, 1073), and to a sandwich
+door of 13 000 coordinates (30 s). Within a factor of 2.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ COUPON_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
 
 IMPORTS = 250e6
 """Memory of a process before it computes [bytes]."""
+CHECK = 1.2e7
+"""Coordinates times solved columns of the check of the basis, at most; see `basis_error.WORK`."""
 RESIDUALS = 20
 """Shapes beside the modes for each patch; as many again for the loaded panel."""
 
@@ -69,9 +72,16 @@ def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[
     """
     product = coordinates * shapes
     per_line = lines * shapes * shapes
+    # of the basis against all elements, which takes fewer lines of larger panels
+    check = min(CHECK, 36 * coordinates * solves)
+    response = 4 + 2.6e-9 * per_line * solves + 2e-6 * check
     return [
         Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
         Cost("sound", 2 + 2 * (shapes / 371) ** 2, IMPORTS + 2.5e3 * shapes**2),
-        Cost("response", 4 + 5.6e-9 * per_line * solves, IMPORTS + 1.2e9 * (shapes / 371) ** 2),
+        Cost(
+            "response",
+            4 + 2.6e-9 * per_line * solves + 2e-6 * check,
+            IMPORTS + 1.2e9 * (shapes / 371) ** 2,
+        ),
         Cost("report", 20 + 0.5 * solves, 3 * IMPORTS),
     ]
