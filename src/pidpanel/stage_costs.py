@@ -78,10 +78,6 @@ def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[
     return [
         Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
         Cost("sound", 2 + 2 * (shapes / 371) ** 2, IMPORTS + 2.5e3 * shapes**2),
-        Cost(
-            "response",
-            4 + 2.6e-9 * per_line * solves + 2e-6 * check,
-            IMPORTS + 1.2e9 * (shapes / 371) ** 2,
-        ),
+        Cost("response", response, IMPORTS + 1.2e9 * (shapes / 371) ** 2),
         Cost("report", 20 + 0.5 * solves, 3 * IMPORTS),
     ]
