@@ -166,6 +166,14 @@ def test_an_estimate_of_what_is_complete_needs_no_liggghts(capsys, tmp_path, mon
     assert "coupon_friction: no LIGGGHTS runs left, 12 coupon cases are complete" in out
 
 
+def test_an_estimate_has_the_stages_of_the_panel(capsys, tmp_path):
+    # red: `_panel_costs` without its last stage
+    code, out, _ = answer(capsys, "estimate", "l_panel.yaml", "-d", tmp_path)
+    assert code == 0
+    stages = out.splitlines()[1].split(": ")[-1].split("; ")
+    assert [one.split()[0] for one in stages] == ["panel", "sound", "response", "report"]
+
+
 def test_check_names_the_study(capsys):
     # red: `return 0` before print
     code, out, _ = answer(capsys, "check", "coupon_friction.yaml")

@@ -77,9 +77,15 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
     return "\n".join(lines)
 
 
+def other_stages(study: Study) -> str:
+    """Return about what the stages from the panel to the report take."""
+    costs = _panel_costs(study, solve(study.panel))
+    return "; ".join(_of_cost(cost) for cost in costs)
+
+
 def summary(study: CouponStudy) -> str:
     """Return how many cases, runs and scenarios a study has."""
-    cases = _cases(study)
+    cases = all_cases(study)
     said = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):
         if not study.scenarios:
@@ -237,7 +243,7 @@ def _of_sound(study: Study) -> str:
     )
 
 
-def _cases(study: CouponStudy) -> list[Case]:
+def all_cases(study: CouponStudy) -> list[Case]:
     """Return every case of all coupons of a study once."""
     return [case for cases in distinct_cases(study).values() for case in cases]
 
@@ -245,7 +251,7 @@ def _cases(study: CouponStudy) -> list[Case]:
 def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
     """Yield the cost of the LIGGGHTS runs that are left."""
     folder = results / "coupon"
-    left = [case for case in _cases(study) if not all(p.exists() for p in case.outcomes(folder))]
+    left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
     if left:
         yield Cost("coupon", cpu_seconds(left, COUPON_COSTS, folder), 200e6)
     if study.random_coupons():

@@ -1,26 +1,29 @@
-"""How long what a study would run takes, in a line."""
+"""How long what a study would run takes."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import cpu_seconds, random_seconds
-from pidpanel.coupon.from_study import cases_of, distinct_cases
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.probe import probe
+from pidpanel.overview import all_cases, other_stages
 from pidpanel.response.random_rounds import expected_legs
 from pidpanel.study import CouponStudy, Study
 
 
-def _cases(study: CouponStudy) -> list[Case]:
-    """Return every case of all coupons of a study once."""
-    return [case for cases in distinct_cases(study).values() for case in cases]
-
-
 def estimate(study: CouponStudy, results: Path, jobs: int) -> str:
-    """Return how many cases of a study are still to be run, and how long that takes."""
+    """Return how many cases of a study are still to be run, and how long each stage takes."""
+    runs = _of_runs(study, results, jobs)
+    if not isinstance(study, Study):
+        return runs
+    return f"{runs}\n{study.name}: about this CPU time and memory: {other_stages(study)}"
+
+
+def _of_runs(study: CouponStudy, results: Path, jobs: int) -> str:
+    """Return how many LIGGGHTS runs are left, and how long they take."""
     folder = results / "coupon"
-    cases = _cases(study)
+    cases = all_cases(study)
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
     coupled = ""
     if isinstance(study, Study) and study.is_coupled:
