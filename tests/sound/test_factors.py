@@ -74,3 +74,21 @@ def test_nothing_is_extrapolated():
     # red: k = checked_wavenumber(wavenumber) in factors_at
     with pytest.raises(FieldError, match="the table reaches to 20"):
         table().factors_at([21.0])
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_long_waves_are_read_from_a_shorter_table_of_the_same_values(odd):
+    # red: in _up_to, k_max = self.wavenumber_max / NARROWER ** (band + 1); or SPARE_NODES = 6
+    of = table(odd)
+    for k in (0.0, 0.05, 1.0, 5.0, 9.0, 16.5, 20.0):
+        assert of._up_to(k).wavenumber.size <= (30 if k < 10 else 40)
+        whole, read = of._at(np.array([k])), of.at([k])
+        assert np.max(np.abs(read - whole)) <= 1e-11 * np.max(np.abs(whole))
+
+
+def test_shorter_tables_follow_one_another_in_any_order():
+    # red: in _up_to, if not self._shorter
+    of = table()
+    first = of.at([2.0])
+    of.at([9.0])
+    np.testing.assert_array_equal(of.at([2.0]), first)

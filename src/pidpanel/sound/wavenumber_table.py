@@ -35,6 +35,15 @@ LEAST_FORCE = 1e-10
 BAND = 1.1
 """Ratio of wavenumbers for which the same shapes stand for all."""
 
+NARROWER = 1.25
+"""Ratio of wavenumbers for which the same shorter table is read, see `WavenumberTable.at`."""
+
+MOST_NARROW = 20
+"""Bands of that ratio: below a hundredth of k_max the last shorter table is read."""
+
+FEWER_NODES = 0.8
+"""Share of the nodes from which on a shorter table saves less than it costs."""
+
 FACTOR_SHARE = 0.7
 """Share of the shapes from which on a factor of G is no cheaper than G."""
 
@@ -67,9 +76,13 @@ class WavenumberTable:
     odd_over_wavenumber: Array | None = None
     _pivots: dict[int, Index] = field(default_factory=dict, repr=False, compare=False)
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
+    _shorter: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
 
     def at(self, wavenumber: ArrayLike) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n).
+
+        A line costs a run through all nodes. Longer waves need fewer of them, so lines of low
+        frequency are read from a shorter table, itself read from this one once.
 
         Raises
         ------
@@ -77,12 +90,38 @@ class WavenumberTable:
             Where a wavenumber lies outside 0 to k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
+        return self._up_to(k.max(initial=0.0))._at(k)
+
+    def _at(self, k: Array) -> Array | Complexes:
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
         even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
             return even
         odd = np.tensordot(k[:, None] * weights, self.odd_over_wavenumber, axes=1)
         return even + 1j * odd
+
+    def _up_to(self, wavenumber: float) -> "WavenumberTable":
+        """Return the table that reaches to a wavenumber with the fewest nodes that it needs."""
+        share = min(wavenumber / self.wavenumber_max, 1.0)
+        band = int(-np.log(share) / np.log(NARROWER)) if share > 0 else MOST_NARROW
+        band = min(band, MOST_NARROW)
+        count = self.wavenumber.size
+        # `node_count` of the same panel; SPARE_NODES stay
+        needed = SPARE_NODES + int(np.ceil((count - SPARE_NODES) / NARROWER**band))
+        if band == 0 or needed >= FEWER_NODES * count:
+            return self
+        if band not in self._shorter:  # lines come in order: one band is enough
+            k_max = self.wavenumber_max / NARROWER**band
+            nodes = chebyshev_nodes(k_max, needed)
+            weights = even_interpolation(nodes, self.wavenumber_max, count)
+            odd = self.odd_over_wavenumber
+            self._shorter.clear()
+            self._shorter[band] = WavenumberTable(
+                k_max, nodes,
+                np.tensordot(weights, self.even, axes=1),
+                None if odd is None else np.tensordot(weights, odd, axes=1),
+            )  # fmt: skip
+        return self._shorter[band]
 
     def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
         """Return L (nf, n, r) with the matrix equal to L Lᴴ at the wavenumbers (nf,) [rad/m].
@@ -114,16 +153,18 @@ class WavenumberTable:
         pivots = self._pivots[band]
         if not 0 < pivots.size <= FACTOR_SHARE * self.even.shape[1]:
             return None
+        whole = self._up_to(self.wavenumber_max / BAND**band)
         if band not in self._rows:  # lines come in order: one band is enough
-            odd = self.odd_over_wavenumber
+            odd = whole.odd_over_wavenumber
             self._rows.clear()
             self._rows[band] = WavenumberTable(
-                self.wavenumber_max, self.wavenumber,
-                self.even[:, pivots], None if odd is None else odd[:, pivots],
+                whole.wavenumber_max, whole.wavenumber,
+                whole.even[:, pivots], None if odd is None else odd[:, pivots],
             )  # fmt: skip
-        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
-        square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
-        return _factors(self._rows[band].at(k), pivots, square)
+        rows = self._rows[band]
+        weights = even_interpolation(k, rows.wavenumber_max, rows.wavenumber.size)
+        square = weights @ np.diagonal(whole.even, axis1=1, axis2=2)
+        return _factors(rows._at(k), pivots, square)
 
     def _stand_for_all(self, wavenumber: float) -> Index:
         """Return the shapes (r,) whose forces tell those of all at a wavenumber."""
