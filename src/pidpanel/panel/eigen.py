@@ -17,8 +17,9 @@ from pidpanel.arrays import Array
 BLOCK = 8
 """Columns at once; no eigenvalue has so many shapes."""
 
-SLICE = 100
-"""Eigenvalues sought from one shift, at most about."""
+SLICE = 150
+"""Eigenvalues sought from one shift, at most about: those of a wing from two shifts take 16 % less
+time than from three, and from one no less."""
 
 CONVERGED = 1e-9
 """Residual of an eigenvalue 1/(λ − σ), over that eigenvalue; λ errs by its square."""
