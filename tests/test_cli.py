@@ -153,6 +153,20 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
     assert process.stderr.read() == "stopped; the same command resumes\n"
 
 
+def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path):
+    # red: `-m snakemake` for PROCESS; no handler in workflow_process
+    snakefile = tmp_path / "Snakefile"
+    snakefile.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    command = [sys.executable, "-P", "-m", snakemake.PROCESS, "-s", snakefile, "-d", tmp_path]
+    done = subprocess.run(
+        [*command, "-j1"], capture_output=True, text=True, check=False,
+        # a test in the background ignores it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    assert done.returncode == cli.INTERRUPTED
+    assert "Traceback" not in done.stdout + done.stderr
+
+
 def test_an_estimate_of_what_is_complete_needs_no_liggghts(capsys, tmp_path, monkeypatch):
     # red: `if True` in place of `if not left`
     study = STUDIES / "coupon_friction.yaml"
@@ -196,7 +210,7 @@ def test_run_hands_study_folder_and_options_to_snakemake(capsys, tmp_path, monke
         capsys, "run", "l_panel.yaml", "-j3", "-d", tmp_path, "--", "--forceall"
     )
     assert (code, error) == (cli.FAILED, "")
-    assert called[0][:6] == [sys.executable, "-P", "-m", "snakemake", "--forceall", "-j3"]
+    assert called[0][:6] == [sys.executable, "-P", "-m", snakemake.PROCESS, "--forceall", "-j3"]
     assert called[0][-4:] == [
         "--directory",
         str(tmp_path),

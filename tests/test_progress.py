@@ -1,12 +1,17 @@
 """Long stages say how far they have come; a run says it for them."""
 
+import itertools
 import logging
 from types import SimpleNamespace
 
+import numpy as np
 from snakemake_interface_logger_plugins.common import LogEvent
 
 import snakemake_logger_plugin_pidpanel as plugin
 from pidpanel.progress import time_left, tracked
+from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.face import PanelQuadrature
+from pidpanel.sound.field import tabulate_diffuse
 
 
 def test_the_time_left_is_that_of_the_rest_at_the_pace_so_far():
@@ -63,3 +68,22 @@ def test_a_run_tells_of_its_long_jobs_without_control_characters(tmp_path, monke
     finally:
         handler.close()
     assert "0 of 4 jobs; shake: 2 of 3" in said and "\x1b" not in said
+
+
+def test_the_sound_and_the_maps_say_how_far_they_have_come(capsys, monkeypatch):
+    # red: `tracked` left out of tabulate_diffuse or tabulate_added_mass
+    monkeypatch.setattr("pidpanel.progress.SECONDS_BETWEEN_LINES", 0)
+    clock = itertools.count(0, 30)
+    monkeypatch.setattr("pidpanel.progress.time.monotonic", lambda: next(clock))
+    axis, weight = np.polynomial.legendre.leggauss(12)
+    x, y = (one.ravel() for one in np.meshgrid(axis, axis))
+    face = PanelQuadrature(
+        np.column_stack([x, y]), np.outer(weight, weight).ravel(), np.cos(x)[:, None]
+    )
+    for tabulate, what in (
+        (tabulate_diffuse, "wavenumbers of the sound"),
+        (tabulate_added_mass, "parts of the air's wavenumbers"),
+    ):
+        tabulate(1.0, face)
+        lines = capsys.readouterr().err.splitlines()
+        assert lines and all(what in line and line.endswith(" left") for line in lines)

@@ -75,7 +75,7 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "api arrays check columns constants durable fingerprint locks made overview paths progress "
+    "": "api arrays check columns constants durable fingerprint locks made overview owner paths progress "
     "random_round round script stage_costs stamp text_files verification",
     "coupon": "attempts batches cases coding deadline estimate film finished from_study legs "
     "preparation probe random_runs records runs summary window",

@@ -23,6 +23,7 @@ from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distin
 from pidpanel.coupon.liggghts.deck import without_comments
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
+from pidpanel.owner import OwnerError, check_owner, write_owner
 from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW
 from pidpanel.paths import in_a_path, of_damper, study_path
 from pidpanel.random_round import RandomRound, records_of
@@ -65,7 +66,8 @@ def read_study():
     try:
         study = checked_study(STUDY_FILE)
         check_machine(study, Path("results"))
-    except StudyError as error:
+        check_owner(study, Path(STUDY_FILE), Path("results"))
+    except (StudyError, OwnerError) as error:
         raise WorkflowError(str(error)) from None
     return study
 
@@ -236,6 +238,7 @@ def will_run():
         workflow.pidpanel_lock, taken = take_stale(Path("results"), Path(".snakemake/locks"))
         if taken:
             logger.warning(f"{taken[0].parent}: left by a process that was killed; taken over")
+        write_owner(STUDY, Path(STUDY_FILE), Path("results"))
     return bool(runs)
 
 

@@ -11,8 +11,6 @@ import os
 import sys
 from collections.abc import Sequence
 
-from pidpanel.cli.parser import parsed
-
 DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
 """Exit codes, as ``pidpanel --help`` tells them."""
 
@@ -34,10 +32,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code. A mistake is printed to stderr, in one line each.
     """
-    given = parsed(sys.argv[1:] if arguments is None else arguments)
-    if getattr(given, "trust_deck", False):
-        os.environ["PIDPANEL_TRUST_DECK"] = "1"
     try:
+        from pidpanel.cli.parser import parsed
+
+        given = parsed(sys.argv[1:] if arguments is None else arguments)
+        if getattr(given, "trust_deck", False):
+            os.environ["PIDPANEL_TRUST_DECK"] = "1"
         status: int = given.call(given)
         sys.stdout.flush()
     except KeyboardInterrupt:

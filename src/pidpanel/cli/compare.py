@@ -44,6 +44,7 @@ def call(given: argparse.Namespace) -> int:
 
 def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
     """Return the folder of the results that a study, or that folder itself, names; its study."""
+    from pidpanel.owner import check_owner
     from pidpanel.paths import study_path
     from pidpanel.study import StudyError, load_study
 
@@ -52,6 +53,7 @@ def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
         folder = name.absolute()
     elif study_path(str(name)).is_file():
         study = load_study(study_path(str(name)))
+        check_owner(study, study_path(str(name)), results)
         folder = results / study.name
     else:
         raise StudyError(f"{name}: must be a study, or the folder of its results")

@@ -26,9 +26,11 @@ def call(given: argparse.Namespace) -> int:
     import shutil
 
     from pidpanel.cli.results import made
+    from pidpanel.owner import check_owner
     from pidpanel.study import load_study
 
     study = load_study(given.study)
+    check_owner(study, given.study, given.directory / "results")
     folder = made(given.study, given.directory, f"results/{study.name}/response/export", "export")
     if given.to is not None:
         given.to.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import psutil
 
+from pidpanel.cli.snakemake import PROCESS
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.study import CouponStudy, Study
 
@@ -111,7 +112,7 @@ def running(folder: Path) -> list[str]:
         words = process.info["cmdline"] or []
         if process.info["cwd"] != str(folder.absolute()) or "--dry-run" in words:
             continue
-        if any(Path(word).name == "snakemake" for word in words[:4]):
+        if any(Path(word).name in ("snakemake", PROCESS) for word in words[:4]):
             found.append(f"running: Snakemake, process {process.pid}")
             found += [line for child in _children(process) if (line := _job(child, folder))]
     return found

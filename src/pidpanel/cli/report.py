@@ -22,9 +22,11 @@ def call(given: argparse.Namespace) -> int:
     import webbrowser
 
     from pidpanel.cli.results import made
+    from pidpanel.owner import check_owner
     from pidpanel.study import Study, load_any_study
 
     study = load_any_study(given.study)
+    check_owner(study, given.study, given.directory / "results")
     rule = "report" if isinstance(study, Study) else "coupon_report"
     target = f"results/{study.name}/report.html"
     page = made(given.study, given.directory, target, rule, again=given.again).absolute()

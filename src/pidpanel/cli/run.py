@@ -27,6 +27,7 @@ def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import check_machine, checked_study
     from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
+    from pidpanel.owner import check_owner
     from pidpanel.study import StudyError
 
     study = checked_study(given.study)
@@ -36,6 +37,7 @@ def call(given: argparse.Namespace) -> int:
         check_machine(study, results)
     except StudyError as error:
         raise MachineError(str(error)) from None
+    check_owner(study, given.study, results)
     check_space(results)
     options = [*(["--dry-run"] if given.dry_run else []), *given.further]
     status = run(given.study, given.directory, given.jobs, options)

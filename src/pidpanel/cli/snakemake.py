@@ -16,6 +16,9 @@ from pidpanel.paths import SNAKEFILE
 if TYPE_CHECKING:  # pydantic is slow to import
     from pidpanel.study import CouponStudy
 
+PROCESS = "pidpanel.cli.workflow_process"
+"""Module that is Snakemake's process."""
+
 LEAST_SPACE = 20e6
 """Space that the smallest study takes on the disk [byte]."""
 
@@ -36,7 +39,7 @@ def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
     Targets come first of the options: some options of Snakemake take all that follows them.
     """
     # that of the Python which runs this, whatever is on the PATH or in the working folder
-    snakemake = [sys.executable, "-P", "-m", "snakemake"]
+    snakemake = [sys.executable, "-P", "-m", PROCESS]
     places = ["--snakefile", SNAKEFILE, "--directory", folder.absolute()]
     return [*snakemake, *options, *map(str, places), "--configfile", str(study.absolute())]
 

@@ -23,6 +23,7 @@ def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
+    from pidpanel.owner import check_owner
     from pidpanel.study import load_any_study
 
     study = load_any_study(given.study)
@@ -31,6 +32,7 @@ def call(given: argparse.Namespace) -> int:
     if not results.is_dir():
         print(f"{study.name}: nothing is done: {results.absolute()} is not there")
         return 1
+    check_owner(study, given.study, results)
     left = jobs_left(given.study, folder)
     running = progress.running(folder)
     failed = progress.failed(folder, study.name, left) if not running else []

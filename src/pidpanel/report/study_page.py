@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.paths import SECTION
+from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
 from pidpanel.report.answer_text import NOTHING_MOVES, caveats, headline
@@ -86,26 +87,23 @@ def _sections(inputs: Inputs) -> list[Section]:
     study, points = inputs.study, list(inputs.study.panel.points)
     names = names_of(study)
     summary = with_names(inputs.summary, names)
+    # the paper states levels and no spectrum
+    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound.oaspl_db is not None
+    spectrum, of_response = study.sound.spectrum.name, study.response.frequency_hz
     sections = [
         panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
-        sound_section(
-            inputs.bands,
-            study.sound.spectrum.name,
-            study.response.frequency_hz,
-            # the paper states levels and no spectrum
-            assumed=is_papers_panel(inputs.modes, inputs.printed)
-            and study.sound.oaspl_db is not None,
-        ),
+        sound_section(inputs.bands, spectrum, of_response, assumed=assumed),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
-    for name in inputs.coupons:
+    for name in tracked(list(inputs.coupons), "coupons of the page"):
         of_coupon = _coupon_sections(inputs, name, law)
         sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
     if inputs.random is not None:
         sections.append(random_section(inputs.random, names))
     if study.layouts:
         sections.append(layouts_section(inputs))
-    sections += [response_section(inputs, name) for name in study.families]
+    families = tracked(list(study.families), "families of scenarios of the page")
+    sections += [response_section(inputs, name) for name in families]
     if inputs.coupled is not None:
         sections.append(verdict_section(with_names(inputs.coupled.verdict, names), points))
     if inputs.radiation is not None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.progress import tracked
 from pidpanel.response.dampers import attach_dampers
 from pidpanel.response.modal import MatrixInput, bare_panels, chunks_of_lines
 from pidpanel.response.model import ModalBasis, Patches
@@ -61,7 +62,8 @@ def modal_covariances(
     weight[:-1] += np.diff(frequency) / 2
     omega4 = (2 * np.pi * frequency) ** 4
     total = np.zeros((len(dampers), 2, n, n))
-    for lines in chunks_of_lines(frequency.size, n):
+    chunks = list(chunks_of_lines(frequency.size, n))
+    for lines in tracked(chunks, "parts of the frequency range"):
         (bare,) = bare_panels(
             frequency[lines],
             basis,

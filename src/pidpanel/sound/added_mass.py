@@ -26,6 +26,7 @@ it behind a jump (p = 3), five sixths for p = 7.
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.progress import tracked
 from pidpanel.sound.face import FoldedFace, PanelQuadrature
 from pidpanel.sound.wavenumber_table import (
     FieldError,
@@ -96,7 +97,8 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     nodes = chebyshev_nodes(reach, count)
     n = panel.shape.shape[1]
     sums = np.zeros((len(rows), n * n))
-    for start in range(0, count, NODES_AT_ONCE):
+    starts = range(0, count, NODES_AT_ONCE)
+    for start in tracked(starts, "parts of the air's wavenumbers"):
         some = slice(start, start + NODES_AT_ONCE)
         means = [face.azimuthal_mean(one, panel.diameter).ravel() for one in nodes[some]]
         for row, weights in enumerate(of_nodes[:, some]):

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.plane_mesh import cell_areas
+from pidpanel.progress import tracked
 from pidpanel.sound.face import FoldedFace, PanelQuadrature
 from pidpanel.sound.wavenumber_table import (
     SPARE_NODES,
@@ -150,7 +151,7 @@ def tabulate_diffuse(
         )
     n = panel.shape.shape[1]
     modal_force = np.empty((count, n, n))
-    for index, k in enumerate(nodes):
+    for index, k in tracked(list(enumerate(nodes)), "wavenumbers of the sound"):
         modal_force[index] = face.azimuthal_mean(k, diameter)
     for row in range(n):  # in place: of a large panel this is most of the memory
         modal_force[:, row] = to_force @ modal_force[:, row]

@@ -1,0 +1,77 @@
+"""Whose results a folder holds: two studies of one name would overwrite each other's."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from pidpanel import durable
+from pidpanel.stamp import by_content
+from pidpanel.study import CouponStudy, StudyError, load_any_study
+from pidpanel.study.document import Document
+
+MARK = ".study"
+"""File in ``results/<study>`` with the path of the study, relative to ``results``.
+
+So a copied or moved folder holds results of the study that was copied or moved with it, and a study
+that is not there any more, or not on this machine, holds none.
+"""
+
+
+class OwnerError(RuntimeError):
+    """Results of another study of the same name are in the way."""
+
+
+def check_owner(study: CouponStudy, file: Path, results: Path) -> None:
+    """Refuse the results of another study of the same name that is still there and says else.
+
+    Parameters
+    ----------
+    study, file
+        The study, and its file.
+    results
+        The folder that holds those of all studies.
+
+    Raises
+    ------
+    OwnerError
+    """
+    mark = results / study.name / MARK
+    try:
+        other = results.resolve() / mark.read_text(encoding="utf-8").strip()
+        if not other.is_file() or other.samefile(file):
+            return
+    except (OSError, ValueError):
+        return
+    if _is_another(study, other):
+        raise OwnerError(
+            f"{file}: {mark.parent} holds the results of {other.resolve()}, another study "
+            f"of the name {study.name}: give this one another name, or use another --directory; "
+            f"remove {mark} if they shall be replaced"
+        )
+
+
+def write_owner(study: CouponStudy, file: Path, results: Path) -> None:
+    """Note that the results of a study are those of its file."""
+    folder = results / study.name
+    text = os.path.relpath(file.resolve(), results.resolve())
+    folder.mkdir(parents=True, exist_ok=True)
+    durable.write_text(folder / MARK, f"{text}\n")
+
+
+def _is_another(study: CouponStudy, file: Path) -> bool:
+    """Whether a file is a study of the same name, and does not say the same."""
+    try:
+        if str(Document(file).data.get("name", file.stem)) != study.name:
+            return False
+    except StudyError:
+        return False
+    try:
+        return _said(load_any_study(file)) != _said(study)
+    except StudyError:  # one with a mistake in it
+        return True
+
+
+def _said(study: CouponStudy) -> str:
+    return json.dumps(by_content(study.model_dump()), sort_keys=True)
