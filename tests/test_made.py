@@ -1,6 +1,7 @@
 """What a job has made, and from what, is seen to have changed; files are whole or as they were."""
 
 import os
+import signal
 import subprocess
 import sys
 import textwrap
@@ -196,3 +197,45 @@ def test_a_lock_of_snakemake_is_taken_only_where_nobody_runs(tmp_path):
     third, taken = locks.take_stale(tmp_path, stale.parent)
     assert taken == [stale]
     third.close()
+
+
+ORPHAN = """
+import os, sys
+from pathlib import Path
+from pidpanel.locks import WORKFLOW_PROCESS, alone
+os.environ[WORKFLOW_PROCESS] = sys.argv[1]
+with alone(Path(sys.argv[2])):
+    print("held", flush=True)
+    sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize("lives", [False, True])
+def test_a_stopped_job_of_a_killed_run_is_ended_and_no_other(tmp_path, lives):
+    # red: `_end_orphan` left out; `/proc/{workflow}` not asked
+    lock, script = tmp_path / "lock", tmp_path / "scripts.shake"
+    script.write_text(ORPHAN)
+    workflow = child("import sys; sys.stdin.readline()")
+    if not lives:
+        workflow.kill()
+        workflow.communicate()
+    job = subprocess.Popen(
+        [sys.executable, script.name, str(workflow.pid), lock],
+        cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert job.stdout.readline() == "held\n"
+    job.send_signal(signal.SIGSTOP)
+    second = child(HOLD, lock)
+    said = second.stderr.readline()
+    if lives:
+        assert said.startswith(f"{lock}: waits for process {job.pid} on ")
+        assert said.rstrip().endswith(f"for {workflow.pid}, which writes the same files")
+        job.send_signal(signal.SIGCONT)
+        job.communicate("\n")
+        workflow.communicate("\n")
+    else:
+        assert said == f"process {job.pid}: left by a run that was killed; ended\n"
+        assert job.wait() == -signal.SIGKILL
+        job.communicate()
+    assert second.stdout.readline() == "held\n"
+    second.communicate("\n")

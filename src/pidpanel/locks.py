@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import os
+import re
 import select
 import signal
 import sys
@@ -12,6 +13,9 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
+
+WORKFLOW_PROCESS = "PIDPANEL_WORKFLOW_PROCESS"
+"""Variable with the number of the Snakemake process of this machine for which scripts run."""
 
 
 @contextlib.contextmanager
@@ -33,15 +37,59 @@ def alone(path: Path) -> Iterator[None]:
         except BlockingIOError:
             file.seek(0)
             holder = file.read().strip() or "another process"
-            print(f"{path}: waits for {holder}, which writes the same files", file=sys.stderr)
+            if not _end_orphan(holder):
+                print(f"{path}: waits for {holder}, which writes the same files", file=sys.stderr)
             fcntl.flock(file, fcntl.LOCK_EX)
         except OSError:
             yield
             return
         file.truncate(0)
-        file.write(f"process {os.getpid()} on {os.uname().nodename}")
+        file.write(_holder(os.getpid(), os.environ.get(WORKFLOW_PROCESS, "")))
         file.flush()
         yield
+
+
+def _holder(process: int, workflow: str) -> str:
+    return f"process {process} on {os.uname().nodename}" + (f" for {workflow}" if workflow else "")
+
+
+def _end_orphan(holder: str) -> bool:
+    """End a job of this machine whose workflow was killed, and which is stopped: it cannot itself.
+
+    Parameters
+    ----------
+    holder
+        What a lock says of who holds it.
+    """
+    words = re.fullmatch(r"process (\d+) on .* for (\d+)", holder)
+    if words is None or holder != _holder(int(words[1]), words[2]):
+        return False
+    process, workflow = int(words[1]), int(words[2])
+    try:
+        command = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
+        is_job = any(word.startswith(b"scripts.") for word in command)
+        if Path(f"/proc/{workflow}").exists() or not is_job or workflow in _ancestors(process):
+            return False
+        os.kill(process, signal.SIGKILL)
+    except OSError:
+        return False
+    print(f"process {process}: left by a run that was killed; ended", file=sys.stderr, flush=True)
+    return True
+
+
+def is_running(results: Path) -> bool:
+    """Whether a workflow runs in a folder of results."""
+    file = results / ".running"
+    if not file.exists():
+        return False
+    with file.open("a", encoding="ascii") as held:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+    return False
 
 
 def take_stale(results: Path, locks: Path) -> tuple[IO[str] | None, list[Path]]:
@@ -104,9 +152,9 @@ def end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _ancestors() -> list[int]:
-    """Numbers of the processes from which this one descends."""
-    found = [os.getppid()]
+def _ancestors(process: int | None = None) -> list[int]:
+    """Numbers of the processes from which one descends, this one by default."""
+    found = [os.getppid() if process is None else process]
     while found[-1] > 1:
         try:
             status = Path(f"/proc/{found[-1]}/stat").read_text(errors="replace")

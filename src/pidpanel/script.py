@@ -9,12 +9,10 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from types import TracebackType
 
 from pidpanel import durable, made
-from pidpanel.locks import alone, end_with
-
-WORKFLOW_PROCESS = "PIDPANEL_WORKFLOW_PROCESS"
-"""Variable with the number of the Snakemake process of this machine for which scripts run."""
+from pidpanel.locks import WORKFLOW_PROCESS, alone, end_with
 
 MADE, TO = "--made", "--to"
 """Before the file that says what a script rests on, and before the files that it makes."""
@@ -29,6 +27,9 @@ MALLOPT = {-3: 32 << 20, -1: 256 << 20}
 """M_MMAP_THRESHOLD and M_TRIM_THRESHOLD of glibc [bytes]: memory of arrays up to 32 MB is used
 again for the next ones. Handed back to the system, its pages are cleared each time, a tenth of the
 CPU time of the response of a wing."""
+
+NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
+"""What an import says where there is no memory for its library."""
 
 
 def run(main: Callable[[Sequence[str]], None]) -> None:
@@ -50,13 +51,13 @@ def run(main: Callable[[Sequence[str]], None]) -> None:
         _run(main, sys.argv[1:])
     except KeyboardInterrupt:  # who pressed Ctrl-C knows why
         sys.exit(130)
-    except MemoryError as error:
-        sys.exit(f"{sys.argv[0]}: not enough memory ({error or 'no further word'})")
     except OSError as error:
         if error.errno not in OF_THE_MACHINE:
             raise
         sys.exit(f"{error.filename or sys.argv[0]}: {error.strerror}")
     except Exception as error:
+        if is_of_memory(error):
+            sys.exit(f"{sys.argv[0]}: not enough memory ({error or 'no further word'})")
         if not type(error).__module__.startswith("pidpanel."):
             raise
         sys.exit(str(error))
@@ -86,6 +87,37 @@ def _run(main: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> Non
             }
             main([drafts.get(argument, argument) for argument in arguments[:end]])
         made.write_sums(rests, outputs)
+
+
+def tell_of_memory() -> None:
+    """Let a process that has too little memory for its imports say so in one line."""
+    before = sys.excepthook
+
+    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        if is_of_memory(error):
+            print(f"{sys.argv[0]}: not enough memory ({error or 'no further word'})"[:500],
+                  file=sys.stderr)  # fmt: skip
+        else:
+            before(kind, error, trace)
+
+    sys.excepthook = hook
+
+
+def is_of_memory(error: BaseException) -> bool:
+    """Whether an error is one of too little memory, that of a library that is loaded too.
+
+    Examples
+    --------
+    >>> is_of_memory(ImportError("libm.so.6: failed to map segment from shared object"))
+    True
+    >>> is_of_memory(ImportError("No module named 'gmsh'"))
+    False
+    """
+    if isinstance(error, ImportError):
+        return any(words in str(error) for words in NOT_LOADED)
+    if isinstance(error, RuntimeError):
+        return "can't start new thread" in str(error)
+    return isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
 
 
 def optional(path: str) -> Path | None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import random
 import resource
 import shutil
 import sys
 import tempfile
+import threading
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -24,7 +27,7 @@ HEAD = """\
 
 What can go wrong is done to a small study with real LIGGGHTS at random moments, and the study is called again with the same command. `make drills` does each 20 times, or `REPEATS=…` times, and writes this page.
 
-The study is one coupon case of one cell and one packing, poured, shaken loose, shaken to 30 or 45 cycles, and gathered in `cases.csv`; that file is compared byte by byte with that of an undisturbed run from nothing. What changes on the way (files that are damaged, for one) is named in a line.
+The study is one coupon case of one cell and one packing, poured, shaken loose, shaken to 30 or 45 cycles, and gathered in `cases.csv`; in the drills of panels a small panel follows, to `surface.nc`, `psd.nc` and `summary.csv`. These files are compared byte by byte with those of an undisturbed run from nothing. What changes on the way (files that are damaged, for one) is named in a line.
 
 - **lost**: the call ends well, and the table is not there;
 - **silent**: the call ends well, and the table is another;
@@ -43,7 +46,7 @@ def ended_as(ended: Ended, stage: Stage) -> str:
     table = ended.world.table()
     if not table:
         return "lost"
-    return "identical" if table == stage.tables[ended.cycles] else "silent"
+    return "identical" if table == stage.tables.get(ended.wanted) else "silent"
 
 
 def main() -> int:
@@ -51,6 +54,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--only", nargs="*", default=list(DRILLS), metavar="drill")
+    parser.add_argument("--first", type=int, default=0, help="number of the first repeat")
+    parser.add_argument("--jobs", type=int, default=2, help="drills at a time")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--counts", type=Path, help="JSON file to which the counts are added")
     parser.add_argument("--write", action="store_true", help=f"write {TABLE.name}")
@@ -60,12 +65,14 @@ def main() -> int:
         counts |= {k: Counter(v) for k, v in json.loads(given.counts.read_text()).items()}
     with tempfile.TemporaryDirectory(prefix="drills_") as name:
         stage = make_stage(Path(name))
-        for number in range(given.repeats):
-            for drill in given.only:
-                folder = Path(name) / f"{number}_{list(DRILLS).index(drill)}"
-                rng = random.Random(f"{given.seed} {number} {drill}")
-                ended = DRILLS[drill](stage, folder, rng)
-                end = ended_as(ended, stage)
+        lock = threading.Lock()
+
+        def do(number: int, drill: str) -> None:
+            folder = Path(name) / f"{number}_{list(DRILLS).index(drill)}"
+            rng = random.Random(f"{given.seed} {number} {drill}")
+            ended = DRILLS[drill](stage, folder, rng)
+            end = ended_as(ended, stage)
+            with lock:
                 counts[drill][end] += 1
                 print(f"{drill}, {number + 1}: {end}", flush=True)
                 if end != "identical":
@@ -73,9 +80,14 @@ def main() -> int:
                     shutil.copytree(ended.world.folder, kept)
                     (kept.parent / "said.txt").write_text(ended.last.said)
                     print(f"  kept in {kept}", flush=True)
-                shutil.rmtree(folder)
                 if given.counts:
                     given.counts.write_text(json.dumps(counts, indent=1) + "\n")
+            shutil.rmtree(folder)
+
+        todo = itertools.product(range(given.first, given.first + given.repeats), given.only)
+        with ThreadPoolExecutor(given.jobs) as pool:
+            for one in [pool.submit(do, *each) for each in todo]:
+                one.result()
     if given.write:
         rows = (
             f"| {drill} | {DRILLS[drill].__doc__.splitlines()[0]} | {sum(found.values())} | "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -13,7 +14,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from world import LONG, SHORT, Call, World, flip, lose
+from world import LONG, PANEL_FILES, ROOT, SHORT, Call, World, flip, lose
+
+VARIANTS = {
+    "deck": ("templates/fill.in.j2", "viscous {{ drag }}", "viscous {{ 1.1 * drag }}"),
+    "constant": ("src/pidpanel/coupon/cases.py", "restitution: float = 0.5", "restitution: float = 0.4"),
+    "solver": ("src/pidpanel/constants.py", 'LIGGGHTS_VERSION = "3.8.0"', 'LIGGGHTS_VERSION = "3.8"'),
+    "comment": ("templates/fill.in.j2", "# drag, so that", "# a drag, so that"),
+}  # fmt: skip
+"""Other versions of pidpanel: a file, what of it is another, and how that ends then."""
+TABLES = {"table changed": ("damping.csv", "0.9,250,100,225.0,", "0.9,250,100,325.0,"),
+          "spectrum changed": ("sound.csv", "100,125", "100,135")}  # fmt: skip
+"""Changes of the tables of the study of a panel."""
 
 
 @dataclass
@@ -27,8 +39,10 @@ class Stage:
     """With packing and bed, and nothing shaken."""
     cut: list[World]
     """Killed on their way."""
-    tables: dict[int, bytes]
-    """The right table for each number of cycles."""
+    panel: World
+    """The study of a panel, finished."""
+    tables: dict[int | str, bytes]
+    """The right table for each number of cycles, variant of pidpanel and change of the panel's."""
 
 
 @dataclass
@@ -37,7 +51,8 @@ class Ended:
 
     world: World
     last: Call
-    cycles: int = SHORT
+    wanted: int | str = SHORT
+    """Which of `Stage.tables` is right."""
     orphans: bool = False
     tracebacks: bool = False
     """Whether a failed call said more than what failed."""
@@ -48,15 +63,29 @@ Drill = Callable[[Stage, Path, random.Random], Ended]
 
 def make_stage(folder: Path) -> Stage:
     """Run the study undisturbed, to both lengths, each from nothing."""
-    tables = {}
+    tables: dict[int | str, bytes] = {}
     for cycles in (SHORT, LONG):
         world = World(folder / f"to_{cycles}")
         world.write(cycles)
-        ended = world.call()
-        if ended.status != 0:
-            raise SystemExit(f"the undisturbed study fails:\n{ended.said}")
-        tables[cycles] = world.table()
+        tables[cycles] = _undisturbed(world)
     done = World(folder / f"to_{SHORT}")
+    for name, (file, before, after) in VARIANTS.items():
+        project = folder / f"project_{name}"
+        for part in ("src", "workflow", "templates", "profiles"):
+            shutil.copytree(ROOT / part, project / part)
+        shutil.copy(ROOT / "Snakefile", project)
+        _edit(project / file, before, after)
+        world = World(folder / f"by_{name}", project=project)
+        world.write()
+        tables[name] = _undisturbed(world)
+    panel = World(folder / "panel", files=PANEL_FILES)
+    panel.write()
+    tables["panel"] = _undisturbed(panel)
+    for name, edit in TABLES.items():
+        world = World(folder / name, files=PANEL_FILES)
+        world.write()
+        _edit(world.folder / edit[0], *edit[1:])
+        tables[name] = _undisturbed(world)
     prepared = done.copy(folder / "prepared")
     for path in (prepared.folder / "results/coupon").iterdir():
         if path.name not in ("packing", "bed"):
@@ -71,7 +100,22 @@ def make_stage(folder: Path) -> Stage:
         time.sleep(wait)
         _kill(process, signal.SIGKILL)
         cut.append(world)
-    return Stage(folder, done, prepared, cut, tables)
+    return Stage(folder, done, prepared, cut, panel, tables)
+
+
+def _undisturbed(world: World) -> bytes:
+    """Run a study from nothing, and return its table."""
+    ended = world.call()
+    if ended.status != 0 or not world.table():
+        raise SystemExit(f"the undisturbed study fails:\n{ended.said}")
+    return world.table()
+
+
+def _edit(file: Path, before: str, after: str) -> None:
+    text = file.read_text()
+    if text.count(before) != 1:
+        raise SystemExit(f"{file}: {before!r} is not there once")
+    file.write_text(text.replace(before, after))
 
 
 def _kill(process: subprocess.Popen[str], sig: signal.Signals) -> None:
@@ -125,13 +169,75 @@ def _snakemake(sig: signal.Signals) -> Drill:
     return drill
 
 
+def stopped(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """LIGGGHTS is stopped (SIGSTOP) and never goes on, or all is stopped and goes on."""
+    world = stage.prepared.copy(folder)
+    process = world.start()
+    world.wait_for("liggghts", process)
+    time.sleep(rng.uniform(0, 0.3))
+    everything = [*world.processes("liggghts"), *world.processes("python", "scripts.")]
+    if rng.random() < 0.5:
+        for one in everything[:1]:
+            _send(one, signal.SIGSTOP)
+    else:
+        for sig in (signal.SIGSTOP, signal.SIGCONT):
+            for one in [process.pid, *everything]:
+                _send(one, sig)
+            time.sleep(rng.uniform(0.5, 5))
+    ended = world.ended(process)
+    return Ended(world, world.call() if ended.status is not None else ended)
+
+
+def orphan(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """A job is stopped, Snakemake killed and called again; at random the job then goes on."""
+    world = stage.prepared.copy(folder)
+    process = world.start()
+    world.wait_for("liggghts", process)
+    jobs = world.processes("python", "scripts.shake")
+    for one in jobs:
+        _send(one, signal.SIGSTOP)
+    _kill(process, signal.SIGKILL)
+    process = world.start()
+    if rng.random() < 0.5:
+        time.sleep(rng.uniform(0, 5))
+        for one in jobs:
+            _send(one, signal.SIGCONT)
+    last = world.ended(process)
+    return Ended(world, last, orphans=bool(world.processes("liggghts")))
+
+
+def _send(process: int, sig: signal.Signals) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(process, sig)
+
+
+def memory_short(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """Memory is short (`ulimit -v`), of all, of a job or of LIGGGHTS; then there is more."""
+    world = _fresh(stage, folder) if rng.random() < 0.5 else stage.prepared.copy(folder)
+    victim = rng.choice(("all", "python", "liggghts"))
+    if victim == "all":
+        first = world.call(megabytes=rng.randrange(120, 700))
+    else:
+        process = world.start()
+        one = world.wait_for(victim, process, "scripts." if victim == "python" else "")
+        time.sleep(rng.uniform(0, 0.4))
+        more = rng.choice((0, 1_000_000, 20_000_000))
+        with contextlib.suppress(OSError, TypeError, IndexError):
+            pages = int(Path(f"/proc/{one}/statm").read_text().split()[0])
+            limit = pages * resource.getpagesize() + more
+            resource.prlimit(one, resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+        first = world.ended(process)
+    (folder / "first.txt").write_text(first.said)
+    return Ended(world, world.call(), tracebacks="Traceback" in first.said)
+
+
 # ------------------------------------------------------------------ files
 
 
 def power_cut(stage: Stage, folder: Path, rng: random.Random) -> Ended:
     """The files written last are empty, cut or zero, of a run on its way or at its end."""
     world = rng.choice([stage.done, *stage.cut]).copy(folder)
-    files = world.files()
+    files = world.written()
     for file in files[: rng.randrange(1, 8)]:
         lose(file, rng)
     if rng.random() < 0.3:
@@ -201,7 +307,67 @@ def snakemake_files_lost(stage: Stage, folder: Path, rng: random.Random) -> Ende
     return Ended(world, world.call(), cycles)
 
 
+def panel_file_damaged(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """A file of the surface, the panel, the sound or the response is another, or is cut."""
+    world = stage.panel.copy(folder)
+    places = ("damping", "panel", "sound", "response")
+    own = world.folder / "results" / "drill" / rng.choice(places)
+    files = sorted(f for f in own.rglob("*") if f.suffix not in (".log", ".lock") and f.is_file())
+    file = rng.choice(files)
+    if rng.random() < 0.5:
+        flip(file, rng, rng.random() < 0.7)
+    else:
+        lose(file, rng)
+    if rng.random() < 0.5:
+        shutil.rmtree(world.folder / ".snakemake", ignore_errors=True)
+    return Ended(world, world.call(), "panel")
+
+
+def panel_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """A stage of the panel is killed, or Snakemake in it, and the study called again."""
+    world = stage.panel.copy(folder)
+    for stage_left in ("panel", "sound", "response"):
+        shutil.rmtree(world.folder / "results" / "drill" / stage_left)
+    process = world.start()
+    name = rng.choice(("panel", "sound", "response"))
+    job = world.wait_for("python", process, f"scripts.{name}")
+    time.sleep(rng.uniform(0, 2))
+    for one in world.processes("python", f"scripts.{name}") if job is not None else []:
+        _send(one, signal.SIGKILL)
+        if rng.random() < 0.5:
+            process.send_signal(rng.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT)))
+    world.ended(process)
+    return Ended(world, world.call(), "panel")
+
+
+def table_changed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """A CSV file that the study names has other content and an older date."""
+    world = stage.panel.copy(folder)
+    wanted = rng.choice(sorted(TABLES))
+    name, before, after = TABLES[wanted]
+    _edit(world.folder / name, before, after)
+    age = rng.choice((0, 10**9))
+    os.utime(world.folder / name, (age, age))
+    if rng.random() < 0.5:
+        shutil.rmtree(world.folder / ".snakemake", ignore_errors=True)
+    return Ended(world, world.call(), wanted)
+
+
 # ------------------------------------------------------------------ history and machine
+
+
+def other_version(stage: Stage, folder: Path, rng: random.Random) -> Ended:
+    """Another version of a deck, a constant or LIGGGHTS runs on it, and then the first one again."""
+    world = rng.choice((stage.done, stage.prepared, stage.cut[1])).copy(folder)
+    name = rng.choice(sorted(VARIANTS))
+    world.project = stage.folder / f"project_{name}"
+    ended = world.call()
+    named = "made by another version" in ended.said
+    (folder / "first.txt").write_text(ended.said)
+    if world.table() != stage.tables[name] or named != (name != "comment"):
+        return Ended(world, ended, name if world.table() != stage.tables[name] else "not named")
+    world.project = ROOT
+    return Ended(world, world.call())
 
 
 def other_history(stage: Stage, folder: Path, rng: random.Random) -> Ended:
@@ -246,10 +412,17 @@ DRILLS: dict[str, Drill] = {
     "Snakemake interrupted (SIGINT)": _snakemake(signal.SIGINT),
     "Snakemake ended (SIGTERM)": _snakemake(signal.SIGTERM),
     "Snakemake killed (SIGKILL)": _snakemake(signal.SIGKILL),
+    "stopped": stopped,
+    "orphan beside its successor": orphan,
+    "memory short": memory_short,
     "power cut": power_cut,
     "one bit flipped": flipped_bit,
     "disk full": disk_full,
     "`.snakemake` lost": snakemake_files_lost,
+    "panel file damaged": panel_file_damaged,
+    "panel stage killed": panel_killed,
+    "table changed, older date": table_changed,
+    "other version": other_version,
     "other history": other_history,
     "`HOME` unwritable": home_unwritable,
     "other locale": other_locale,

@@ -14,7 +14,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEMAKE = Path(sys.executable).with_name("snakemake")
+PIDPANEL = Path(sys.executable).with_name("pidpanel")
 TABLE = "results/drill/coupon/cases.csv"
+PANEL_FILES = tuple(
+    f"results/drill/{name}"
+    for name in ("response/summary.csv", "response/psd.nc", "damping/surface.nc", TABLE[14:])
+)
 PATIENCE = 400
 """Longest time of a call [s]; about five on a free core."""
 
@@ -28,6 +33,30 @@ coupon:
 """
 SHORT, LONG = 30, 45
 """Cycles of the study, and where it is to go on."""
+
+PANEL = """\
+damping: {readings: [dem, table], table: damping.csv}
+panel:
+  outline_m: [1.0, 0.6]
+  section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07, thickness_mm: 25}
+  supports: simply_supported
+  damping_ratio: 0.02
+  mesh: {kind: quadrilaterals, elements: [10, 6]}
+  patches: {PID-1: {centre_m: [0.5, 0.3], size_m: [0.4, 0.2]}}
+  points: {centre: [0.5, 0.3]}
+sound: {spectrum: sound.csv, field: diffuse, pressure_reference: surface}
+response: {frequency_hz: [40, 250]}
+scenarios: {fill: {patch: PID-1, fill_fraction: [0.6]}}
+"""
+"""What makes it the study of a panel."""
+FILES = {
+    "damping.csv": "fill_fraction,frequency_hz,acceleration_g,equivalent_damping_n_s_m3,"
+    "equivalent_damping_error_n_s_m3\n"
+    + "".join(f"{r},{f},{g},{r * f},{0.05 * r * f}\n" for r in (0.3, 0.9) for f in (40, 250) for g in (1, 100)),
+    "sound.csv": "# band: 1/3 octave\ncenter_hz,spl_db\n"
+    + "".join(f"{f},125\n" for f in (31.5, 40, 50, 63, 80, 100, 125, 160, 200, 250, 315)),
+}  # fmt: skip
+"""Tables that it names."""
 
 
 @dataclass
@@ -45,18 +74,49 @@ class World:
 
     folder: Path
     environment: dict[str, str] = field(default_factory=dict)
+    project: Path = ROOT
+    """Whose workflow and code run."""
+    files: tuple[str, ...] = (TABLE,)
+    """What is asked for, and compared."""
 
     def write(self, cycles: int = SHORT) -> None:
         """Write the study."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        (self.folder / "drill.yaml").write_text(STUDY.format(cycles=cycles))
+        text = STUDY.format(cycles=cycles)
+        if self.files != (TABLE,):
+            text += PANEL
+            for name, content in FILES.items():
+                if not (self.folder / name).exists():
+                    (self.folder / name).write_text(content)
+        (self.folder / "drill.yaml").write_text(text)
 
-    def start(self, *options: str) -> subprocess.Popen[str]:
-        """Start Snakemake in a session of its own, as a shell does."""
-        command = [SNAKEMAKE, "-s", ROOT / "Snakefile", *(options or ("-j2",)), TABLE]
-        inherited = {k: v for k, v in os.environ.items() if not k.startswith("PIDPANEL_")}
+    def start(self, *options: str, megabytes: int | None = None) -> subprocess.Popen[str]:
+        """Start Snakemake in a session of its own, as a shell does.
+
+        Parameters
+        ----------
+        options
+            ``-j2`` by default.
+        megabytes
+            To which ``ulimit -v`` limits each process; it is started by ``pidpanel run`` then.
+        """
+        snakefile = self.project / "Snakefile"
+        command = [SNAKEMAKE, "-s", snakefile, *(options or ("-j2",)), *self.files]
+        command += ["--configfile", "drill.yaml"]
+        if megabytes is not None:
+            limited = f"ulimit -v {1024 * megabytes}; exec " + '"$@"'
+            command = ["sh", "-c", limited, "sh", PIDPANEL, "run", "drill.yaml", "--", *self.files]
+        # compiled code is kept, as `make` keeps it
+        left_out = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH")
+        inherited = {
+            key: value
+            for key, value in os.environ.items()
+            if not key.startswith("PIDPANEL_") and key not in left_out
+        }
+        if self.project != ROOT:
+            inherited["PYTHONPATH"] = str(self.project / "src")
         return subprocess.Popen(
-            [*command, "--configfile", "drill.yaml"],
+            command,
             cwd=self.folder,
             env={**inherited, "OMP_NUM_THREADS": "1", **self.environment},
             stdin=subprocess.DEVNULL,
@@ -77,44 +137,47 @@ class World:
             return Call(None, said)
         return Call(process.returncode, said)
 
-    def call(self, *options: str) -> Call:
+    def call(self, *options: str, megabytes: int | None = None) -> Call:
         """Call Snakemake and wait."""
-        return self.ended(self.start(*options))
+        return self.ended(self.start(*options, megabytes=megabytes))
 
     def table(self) -> bytes:
-        """What is compared; nothing where it is not there."""
-        file = self.folder / TABLE
-        return file.read_bytes() if file.is_file() else b""
+        """What is compared; nothing where a part of it is not there."""
+        files = [self.folder / name for name in self.files]
+        if not all(file.is_file() for file in files):
+            return b""
+        return b"".join(file.read_bytes() for file in files)
 
     def copy(self, folder: Path) -> World:
         """Return a world that is the same, ages of files included."""
         shutil.copytree(self.folder, folder, symlinks=True)
-        return World(folder, dict(self.environment))
+        return World(folder, dict(self.environment), self.project, self.files)
 
-    def files(self) -> list[Path]:
+    def written(self) -> list[Path]:
         """Files of the results, the ones written last first."""
         found = [f for f in (self.folder / "results").rglob("*") if f.is_file()]
         return sorted(found, key=lambda file: (-file.stat().st_mtime_ns, str(file)))
 
-    def processes(self, name: str) -> list[int]:
-        """Processes of that name which work in the folder."""
+    def processes(self, name: str, argument: str = "") -> list[int]:
+        """Processes of that name which work in the folder, and have such an argument."""
         found = []
         for entry in Path("/proc").iterdir():
             if not entry.name.isdecimal():
                 continue
             try:
                 command = (entry / "comm").read_text().strip()
+                words = (entry / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
                 there = (entry / "cwd").resolve().is_relative_to(self.folder.resolve())
             except OSError:
                 continue
-            if command == name and there:
+            if command == name and there and any(one.startswith(argument) for one in words):
                 found.append(int(entry.name))
         return found
 
-    def wait_for(self, name: str, process: subprocess.Popen[str]) -> int | None:
+    def wait_for(self, name: str, process: subprocess.Popen[str], argument: str = "") -> int | None:
         """Return the first process of that name; None if the call ends before."""
         while process.poll() is None:
-            if found := self.processes(name):
+            if found := self.processes(name, argument):
                 return found[0]
             time.sleep(0.01)
         return None

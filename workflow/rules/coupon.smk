@@ -62,6 +62,11 @@ rule shake_leg:
     input:
         before=leg_of_part_before,
         beds=beds_of_part,
+        rests=rests(
+            "results/coupon/leg/{case}/{part}_{leg}.json",
+            end=lambda wildcards: CASES[wildcards.case].outcome,
+            runs=lambda wildcards: part_of(wildcards).runs,
+        ),
     output:
         "results/coupon/leg/{case}/{part}_{leg}.json",
     log:
@@ -76,10 +81,10 @@ rule shake_leg:
         runs=lambda wildcards: ",".join(map(str, part_of(wildcards).runs)),
         before=lambda wildcards, input: input.before or "none",
         last=lambda wildcards: (int(int(wildcards.leg) + 1 == part_of(wildcards).legs)),
-        code=code("shake_leg"),
     shell:
         "python -m scripts.shake_leg {params.values:q} {params.runs} {params.before}"
-        ' {params.last} results/coupon "$PIDPANEL_JOB_SECONDS" {output} 2> {log}'
+        ' {params.last} results/coupon "$PIDPANEL_JOB_SECONDS" {output}'
+        " --made {input.rests} --to {output} 2> {log}"
 
 
 rule shake:

@@ -20,6 +20,7 @@ COMMANDS = (
     "compare",
     "export",
     "deck",
+    "clean",
     "schema",
     "completion",
 )

@@ -25,6 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
+    from pidpanel.cli.snakemake import check_memory
+
+    check_memory()  # before what takes it is imported
     from pidpanel.check import check_machine, checked_study
     from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
     from pidpanel.owner import check_owner

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -21,6 +22,9 @@ PROCESS = "pidpanel.cli.workflow_process"
 
 LEAST_SPACE = 20e6
 """Space that the smallest study takes on the disk [byte]."""
+
+LEAST_MEMORY = 400e6
+"""Addresses that Snakemake takes with the smallest study, half as many again [byte]."""
 
 _ROW = re.compile(r"^(\w+) +(\d+)$")
 
@@ -76,6 +80,21 @@ def check_space(results: Path) -> None:
         raise MachineError(
             f"{results}: the disk is full, {free / 1e6:.0f} MB are free; free some and run the "
             "same command again"
+        )
+
+
+def check_memory() -> None:
+    """Refuse a limit on the memory of a process with which Snakemake cannot begin.
+
+    Raises
+    ------
+    MachineError
+    """
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+        raise MachineError(
+            f"the memory of a process is limited to {limit / 1e6:.0f} MB (ulimit -v); at least "
+            f"{LEAST_MEMORY / 1e6:.0f} MB are needed"
         )
 
 
