@@ -82,7 +82,7 @@ def make_stage(folder: Path) -> Stage:
     panel.write()
     tables["panel"] = _undisturbed(panel)
     for name, edit in TABLES.items():
-        world = World(folder / name, files=PANEL_FILES)
+        world = World(folder / name, files=PANEL_FILES[:2])
         world.write()
         _edit(world.folder / edit[0], *edit[1:])
         tables[name] = _undisturbed(world)
@@ -196,7 +196,8 @@ def orphan(stage: Stage, folder: Path, rng: random.Random) -> Ended:
     jobs = world.processes("python", "scripts.shake")
     for one in jobs:
         _send(one, signal.SIGSTOP)
-    _kill(process, signal.SIGKILL)
+    process.kill()
+    process.wait()  # not for the end of its pipe, which the job holds
     process = world.start()
     if rng.random() < 0.5:
         time.sleep(rng.uniform(0, 5))
@@ -346,6 +347,7 @@ def table_changed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
     wanted = rng.choice(sorted(TABLES))
     name, before, after = TABLES[wanted]
     _edit(world.folder / name, before, after)
+    world.files = PANEL_FILES[:2]  # the surface rests on neither, and tells which study made it
     age = rng.choice((0, 10**9))
     os.utime(world.folder / name, (age, age))
     if rng.random() < 0.5:

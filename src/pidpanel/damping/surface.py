@@ -435,7 +435,7 @@ class DampingSurface:
         Raises
         ------
         DampingError
-            If a column is missing, a point is duplicated, no row counts or too many do.
+            If a column is missing, a point is duplicated or no row counts.
         """
         cases, mass_per_fill = counted(frame, onset_g)
         bed = Bed(onset_g, mass_per_fill, depth)

@@ -15,6 +15,7 @@ from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.jump import WHOLE, Jump, reach
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.sides import Sides
+from pidpanel.damping.thinned import MOST_CASES, spread_out
 from pidpanel.inelastic import LONGEST_GAP, slug
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
@@ -24,9 +25,6 @@ PARTICLE_MASS = "particle_mass_per_area_kg_m2"
 
 COUNTED = ("ok", "NotSteady")
 """Status of the rows that count; those that are not steady have errors that say so."""
-
-MOST_CASES = 2000
-"""The fit takes memory with the square and time with the cube of the number of cases."""
 
 PRESSED = 0.94
 """Height of a bed pressed onto a wall over that as poured: from W/L = 0.4 on beds that cross
@@ -277,7 +275,8 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
     """Return the rows of a table that count, and m₁ [kg/m²], NaN where it is not known.
 
     Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
-    not has no logarithm to speak of) and whose Γ is above the onset.
+    not has no logarithm to speak of) and whose Γ is above the onset; of very many those that are
+    spread over all of them (`thinned`).
 
     Parameters
     ----------
@@ -287,7 +286,7 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
     Raises
     ------
     DampingError
-        If a column is missing, a point is duplicated, no row counts or too many do.
+        If a column is missing, a point is duplicated or no row counts.
     """
     for column in (*AXES, VALUE):
         if column not in frame:
@@ -300,13 +299,22 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
         )
     good = frame[frame["status"].isin(COUNTED)] if "status" in frame else frame
     good = good[(good[VALUE] > good[ERROR]) & (good["acceleration_g"] > onset_g)]
-    if not 0 < len(good) <= MOST_CASES:
+    if not len(good):
         raise DampingError(
             f"{len(good)} of {len(frame)} rows count (status {' or '.join(COUNTED)}, C_e above "
-            f"its error, acceleration_g above {onset_g:g}): 1 to {MOST_CASES} are needed"
+            f"its error, acceleration_g above {onset_g:g}): 1 at least is needed"
         )
     mass_per_fill = np.nan
     if PARTICLE_MASS in good:
         mass_per_fill = float((good[PARTICLE_MASS] / good["fill_fraction"]).median())
+    if len(good) > MOST_CASES:
+        good = good.iloc[spread_out(_axes_of_one_scale(good), MOST_CASES)]
     columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
     return good[columns].astype(float).reset_index(drop=True), mass_per_fill
+
+
+def _axes_of_one_scale(cases: pd.DataFrame) -> Array:
+    """(n, 3) r, ln f and ln Γ over how they spread."""
+    fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
+    points = np.stack([fill, np.log(frequency), np.log(gamma)], axis=1)
+    return np.asarray(points / gaussian_process.spreads(points))
