@@ -21,7 +21,7 @@ import numpy as np
 
 from pidpanel.check import checked_study
 from pidpanel.coupon.batches import STEP, batches_of, parts_of
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.cases import Bed, Case, Run
 from pidpanel.coupon.estimate import (
     MISSED,
     Costs,
@@ -109,7 +109,15 @@ class Plan:
         self.solver = 0.0
         self.longest = 0.0
         self.files, self.bytes, self.runs = 0, 0.0, 0
+        of_packing: dict[str, dict[str, Bed]] = {}
+        for of_coupon in cases.values():
+            for run in (run for case in of_coupon for run in case.runs):
+                of_packing.setdefault(run.packing.label, {})[run.bed.label] = run.bed
         beds: dict[str, Job] = {}
+        for packing, own in of_packing.items():
+            seconds = bed_seconds(own.values(), costs, Path("/nonexistent"))
+            beds[packing] = self._job(START + seconds, math.inf)
+            self.solver += seconds
         groups: list[Job] = []
         for of_coupon in cases.values():
             for batch in batches_of(of_coupon, job):
@@ -151,12 +159,9 @@ class Plan:
         return self._job(took + legs * START, priority)
 
     def _after_beds(self, job: Job, runs: list[Run], beds: dict[str, Job]) -> None:
-        for run in {run.bed.label: run for run in runs}.values():
-            if run.bed.label not in beds:
-                seconds = bed_seconds([run.bed], self.costs, Path("/nonexistent"))
-                beds[run.bed.label] = self._job(2 * START + seconds, math.inf)
-                self.solver += seconds
-            beds[run.bed.label].then(job)
+        """A job waits for its packings: each is one job, with all its beds one after the other."""
+        for packing in dict.fromkeys(run.packing.label for run in runs):
+            beds[packing].then(job)
 
     def _expected(self, runs: list[Run], case: Case) -> float:
         return sum(

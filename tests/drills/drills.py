@@ -217,7 +217,7 @@ def memory_short(stage: Stage, folder: Path, rng: random.Random) -> Ended:
     world = _fresh(stage, folder) if rng.random() < 0.5 else stage.prepared.copy(folder)
     victim = rng.choice(("all", "python", "liggghts"))
     if victim == "all":
-        first = world.call(megabytes=rng.randrange(120, 700))
+        first = world.call(megabytes=rng.randrange(120, 1500))
     else:
         process = world.start()
         one = world.wait_for(victim, process, "scripts." if victim == "python" else "")

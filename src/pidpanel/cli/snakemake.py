@@ -23,8 +23,8 @@ PROCESS = "pidpanel.cli.workflow_process"
 LEAST_SPACE = 20e6
 """Space that the smallest study takes on the disk [byte]."""
 
-LEAST_MEMORY = 400e6
-"""Addresses that Snakemake takes with the smallest study, half as many again [byte]."""
+LEAST_MEMORY = 800e6
+"""Addresses that Snakemake takes with the smallest study, twice as many [byte]."""
 
 _ROW = re.compile(r"^(\w+) +(\d+)$")
 

@@ -28,6 +28,9 @@ SHARE = 0.25
 """Share of the longest time of a job that short runs are put together for [1]: no last job of many
 is long, and what a job costs Slurm and Snakemake is some per cent of it."""
 
+LONG = 0.3
+"""Share of the longest time of a job from which a case is long [1]."""
+
 STEP = StepCost(*ORDINARY_STEP)
 """Of an ordinary core: only which cases share a process depends on it, never a result."""
 
@@ -85,7 +88,7 @@ class Part(NamedTuple):
 def parts_of(case: Case, job: float) -> list[Part]:
     """Parts of a case that is long where jobs last ``job`` [s] at the most; none of another."""
     costs = [run_cost(run, case) for run in case.runs]
-    if sum(costs) <= job:
+    if sum(costs) <= LONG * job:
         return []
     parts: list[Part] = []
     together: list[int] = []
@@ -113,7 +116,7 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
     cost, count = 0.0, 0
     for case in cases:
         own, runs = expected_cost(case), len(case.runs) + len(case.reserve)
-        if together and (cost >= worth or cost + own > job or count + runs > MOST_RUNS):
+        if together and (cost >= worth or cost + own > LONG * job or count + runs > MOST_RUNS):
             yield Batch(tuple(together))
             together, cost, count = [], 0.0, 0
         together.append(case)
