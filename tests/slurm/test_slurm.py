@@ -1,4 +1,4 @@
-"""A sweep through Slurm, with jobs that are cancelled and killed, has the table of a local one.
+"""A study through Slurm, with jobs that are cancelled and killed, has the files of a local one.
 
 `make slurm` brings up a Slurm of one node (`one_node.sh`) and runs this alone.
 """
@@ -16,7 +16,15 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = Path(sys.executable).with_name("snakemake")
 STUDY = ROOT / "workflow" / "studies" / "smoke.yaml"
-TABLE = "results/smoke/coupon/cases.csv"
+FILES = (
+    "coupon/cases.csv",
+    "damping/surface.nc",
+    "panel/modes.nc",
+    "sound/modal_force.nc",
+    "response/psd.nc",
+    "response/summary.csv",
+    "report.html",
+)
 # so short that the sweep has several batches, and two cases whose seeds are jobs of their own
 SHORT = ["--config", "job_minutes=0.03"]
 QUICK = ["--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"]
@@ -44,7 +52,7 @@ pytestmark = [
 
 
 def command(folder, *options):
-    return [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, TABLE, *options,
+    return [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, *options,
             "--configfile", STUDY]  # fmt: skip
 
 
@@ -73,7 +81,7 @@ def processes(job):
     return found
 
 
-def test_a_sweep_through_slurm_with_jobs_lost_on_the_way_has_the_local_table(tmp_path):
+def test_a_study_through_slurm_with_jobs_lost_on_the_way_has_the_local_files(tmp_path):
     # red: `env` with SLURM_STEP_ID in `process.Liggghts`; `retries` left out of the profile;
     # a leg that begins from its bed
     local, far = tmp_path / "local", tmp_path / "far"
@@ -110,4 +118,6 @@ def test_a_sweep_through_slurm_with_jobs_lost_on_the_way_has_the_local_table(tmp
     assert main.returncode == 0, text[-4000:]
     assert cancelled and killed, text[-4000:]
     assert "rule shake_leg" in text  # seeds had jobs of their own
-    assert (far / TABLE).read_bytes() == (local / TABLE).read_bytes()
+    for name in FILES:
+        file = f"results/smoke/{name}"
+        assert (far / file).read_bytes() == (local / file).read_bytes(), name
