@@ -57,7 +57,7 @@ def check_machine(study: CouponStudy, results: Path) -> None:
     ------
     StudyError
     """
-    if study.coupons:
+    if study.coupons or study.random_coupons():
         try:
             check_installed()
         except SolverMissing as error:

@@ -19,6 +19,7 @@ BASE = {key: SMOKE[key] for key in ("panel", "sound", "response")} | {
         "pot": {"equivalent_damping_n_s_m3": 2000, "apparent_mass_kg_m2": 3},
         "law": {"law": "paper_corrected"},
     },
+    "damping": {"readings": ["stated"]},
     "scenarios": {
         "both": {
             "layout": {
@@ -92,12 +93,57 @@ def test_the_only_damper_needs_no_name_and_is_in_no_label(loaded):
 
 
 def test_readings_follow_from_what_the_study_has(loaded):
-    # red: ("dem",) always in Study.readings
-    assert loaded().readings == ("stated",)
+    # red: ("dem",) always in Study.readings; `("random",)` whatever is filled
+    default = ("damping", {})
+    assert loaded(default).readings == ("random",)
+    pots = (("scenarios.both", None), ("scenarios.fill", None))
+    assert loaded(default, *pots).readings == ("stated",)
     stated = load_study(STUDIES / "l_panel.yaml")
     assert stated.readings == ("paper_corrected",)
     assert loaded(("scenarios", None)).readings == ("bare",)
     assert load_study(STUDIES / "paper.yaml").readings == ("paper_corrected", "dem")
+
+
+OF_THE_SECTION = (("dampers", {}), ("coupon", COUPON), ("scenarios", {}))
+FILLED = ("scenarios.fill", {"patch": "PID-1", "fill_fraction": [0.5]})
+
+
+def test_sound_drives_the_section_coupon_at_random_without_its_sweep(loaded):
+    # red: `at_random` that is always False in Study.coupons
+    study = loaded(("damping", {}), *OF_THE_SECTION, FILLED)
+    assert study.readings == ("random",) and len(study.random_coupons()) == 1
+    assert dict(study.coupons) == {} and study.surfaces == ()
+    named = ("damping.readings", ["random", "dem"])
+    assert list(loaded(named, *OF_THE_SECTION, FILLED).coupons) == ["coupon"]
+    assert list(loaded(("damping.readings", ["random", "stated"]), *OF_THE_SECTION, FILLED).coupons
+                ) == ["coupon"]  # fmt: skip
+    # a law beside a coupon, whose sweep is shown
+    law = ("damping.readings", ["paper_corrected"])
+    assert list(loaded(law, *OF_THE_SECTION, FILLED).coupons) == ["coupon"]
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        {"tones": {}},
+        {"target": {"relative_error": 0.1}},
+        {"level": {"kind": "stated", "acceleration_g": 20}},
+        {"level": {"by": "element"}},
+    ],
+    ids=["tones", "target", "stated level", "level by element"],
+)
+def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
+    # red: `is_of_tones` without one of its parts
+    assert loaded(("damping", key), *OF_THE_SECTION, FILLED).readings == ("dem",)
+
+
+def test_how_coupons_are_driven_at_random_needs_no_reading_where_it_is_the_default(loaded, refusal):
+    # red: the mistake of `random` told from Damping.readings
+    drive = ("damping", {"random": {"seeds": 3}})
+    assert loaded(drive, *OF_THE_SECTION, FILLED).damping.random.seeds == 3
+    pots = (("scenarios.both", None), ("scenarios.fill", None))
+    (line,), _ = refusal(changed(drive, *pots))
+    assert "damping.random = {seeds: 3}: only allowed with the reading random" in line
 
 
 def test_the_bare_panel_alone_needs_no_dampers_patches_and_scenarios(loaded):

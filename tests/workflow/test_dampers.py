@@ -25,6 +25,7 @@ def values():
         "spare": {"coupon": copy.deepcopy(heavy) | {"gravity_g": 0}},
         "pot": {"equivalent_damping_n_s_m3": 900},
     }
+    found["damping"] = {"readings": ["stated"]}
     found["scenarios"] = {
         "both": {
             "layout": {

@@ -153,7 +153,9 @@ class Damping(Model):
     ``random``: as ``stated``, but every coupon is driven at random with the motion of its own
     patch; ``random_with_source``: the force that is not linear in that motion acts on the panel
     besides. With ``coupled`` beside another reading, panel and particles are integrated together
-    too. By default ``stated`` in a study with ``dampers``, else ``dem``."""
+    too. By default ``random`` where a scenario has a coupon, since sound is no sine; with
+    ``level``, ``target`` or ``tones``, which are of single tones, and without a coupon, ``stated``
+    in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The amplitude at which C_e is read."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
@@ -168,6 +170,11 @@ class Damping(Model):
     """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
     """By default nothing is run beside ``coupon.sweep``."""
+
+    @property
+    def is_of_tones(self) -> bool:
+        """Whether a key says at which single tones coupons are shaken, or read."""
+        return bool(self.target or self.tones or self.level != Level())
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""
@@ -184,5 +191,3 @@ class Damping(Model):
             yield Mistake(("tones",), "not allowed together with target")
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")
-        if "random" in self.model_fields_set and not set(readings) & set(RANDOM):
-            yield Mistake(("random",), f"only allowed with the reading {' or '.join(RANDOM)}")

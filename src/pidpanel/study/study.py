@@ -137,8 +137,12 @@ class Study(CouponStudy):
 
     @property
     def coupons(self) -> Mapping[str, Coupon]:
-        """Coupons to simulate by the names of their dampers, that of the section first."""
-        of_section = super().coupons
+        """Coupons to simulate by the names of their dampers, that of the section first.
+
+        A coupon that is driven at random alone needs no sweep.
+        """
+        at_random = set(self.readings) & set(RANDOM) and "dem" not in self.readings
+        of_section = {} if at_random else super().coupons
         used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
         return {**of_section, **{name: one for name, one in used.items() if one is not None}}
 
@@ -153,9 +157,22 @@ class Study(CouponStudy):
         """Readings of the damping but ``coupled``; ``bare`` alone for a bare panel."""
         if not self.scenarios:
             return (BARE,)
-        if self.damping.readings is None:
-            return ("stated",) if self.dampers else ("dem",)
-        return tuple(name for name in self.damping.readings if name != COUPLED)
+        if self.damping.readings is not None:
+            return tuple(name for name in self.damping.readings if name != COUPLED)
+        if self._has_filled_coupon and not self.damping.is_of_tones:
+            return ("random",)
+        return ("stated",) if self.dampers else ("dem",)
+
+    @property
+    def _has_filled_coupon(self) -> bool:
+        """Whether a scenario names a damper with a coupon."""
+        fillings = (
+            filled
+            for one in self.scenarios.values()
+            for filled in (one.layout.values() if isinstance(one, Layout) else (one,))
+        )
+        dampers = (self.all_dampers.get(self._damper_name(one) or "") for one in fillings)
+        return any(damper is not None and damper.coupon is not None for damper in dampers)
 
     @property
     def is_coupled(self) -> bool:
@@ -211,6 +228,9 @@ class Study(CouponStudy):
         ):
             says = "a section coupon or a damper with a coupon is required to drive it at random"
             yield Mistake(("damping", "readings"), says)
+        if "random" in self.damping.model_fields_set and not set(self.readings) & set(RANDOM):
+            says = f"only allowed with the reading {' or '.join(RANDOM)}"
+            yield Mistake(("damping", "random"), says)
         yield from self._mistakes_of_coupled()
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
