@@ -64,17 +64,22 @@ def test_a_gain_within_its_error_is_none(study, respond):
     assert said.endswith("no reduction beyond its error.")
 
 
-def test_a_scenario_whose_rounds_ended_early_is_not_trusted(study, respond):
-    # red: in _doubted, `in not_agreed` -> `not in not_agreed`; without `reading in RANDOM`
+@pytest.mark.parametrize("doubt", ["NOT_AGREED", "NEAR_GAP"])
+def test_a_scenario_that_random_drive_does_not_tell_is_not_trusted(
+    study, respond, monkeypatch, doubt
+):
+    # red: in _doubted, `in labels` -> `not in labels`; without `reading in RANDOM`
     summary, _ = respond(SCALE, error_db=0.2)
-    label = answer.answer_of(study, summary).candidates[0].scenario.label
-    assert (
-        answer.NOT_AGREED
-        not in answer.answer_of(study, summary, not_agreed={label}).candidates[0].doubts
-    )
-    one = answer.answer_of(study, summary).candidates[0]
-    assert answer.NOT_AGREED in answer._doubted(one, "random", {label}).doubts
-    assert answer.NOT_AGREED not in answer._doubted(one, "random", ()).doubts
+    own, text = {doubt.lower()}, getattr(answer, doubt)
+    first = answer.answer_of(study, summary).candidates[0]
+    named = {name: {first.scenario.label} for name in own}
+    # of single tones
+    assert text not in answer.answer_of(study, summary, **named).candidates[0].doubts
+    of_main = summary["reading"] == answer.main_reading(study.readings)
+    monkeypatch.setattr(answer, "main_reading", lambda readings: "random")
+    at_random = answer.answer_of(study, summary[of_main].assign(reading="random"), **named)
+    doubted = {one.scenario.label: text in one.doubts for one in at_random.candidates}
+    assert doubted.pop(first.scenario.label) and not any(doubted.values())
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():

@@ -1,5 +1,7 @@
 """Coupons driven at random, on the page."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,10 +13,12 @@ from pidpanel.report.html import Table
 from pidpanel.report.inputs import RandomResults
 from pidpanel.report.layout import few_of
 from pidpanel.report.random_section import (
+    near_gap,
     not_agreed,
     random_figure,
     random_section,
     random_warnings,
+    stroke_per_gap,
 )
 from pidpanel.report.read import read_rounds_at_random
 
@@ -34,11 +38,16 @@ BANDS = LinearApproximation(
 NAMES = {"low": "PID-1, 122 dB", "high": "PID-1, 142 dB"}
 
 
+DEPTH = {"coupon": 0.025}
+FLAT = np.linspace(20, 900, 500)
+
+
 def drive(scenario, period, moved, error, *, reached):
-    return PatchDrive(
+    one = PatchDrive(
         label=scenario, scenario=scenario, patch="PID-1", damper="coupon", fill_fraction=0.5,
         period=period, phases=1, moved=moved, relative_error=error, reached=reached,
     )  # fmt: skip
+    return one.with_motion(FLAT, np.full(500, {"low": 1.0, "high": 400.0}[scenario]))
 
 
 @pytest.fixture
@@ -52,7 +61,7 @@ def results():
                         drive("high", 0.0, 0.032, 0.017, reached=False))),
     ]  # fmt: skip
     reading = RandomReading(BANDS, weight=6.4, area=1e-4)
-    return RandomResults(rounds, {(one, "PID-1"): reading for one in ends})
+    return RandomResults(rounds, {(one, "PID-1"): reading for one in ends}, DEPTH)
 
 
 def test_a_scenario_that_ended_early_is_named_with_what_is_missing(results):
@@ -61,9 +70,26 @@ def test_a_scenario_that_ended_early_is_named_with_what_is_missing(results):
     assert "PID-1, 142 dB (rms acceleration moved by 3.2 %" in said and "known to 1.7 %" in said
     assert "122 dB" not in said
     agreed = RandomResults(
-        [RandomRound(0, (drive("low", 0.0, 0.004, 0.011, reached=True),))], results.readings
+        [RandomRound(0, (drive("low", 0.0, 0.004, 0.011, reached=True),))], results.readings, DEPTH
     )
     assert random_warnings(agreed, NAMES) == []
+
+
+def test_particles_that_come_near_to_cross_their_gap_are_named_with_their_stroke(results):
+    # S_a = 400 from 20 to 900 Hz: a² = 400 · 880, v² = 400/(2π)² (1/20 − 1/900), W = √2 v²/a, and
+    # the gap is 12.5 mm; red: NEAR_GAP = 0.02; (1 − r) left out; no √2
+    acceleration = np.sqrt(400 * 880)
+    velocity = np.sqrt(400 / (2 * np.pi) ** 2 * (1 / 20 - 1 / 900))
+    expected = np.sqrt(2) * velocity**2 / acceleration / 0.0125
+    _, high = results.rounds[-1].drives
+    assert stroke_per_gap(high, results) == pytest.approx(expected, rel=2e-3)
+    assert [one.scenario for one in near_gap(results)] == []
+    shallow = replace(results, depth={"coupon": 0.025 * expected / 0.16})
+    assert [one.scenario for one in near_gap(shallow)] == ["high"]
+    full = replace(high, fill_fraction=1.0)
+    assert stroke_per_gap(full, results) == np.inf
+    *_, said = random_warnings(shallow, NAMES)
+    assert "PID-1, 142 dB (W/L = 0.16)" in said and "122 dB" not in said
 
 
 def test_the_table_has_rounds_time_and_what_was_reached(results):
@@ -71,8 +97,8 @@ def test_the_table_has_rounds_time_and_what_was_reached(results):
     section = random_section(results, NAMES)
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     assert table.rows == [
-        ["PID-1, 122 dB", "PID-1", "1", "1.0", "0.4 %", "1.1 %", "yes"],
-        ["PID-1, 142 dB", "PID-1", "2", "3.0", "3.2 %", "1.7 %", "no"],
+        ["PID-1, 122 dB", "PID-1", "1", "1.0", "0.005", "0.4 %", "1.1 %", "yes"],
+        ["PID-1, 142 dB", "PID-1", "2", "3.0", "0.095", "3.2 %", "1.7 %", "no"],
     ]
     assert "1 of 2 patches" in section.blocks[0].text
 
@@ -100,6 +126,6 @@ def test_rounds_after_the_last_are_not_read(results, tmp_path):
         "apparent_mass_kg_m2,apparent_mass_error_kg_m2,coherence,common_force_psd_pa2_hz,"
         "own_force_psd_pa2_hz\nhigh,PID-1,6.4,1e-4,0.03,20,100,50,400,40,3,0.3,0.9,10,2\n"
     )
-    found = read_rounds_at_random(tmp_path)
+    found = read_rounds_at_random(tmp_path, DEPTH)
     assert len(found.rounds) == 3 and list(found.readings) == [("high", "PID-1")]
     assert [one.scenario for one in not_agreed(found.rounds)] == ["high"]

@@ -34,6 +34,7 @@ SAME_LEVEL = 0.05
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 NOT_AGREED = "motion and damping not agreed"
+NEAR_GAP = "particles near to cross their gap"
 
 PREFERRED = (
     "coupled", "random", "random_with_source", "stated", "dem", "table", "paper_corrected",
@@ -184,6 +185,7 @@ def answer_of(
     summary: pd.DataFrame,
     coupled: CoupledResults | None = None,
     not_agreed: Collection[str] = (),
+    near_gap: Collection[str] = (),
 ) -> Answer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
@@ -197,6 +199,8 @@ def answer_of(
         Of the study, where it has coupled runs: they answer for their scenarios.
     not_agreed
         Labels of the scenarios whose rounds at random ended early.
+    near_gap
+        Labels of those whose particles, driven at random, come near to cross their gap.
 
     Returns
     -------
@@ -215,7 +219,8 @@ def answer_of(
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     known = candidates_of(of, reading, steady, points)
-    found = [_doubted(one, reading, not_agreed) for one in known]
+    doubted = {NOT_AGREED: not_agreed, NEAR_GAP: near_gap} if reading in RANDOM else {}
+    found = [_doubted(one, doubted) for one in known]
     if coupled is not None:
         still = {point: by_key[bare.label, point]["acceleration_rms_g"] for point in points}
         found = [_as_coupled(one, still, coupled.summary) for one in found]
@@ -231,11 +236,10 @@ def answer_of(
     )
 
 
-def _doubted(one: Candidate, reading: str, not_agreed: Collection[str]) -> Candidate:
-    """Return a scenario with the doubt that rounds ended early leave, if any."""
-    if reading in RANDOM and one.scenario.label in not_agreed:
-        return replace(one, doubts=(*one.doubts, NOT_AGREED))
-    return one
+def _doubted(one: Candidate, doubted: Mapping[str, Collection[str]]) -> Candidate:
+    """Return a scenario with the doubts among whose scenarios it is."""
+    own = tuple(doubt for doubt, labels in doubted.items() if one.scenario.label in labels)
+    return replace(one, doubts=(*one.doubts, *own))
 
 
 def _as_coupled(one: Candidate, bare: Mapping[str, float], summary: pd.DataFrame) -> Candidate:

@@ -11,6 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
     EXTRAPOLATED,
+    NEAR_GAP,
     NO_ERROR,
     NOT_AGREED,
     NOT_LINEAR,
@@ -154,6 +155,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
+        (NEAR_GAP, "the particles come near to cross their gap, where no reading is known to hold"),
         (NOT_AGREED, "driven at random, motion and damping do not agree to the accuracy wanted"),
         (
             "several solutions",

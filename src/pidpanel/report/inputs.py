@@ -75,10 +75,13 @@ class RandomResults:
         ``random/round*.json`` in order, the last wants no more.
     readings
         By scenario and patch, from the impedances of the last round.
+    depth
+        Of the cells of each damper [m].
     """
 
     rounds: Sequence[RandomRound]
     readings: Mapping[tuple[str, str], RandomReading]
+    depth: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -76,19 +77,31 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         if study.is_coupled
         else None,
         damping={name: read_damping(study, name, folder) for name in study.surfaces},
-        random=read_rounds_at_random(folder / "random") if study.random_coupons() else None,
+        random=read_rounds_at_random(
+            folder / "random",
+            {str(of.damper): one.cell.depth for _, of, one in study.random_coupons()},
+        )
+        if study.random_coupons()
+        else None,
     )
 
 
-def read_rounds_at_random(folder: Path) -> RandomResults:
+def read_rounds_at_random(folder: Path, depth: Mapping[str, float]) -> RandomResults:
     """Read ``random/round*.json`` up to the last, and the impedances that it found.
 
     Files of more rounds than that are of an older run, and are not looked at.
+
+    Parameters
+    ----------
+    folder
+        ``random``.
+    depth
+        Of the cells of each damper [m].
     """
     rounds = [RandomRound.read(folder / "round0.json")]
     while not rounds[-1].is_last:
         rounds.append(RandomRound.read(folder / f"round{len(rounds)}.json"))
-    return RandomResults(rounds, read_random(folder / f"impedance{len(rounds) - 1}.csv"))
+    return RandomResults(rounds, read_random(folder / f"impedance{len(rounds) - 1}.csv"), depth)
 
 
 def _read_by_point(path: Path) -> pd.DataFrame:
