@@ -171,6 +171,28 @@ def test_a_full_bed_has_no_gap_and_the_limits_of_any_other():
     assert full.constants.youngs_modulus == 50e6
 
 
+@pytest.mark.parametrize(
+    ("gravity", "direction", "rides"),
+    [
+        (1, [0, 0, -1], True),
+        (0.25, [0, 0, -1], False),
+        (1, [1, 0, 0], False),
+        (0, [0, 0, -1], False),
+    ],
+    ids=["upright", "light", "lying", "weightless"],
+)
+def test_a_bed_that_does_not_reach_the_lid_has_no_states_to_be_looked_for(
+    gravity, direction, rides
+):
+    # 4 g at 30 Hz, r = 0.7: W/L = 0.15, and the bed rises by 0.3 of the gap under 1 g
+    # red: `return stroke` in _stroke_of_crossing; gravity in place of its part along the motion
+    sweep = {"fill_fraction": [0.7], "frequency_hz": [30], "acceleration_g": [4]}
+    (case,) = cases_of(coupon(sweep=sweep, gravity_g=gravity, gravity_direction=direction))
+    assert 0.1 < case.point.bed.stroke_per_gap(case.point.drive) < 0.5
+    assert (case.state_cycles == 0) == (case.runs[1].start == "rest") == rides
+    assert (not case.reserve) == rides
+
+
 def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
     # red: `contact.CROSSING` compared the other way round; the material's overlap left out
     crossing, riding = steel_at(80), steel_at(15)

@@ -268,7 +268,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
 def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str, Any]) -> Case:
     """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
     accuracy = coupon.accuracy
-    stroke = beds[0].stroke_per_gap(drive)
+    stroke = _stroke_of_crossing(beds[0], drive)
     state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
     runs = tuple(
         run_at(
@@ -297,6 +297,17 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
         reserve=runs[accuracy.seeds :],
         state_cycles=state_cycles,
     )
+
+
+def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
+    """W/L; 0 where the bed is not thrown up to the lid, and so rides whatever its stroke.
+
+    With gravity g along the motion a bed thrown at ωW rises by (ωW)²/2g, which is less than L where
+    a W/L < 2g (`jump.reach` of the surface).
+    """
+    stroke = bed.stroke_per_gap(drive)
+    along = bed.gravity * abs(bed.gravity_direction[2])
+    return stroke if drive.acceleration * stroke >= 2 * along else 0.0
 
 
 def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
