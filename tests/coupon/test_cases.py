@@ -147,7 +147,9 @@ def test_contacts_are_harder_where_the_bed_may_cross_its_gap():
     assert run.contact_time_at(200e6) * 80 <= 0.01 and run.overlap_at(200e6) > 0.05
     # below and above the range the wider limits hold
     below, above = steel_at(15).point, steel_at(110).point
-    assert below.bed.stroke_per_gap(below.drive) < 0.1 and below.constants.youngs_modulus == 50e6
+    assert below.bed.stroke_per_gap(below.drive) < 0.1
+    # thrown as one body of 8.75 layers: contacts of 0.02/1.4³ periods
+    assert below.constants.youngs_modulus == 800e6
     assert above.bed.stroke_per_gap(above.drive) > 0.5
     assert above.constants.youngs_modulus == 200e6
     # the bed that all of them start from is one
@@ -193,6 +195,33 @@ def test_a_bed_that_does_not_reach_the_lid_has_no_states_to_be_looked_for(
     assert (not case.reserve) == rides
 
 
+def deep(fill, gamma, frequency=250.0):
+    sweep = {"fill_fraction": [fill], "frequency_hz": [frequency], "acceleration_g": [gamma]}
+    return cases_of(coupon(sweep=sweep, particles={"youngs_modulus_mpa": 3200.0}))[0]
+
+
+def test_deep_beds_thrown_as_one_body_are_shaken_with_harder_contacts():
+    # r = 0.9, 250 Hz: η at 200 MPa over that at 3200 is 1.21 at 20 g, 1.14 at 40 g
+    # red: `deepening` left at 1; its power 1; Γ ≥ 80 for Γ < 80
+    assert [deep(0.5, gamma).point.constants.youngs_modulus for gamma in (20, 40)] == [200e6, 200e6]
+    for gamma in (20, 40):
+        assert deep(0.9, gamma).point.constants.youngs_modulus == 3200e6
+        assert deep(0.9, gamma).bias == 0.0
+    # agitated: 200 MPa have contacts of 0.0185 periods
+    assert deep(0.9, 80, 300.0).point.constants.youngs_modulus == 200e6
+    # where the bed may cross, the limits are those of crossing
+    assert deep(0.9, 20, 60.0).point.bed.deepening(deep(0.9, 20, 60.0).point.drive) == 1.0
+
+
+def test_the_bias_of_a_deep_bed_is_larger_as_the_cube_of_its_layers():
+    # 2.5 (t_c f − t_c0 f) (0.7 25 mm/(6.25 · 2 mm))³; red: the square; layers of the cell's depth
+    case = deep(0.7, 20, 90.0)
+    run = case.point
+    assert run.constants.youngs_modulus == 200e6
+    longer = run.contact_time_at(200e6) - run.contact_time_at(3200e6)
+    assert case.bias == pytest.approx(2.5 * longer * 90 * 1.4**3)
+
+
 def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
     # red: `contact.CROSSING` compared the other way round; the material's overlap left out
     crossing, riding = steel_at(80), steel_at(15)
@@ -200,8 +229,8 @@ def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
     deeper = run.overlap_at(800e6) - run.overlap_at(200e9)
     assert crossing.bias == pytest.approx(1.5 * deeper)
     run = riding.point
-    longer = run.contact_time_at(50e6) - run.contact_time_at(200e9)
-    assert riding.bias == pytest.approx(2.5 * longer * 80)
+    longer = run.contact_time_at(800e6) - run.contact_time_at(200e9)
+    assert riding.bias == pytest.approx(2.5 * longer * 80 * 1.4**3)
 
 
 def test_a_hollow_sphere_weighs_its_shell():

@@ -332,6 +332,16 @@ class Bed:
         gap = (1 - self.fill_fraction) * self.packing.depth
         return drive.amplitude / gap if gap > 0 else math.inf
 
+    def deepening(self, drive: Drive) -> float:
+        """How much more it is biased by long contacts than at half fill [1]; 1 where it crosses.
+
+        See `contact.deepening`.
+        """
+        if self.stroke_per_gap(drive) >= contact.CROSSING:
+            return 1.0
+        layers = self.fill_fraction * self.packing.depth / self.packing.diameter
+        return contact.deepening(layers, drive.acceleration / STANDARD_GRAVITY)
+
     @cached_property
     def identity(self) -> str:
         """Hash of all that the bed depends on; gravity and constants are in the deck."""
@@ -624,7 +634,7 @@ class Case:
         deep, own_depth = (run.overlap_at(modulus) for modulus in moduli)
         if run.bed.stroke_per_gap(run.drive) < contact.CROSSING:
             deep = own_depth
-        return contact.modulus_bias(soft, own, deep, own_depth)
+        return contact.modulus_bias(soft, own, deep, own_depth, run.bed.deepening(run.drive))
 
     def folders(self, folder: Path) -> list[Path]:
         """Folders of the runs below ``results/coupon``, one a seed."""

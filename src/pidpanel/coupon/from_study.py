@@ -274,7 +274,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
         run_at(
             bed,
             drive,
-            _constants(coupon, bed.packing, drive, stroke),
+            _constants(coupon, bed.packing, drive, stroke, bed.deepening(drive)),
             time_step_rayleigh=coupon.time_step_rayleigh,
             samples_per_cycle=coupon.samples_per_cycle,
             own_deck=None if coupon.deck is None else str(coupon.deck),
@@ -366,9 +366,13 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
 
 
 def _constants(
-    coupon: Coupon, packing: Packing, drive: Drive, stroke_per_gap: float = 0.0
+    coupon: Coupon,
+    packing: Packing,
+    drive: Drive,
+    stroke_per_gap: float = 0.0,
+    deepening: float = 1.0,
 ) -> Constants:
-    """The constants with both moduli softened alike, as the drive and the gap allow.
+    """The constants with both moduli softened alike, as the drive, the gap and the bed allow.
 
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """
@@ -383,7 +387,7 @@ def _constants(
         poissons_ratio=spheres.poissons_ratio,
         speed=drive.speed,
         frequency=drive.frequency,
-        contact_time_per_period=longest,
+        contact_time_per_period=longest / deepening,
         overlap_per_radius=deepest,
     )
     stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus)
