@@ -5,7 +5,42 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pidpanel.coupled.integration import PanelShapes
+from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupon import attempts
+from pidpanel.coupon.from_study import bed_of
+from pidpanel.study.coupon import Coupon
+
+COUPON = Coupon.model_validate(
+    {
+        "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
+        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50, "density_kg_m3": 1190},
+        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
+    }
+)
+
+
+@pytest.fixture(scope="session")
+def bed(tmp_path_factory):
+    """Eight cells half full, and their folder."""
+    folder = tmp_path_factory.mktemp("bed")
+    found = bed_of(COUPON, 0.5, cells=8, seed=1)
+    packing = folder / "packing" / found.packing.label / "packing.json"
+    file = folder / "bed" / found.label / "bed.json"
+    poured = attempts.pour_packing(found.packing, packing)
+    loosened = attempts.loosen_bed(found, packing, file)
+    assert (poured.status, loosened.status) == ("ok", "ok")
+    return found, file.parent
+
+
+@pytest.fixture(scope="session")
+def integrate():
+    """All rows of a run in one piece."""
+
+    def whole(*of, particles, start):
+        run = Integration(*of)
+        return run.record(*run.advance(particles, run.begin(start), run.rows))
+
+    return whole
 
 
 class Oscillators:

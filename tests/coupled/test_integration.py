@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.coupled import linear
 from pidpanel.coupled.identification import band_sums
-from pidpanel.coupled.integration import integrate
+from pidpanel.coupled.integration import Integration, Rows
 from pidpanel.coupled.sound_record import before_hold, samples
 from pidpanel.response.bands import third_octaves
 
@@ -39,17 +39,16 @@ def run(plate, particles, impedance, start_particles=True, cell_area=None, steps
         particles.force = particles.force - particles.damping * particles.speed
     interval = STEPS_PER_ROW * STEP
     force = samples(amplitude * before_hold(frequency, interval)[:, None], first, ROWS)
-    record = integrate(
+    whole = Integration(
         plate.shapes,
-        [particles],
         plate.area,
         plate.area if cell_area is None else cell_area,
         np.concatenate([force, force[:1]]),
-        start,
-        time_step=step,
-        steps_per_row=steps,
-        settled=0,
+        step,
+        steps,
+        0,
     )
+    record = whole.record(*whole.advance([particles], whole.begin(start), whole.rows))
     spectrum = np.fft.rfft(record.at_points, axis=0)[first : first + len(frequency)] / (ROWS / 2)
     wanted = exact[:, len(stations) : len(stations) + 2]
     return frequency, spectrum, wanted, record
@@ -146,18 +145,31 @@ def test_the_impulse_is_that_of_the_walls(plate, oscillators):
     assert abs((apart * slope).sum() / (slope**2).sum()) < 0.1 * STEP
 
 
+def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators):
+    # red: `before` of the state ← `here`; `total` begun anew; `row` of `settled` counted from 0
+    rng = np.random.default_rng(3)
+    force = rng.standard_normal((31, plate.count))
+    run = Integration(plate.shapes, plate.area, plate.area, force, STEP, 2, 12)
+    records, start = [], rng.standard_normal((2, plate.count))
+    for ends in ([30], [1, 12, 13, 30]):
+        particles, pieces = dashpot(oscillators), []
+        state = run.begin(start)
+        for end in ends:
+            piece, state = run.advance([particles], state, end)
+            pieces.append(piece)
+        records.append(run.record(Rows.joined(pieces), state))
+    whole, parts = records
+    assert whole.balance == parts.balance
+    assert np.array_equal(whole.at_points, parts.at_points)
+    assert np.array_equal(whole.impulse, parts.impulse)
+
+
 def test_what_does_not_fit_is_refused(plate, oscillators):
     # red: either check left out
     few = oscillators(np.ones(3), np.ones(3), np.zeros(3), STEP)
-    one = np.zeros((3, plate.count))
-    start = np.zeros((2, plate.count))
+    of = (plate.shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP)
+    run = Integration(*of, 2, 0)
     with pytest.raises(ValueError, match="3 stations, the panel has 8"):
-        integrate(
-            plate.shapes, [few], plate.area, plate.area, one, start,
-            time_step=STEP, steps_per_row=2, settled=0,
-        )  # fmt: skip
+        run.advance([few], run.begin(np.zeros((2, plate.count))), 2)
     with pytest.raises(ValueError, match="an even number"):
-        integrate(
-            plate.shapes, [few], plate.area, plate.area, one, start,
-            time_step=STEP, steps_per_row=3, settled=0,
-        )  # fmt: skip
+        Integration(*of, 3, 0)

@@ -6,37 +6,15 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled.beds import spheres_of
-from pidpanel.coupled.integration import integrate
 from pidpanel.coupled.process import in_child
-from pidpanel.coupon import attempts, geometry, preparation
+from pidpanel.coupon import geometry, preparation
 from pidpanel.coupon.contact import rayleigh_time
-from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import commands
-from pidpanel.study.coupon import Coupon
 
-COUPON = Coupon.model_validate(
-    {
-        "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
-        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50, "density_kg_m3": 1190},
-        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
-    }
-)
 MODULUS = 50e6
 
 pytestmark = pytest.mark.liggghts
-
-
-@pytest.fixture(scope="module")
-def bed(tmp_path_factory):
-    """Eight cells half full, and their folder."""
-    folder = tmp_path_factory.mktemp("bed")
-    found = bed_of(COUPON, 0.5, cells=8, seed=1)
-    packing, file = folder / "packing" / "packing.json", folder / "bed" / "bed.json"
-    poured = attempts.pour_packing(found.packing, packing)
-    loosened = attempts.loosen_bed(found, packing, file)
-    assert (poured.status, loosened.status) == ("ok", "ok")
-    return found, file.parent
 
 
 def step_of(bed):
@@ -89,7 +67,7 @@ def test_the_spheres_of_every_station_feel_its_walls_its_motion_and_gravity(
     assert gained == pytest.approx(given + kicks, abs=1e-9 * size)
 
 
-def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate):
+def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrate):
     # 0.15 s after a blow; the weight of the bed alone does not move the panel by a tenth of it
     # red: the sign of `kick`, with which the spheres are moved the other way
     def work(progress):
@@ -102,14 +80,14 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate):
         blow = np.where(time < 0.1, np.sin(np.pi * time / 0.1) ** 2, 0.0)
         return integrate(
             plate.shapes,
-            [spheres],
             plate.area,
             np.full(8, found.packing.cell_area),
             60.0 * blow[:, None] * np.ones(plate.count),
-            np.zeros((2, plate.count)),
-            time_step=step_of(found),
-            steps_per_row=steps,
-            settled=0,
+            step_of(found),
+            steps,
+            0,
+            particles=[spheres],
+            start=np.zeros((2, plate.count)),
         )
 
     balance = in_child(work, "balance", silence_s=120, limit_s=120).balance

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled import linear
-from pidpanel.coupled.integration import integrate
+from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.results import CoupledPanel, CoupledPatch, SettledRecord, coupled_result
 from pidpanel.coupled.sound_record import before_hold, draw_modal_force, samples
 from pidpanel.response.bands import third_octaves
@@ -56,17 +56,17 @@ def record(plate, panel, oscillators, seed, own):
         frequency, panel.pressure_psd(frequency), panel.modal_force, np.array([LOW, HIGH]), rng
     )
     force = samples(amplitude * before_hold(frequency, INTERVAL)[:, None], first, ROWS)
-    found = integrate(
+    run = Integration(
         plate.shapes,
-        [particles],
         plate.area,
         np.full(8, 0.001),
         np.concatenate([force, force[:1]]),
-        np.zeros((2, plate.count)),
-        time_step=STEP,
-        steps_per_row=STEPS,
-        settled=SETTLED,
+        STEP,
+        STEPS,
+        SETTLED,
     )
+    state = run.begin(np.zeros((2, plate.count)))
+    found = run.record(*run.advance([particles], state, run.rows))
     return SettledRecord(
         frequency, amplitude, first, ROWS, SETTLED, INTERVAL,
         found.at_stations, found.at_points, found.impulse,

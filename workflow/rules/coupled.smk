@@ -29,9 +29,12 @@ rule coupled_run:
         results("coupled/{scenario}/seed{seed}.log"),
     params:
         run=lambda wildcards: COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"].name,
+        # of its checkpoints, while it lasts
+        folder=lambda wildcards, output: str(Path(output[0]).with_suffix("")),
     shell:
         'python -m scripts.coupled_run "$PIDPANEL_STUDY" {params.run:q}'
-        " {input.modes} {input.modal_force} {input.plate} {output:q} {input.beds}"
+        " {input.modes} {input.modal_force} {input.plate} {params.folder:q} {output:q}"
+        " {input.beds}"
         " --made {input.rests:q} --to {output:q} 2> {log:q}"
 
 

@@ -9,10 +9,11 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Take study, name, modes.nc, modal_force.nc, plate.nc, output and the bed.json of patches."""
-    study, name, modes, modal_force, plate, output, *beds = arguments
+    """Take study, name, modes.nc, modal_force.nc, plate.nc, folder, output, bed.json of patches."""
+    study, name, modes, modal_force, plate, folder, output, *beds = arguments
     files = CoupledFiles(Path(modes), Path(modal_force), Path(plate))
-    write_run(load_study(study), files, name, [Path(bed) for bed in beds], Path(output))
+    started = [Path(bed) for bed in beds]
+    write_run(load_study(study), files, name, started, Path(folder), Path(output))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Mapping
 from ctypes import CDLL
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +41,7 @@ def spheres_of(
     bed_folder: Path,
     folder: Path,
     stations: int,
+    restart: Path | None = None,
 ) -> Spheres:
     """Return the spheres of a bed in LIGGGHTS, the cells shared out among the stations.
 
@@ -54,8 +57,10 @@ def spheres_of(
         For what LIGGGHTS starts from; emptied.
     stations
         Their number, of which that of the cells is a multiple.
+    restart
+        Of these spheres, from which they go on; None where they begin.
     """
-    packing, constants = bed.packing, bed.constants
+    packing = bed.packing
     spheres = preparation.read_bed(bed_folder)
     cell = cell_of(spheres[:, :2], packing.centres)
     # cells one after the other, so many to a station
@@ -63,6 +68,27 @@ def spheres_of(
     order = np.argsort(station, kind="stable")
     spheres, station = spheres[order], station[order]
     preparation.write_start(folder, packing, spheres, bed_folder)
+    start = {"data_file": folder / deck.START_FILE}
+    if restart is not None:
+        # a name that LIGGGHTS takes, wherever the results are
+        start = {"restart_file": Path(shutil.copy(restart, folder / "start.restart"))}
+    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
+    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
+    text = deck_of(bed, modulus, time_step, {**start, "walls_file": folder / deck.WALLS_FILE})
+    return Spheres(library, text, station, weight)
+
+
+def deck_of(bed: Bed, modulus: float, time_step: float, files: Mapping[str, Path]) -> str:
+    """Return the deck of a bed.
+
+    Parameters
+    ----------
+    bed, modulus, time_step
+        As of `spheres_of`.
+    files
+        ``walls_file``, and ``data_file`` or ``restart_file``.
+    """
+    packing, constants = bed.packing, bed.constants
     softer = modulus / constants.youngs_modulus
     values = {
         **replace(
@@ -70,16 +96,13 @@ def spheres_of(
             youngs_modulus=modulus,
             wall_youngs_modulus=constants.wall_youngs_modulus * softer,
         ).deck_values,
-        "data_file": folder / deck.START_FILE,
-        "walls_file": folder / deck.WALLS_FILE,
+        **files,
         "skin": 0.3 * packing.diameter,
         "gravity": bed.gravity,
         "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
         "time_step": time_step,
     }
-    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
-    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
-    return Spheres(library, deck.render("coupled.in.j2", values), station, weight)
+    return deck.render("coupled.in.j2", values)
 
 
 def cell_of(position: Array, centres: Array) -> Index:

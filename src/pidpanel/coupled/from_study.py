@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,10 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from pidpanel import durable
 from pidpanel.arrays import Array
-from pidpanel.coupled import integration, linear, sound_record, tables
-from pidpanel.coupled.beds import cpu_per_step, rayleigh_time_of, spheres_of
-from pidpanel.coupled.process import Progress, in_child
+from pidpanel.coupled import linear, sound_record, tables
+from pidpanel.coupled.beds import cpu_per_step, rayleigh_time_of
+from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.pieces import integrated, started
 from pidpanel.coupled.record_files import read_record, write_record
 from pidpanel.coupled.results import (
     CoupledPanel,
@@ -28,12 +27,10 @@ from pidpanel.coupled.results import (
 )
 from pidpanel.coupled.stations import stations_of
 from pidpanel.coupon import contact
-from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunFailed
-from pidpanel.coupon.liggghts.library import load_library
+from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.response.bands import whole_third_octaves
 from pidpanel.response.basis_error import joined_shapes
@@ -52,10 +49,6 @@ BALANCE_LIMIT = 0.01
 
 FASTEST = 3.0
 """Speed of the impacts by which the modulus is chosen, over the rms speed of the bare patch."""
-
-SILENCE_S, LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 120.0, 20.0, 600.0
-"""Longest silence of a run, and its longest duration over what is estimated and in any case: a
-machine may be shared."""
 
 BULK_FRACTION = 0.45
 """Of a full cell, for an estimate [1]."""
@@ -270,9 +263,16 @@ def _bare_psd(coupled: CoupledPanel, seen: Array, frequency: Array) -> Array:
 
 
 def write_run(
-    study: Study, files: CoupledFiles, name: str, bed_files: Sequence[Path], output: Path
+    study: Study,
+    files: CoupledFiles,
+    name: str,
+    bed_files: Sequence[Path],
+    folder: Path,
+    output: Path,
 ) -> None:
     """Integrate panel and particles of a run and write the record.
+
+    A run that was stopped goes on from its last checkpoint, to the same bits.
 
     Parameters
     ----------
@@ -282,6 +282,8 @@ def write_run(
         One of `coupled_runs`.
     bed_files
         ``bed.json`` of each filled patch.
+    folder
+        For its checkpoints, removed at the end.
     output
         The ``.nc`` file.
 
@@ -320,57 +322,27 @@ def write_run(
     bare = amplitude / coupled.stiffness(frequency)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
     modal = studied.panel.modal
-    shapes = integration.PanelShapes(
+    shapes = PanelShapes(
         modal.angular_frequency,
         modal.damping_ratio,
         modal.modal_mass,
         coupled.at_stations,
         coupled.points,
     )
-    outcomes = [bed_in_store(bed, file) for bed, file in zip(run.beds, bed_files, strict=True)]
-    for outcome in outcomes:
-        if outcome.found is None:
-            raise RunFailed(outcome.status, outcome.message)
-    spheres = sum(outcome.found.spheres for outcome in outcomes if outcome.found)
-    estimate = rows * steps_per_row * cpu_per_step(spheres)
-    print(
-        f"{name}: {spheres} spheres, {rows * interval:.2f} s in {rows * steps_per_row} steps, "
-        f"about {estimate:.0f} s of CPU time",
-        file=sys.stderr,
+    integration = Integration(
+        shapes,
+        coupled.area,
+        np.concatenate([np.full(len(p.area), p.cell_area) for p in coupled.patches]),
+        np.concatenate([force, force[:1]]),
+        time_step,
+        steps_per_row,
+        settled,
     )
-    folders = [file.parent for file in bed_files]
-
-    def work(progress: Progress) -> integration.Record:
-        with tempfile.TemporaryDirectory() as folder:
-            library = load_library()
-            particles = [
-                spheres_of(
-                    library, bed, modulus, time_step, beds, Path(folder) / str(k), keys.stations
-                )
-                for k, (bed, modulus, beds) in enumerate(
-                    zip(run.beds, moduli, folders, strict=True)
-                )
-            ]
-            return integration.integrate(
-                shapes,
-                particles,
-                coupled.area,
-                np.concatenate([np.full(len(p.area), p.cell_area) for p in coupled.patches]),
-                np.concatenate([force, force[:1]]),
-                start,
-                time_step=time_step,
-                steps_per_row=steps_per_row,
-                settled=settled,
-                progress=lambda row: progress((row + 1) / rows),
-            )
-
-    record = in_child(
-        work,
-        name,
-        silence_s=SILENCE_S,
-        limit_s=max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * estimate),
-        progress=_Told(name),
-    )
+    beds = [
+        started(bed, modulus, file)
+        for bed, modulus, file in zip(run.beds, moduli, bed_files, strict=True)
+    ]
+    record = integrated(name, integration, start, beds, keys.stations, folder)
     error = record.balance.error
     if not abs(error) <= BALANCE_LIMIT:
         raise EnergyNotClosed(
@@ -398,19 +370,7 @@ def write_run(
             "time_step_s": time_step,
         },
     )
-
-
-class _Told:
-    """Tells every tenth of a run, with the time that is left."""
-
-    def __init__(self, name: str) -> None:
-        self._name, self._begun, self._told = name, time.monotonic(), 0
-
-    def __call__(self, share: float) -> None:
-        if int(10 * share) > self._told:
-            self._told = int(10 * share)
-            left = (time.monotonic() - self._begun) * (1 - share) / share
-            print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)
+    durable.discard(folder)
 
 
 def estimated_cpu_seconds(study: Study) -> float:

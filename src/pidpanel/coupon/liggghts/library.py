@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from ctypes import CDLL, POINTER, RTLD_GLOBAL, byref, c_char_p, c_double, c_int, c_void_p, cast
+from pathlib import Path
 
 import numpy as np
 
@@ -103,7 +104,7 @@ class Spheres:
     def _attach(self) -> None:
         """Find the arrays of LIGGGHTS, which move when they grow."""
         self._address = self._addresses()
-        self.velocity, self.force = (
+        self.velocity, self.force, self._torque = (
             np.ctypeslib.as_array(cast(address, POINTER(c_double)), (self._count, 3))
             for address in self._address
         )
@@ -114,7 +115,23 @@ class Spheres:
             rows = cast(self._library.lammps_extract_atom(self._handle, name), POINTER(c_void_p))
             return int(rows[0] or 0)
 
-        return first_row(b"v"), first_row(b"f")
+        return first_row(b"v"), first_row(b"f"), first_row(b"torque")
+
+    def write_restart(self, path: Path) -> None:
+        """Write the spheres and their contacts to a file; the last that is asked of them.
+
+        A deck that begins with this file, and `go_on` with the forces of now, go on from here:
+        LIGGGHTS computes the forces of a restart from other velocities than those of a step.
+        """
+        self._library.lammps_command(self._handle, f"write_restart {path}".encode())
+
+    def forces(self) -> Array:
+        """Return forces and torques on the spheres, (n, 6) [N], [N m]."""
+        return np.hstack([self.force, self._torque])
+
+    def go_on(self, forces: Array) -> None:
+        """Set forces and torques to what `forces` said when the restart was written."""
+        self.force[:], self._torque[:] = forces[:, :3], forces[:, 3:]
 
     def wall_force(self) -> Array:
         """Return the force of the walls on the spheres of each station along z, (stations,) [N].

@@ -1,0 +1,143 @@
+"""Where a run stands, in files from which it goes on to the same bits.
+
+A run is integrated in pieces, each in a process of its own that starts from the files which the
+piece before has left: of the panel a state, of every patch a restart of LIGGGHTS and the forces on
+its spheres. A run that was never stopped goes the same way. Files of another run, or with a changed
+byte, do not count; the run then begins anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel import durable
+from pidpanel.arrays import Array
+from pidpanel.coupled.integration import Rows, State
+
+FILE = "state.npz"
+"""Rows so far, the state, and the restarts that belong to it with their hashes."""
+
+
+def identity_of(*parts: Array | str | float) -> str:
+    """Return a hash of all that a run rests on, to the bit.
+
+    Examples
+    --------
+    >>> identity_of("deck", 1.0) == identity_of("deck", 1.0)
+    True
+    >>> identity_of(np.zeros(2)) == identity_of(np.zeros((2, 1)))
+    False
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            digest.update(f"{part.shape}{part.dtype}".encode() + b"\0")
+            digest.update(np.ascontiguousarray(part).tobytes())
+        else:
+            digest.update(repr(part).encode() + b"\0")
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run up to a row.
+
+    Attributes
+    ----------
+    rows, state
+        Of the panel.
+    restarts
+        Of LIGGGHTS, one a patch; none at the beginning.
+    forces
+        Of each patch (n, 6), forces and torques on its spheres [N], [N m].
+    """
+
+    rows: tuple[Rows, ...]
+    state: State
+    restarts: tuple[Path, ...] = ()
+    forces: tuple[Array, ...] = ()
+
+    def write(self, folder: Path, identity: str) -> None:
+        """Write the file of a checkpoint whose restarts are there, and remove older ones.
+
+        Parameters
+        ----------
+        folder
+            Of the run, that of the restarts.
+        identity
+            Of the run, from `identity_of`.
+        """
+        durable.sync(*self.restarts)
+        rows = Rows.joined(self.rows)
+        values = {
+            **{f"rows_{one.name}": getattr(rows, one.name) for one in fields(Rows)},
+            **{f"state_{one.name}": getattr(self.state, one.name) for one in fields(State)},
+            **{f"forces_{k}": force for k, force in enumerate(self.forces)},
+        }
+        with durable.replacing(folder / FILE) as draft, draft.open("wb") as file:
+            np.savez(
+                file,
+                identity=identity,
+                restarts=[path.name for path in self.restarts],
+                hashes=[_hash(path) for path in self.restarts],
+                **values,
+            )
+        for path in set(folder.glob("*.restart")) - set(self.restarts):
+            path.unlink()
+
+    @staticmethod
+    def read(folder: Path, identity: str) -> Checkpoint | None:
+        """Read what was written of this run; None if there is nothing, or it is damaged.
+
+        Parameters
+        ----------
+        folder, identity
+            As of `write`.
+        """
+        if not (folder / FILE).exists():
+            return None
+        try:
+            with (folder / FILE).open("rb") as stored, np.load(stored) as file:
+                values = dict(file)
+            if str(values["identity"]) != identity:
+                return None
+            restarts = [folder / str(name) for name in values["restarts"]]
+            damaged = [
+                path
+                for path, known in zip(restarts, values["hashes"], strict=True)
+                if _hash(path) != str(known)
+            ]
+            if damaged:
+                raise ValueError(f"{damaged[0]}: another hash")
+            state = {one.name: values[f"state_{one.name}"] for one in fields(State)}
+            return Checkpoint(
+                (Rows(*(values[f"rows_{one.name}"] for one in fields(Rows))),),
+                State(**{**state, "row": int(state["row"])}),
+                tuple(restarts),
+                tuple(values[f"forces_{k}"] for k in range(len(restarts))),
+            )
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            print(f"{folder}: damaged ({error}); begun anew", file=sys.stderr)
+            return None
+
+
+def ends_of_pieces(first: int, rows: int, rows_of_piece: int) -> Sequence[int]:
+    """Return the rows at which the pieces from a row on end; each piece ends where it always does.
+
+    Examples
+    --------
+    >>> ends_of_pieces(0, 25, 10), ends_of_pieces(20, 25, 10)
+    ([10, 20, 25], [25])
+    """
+    return [*range(first + rows_of_piece, rows, rows_of_piece), rows]
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,190 @@
+"""A run of panel and particles piece by piece, each from where the one before left it."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from pidpanel.arrays import Array
+from pidpanel.coupled.beds import cpu_per_step, deck_of, spheres_of
+from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
+from pidpanel.coupled.integration import Integration, Record, Rows
+from pidpanel.coupled.process import Progress, in_child
+from pidpanel.coupon.attempts import bed_in_store
+from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
+from pidpanel.coupon.liggghts.failures import RunFailed
+from pidpanel.coupon.liggghts.library import load_library
+from pidpanel.coupon.preparation import BED_FILE
+from pidpanel.fingerprint import module_digest
+
+SILENCE_S, LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 120.0, 20.0, 600.0
+"""Longest silence of a run, and its longest duration over what is estimated and in any case: a
+machine may be shared."""
+
+PIECE_S = 20.0
+"""CPU time of a piece, as estimated [s]: what a run that is stopped does again at most. The pieces
+of a run are always the same."""
+
+CODE_OF_BITS = (
+    "pidpanel.coupled.integration",
+    "pidpanel.coupled.panel_motion",
+    "pidpanel.coupled.beds",
+    "pidpanel.coupon.liggghts.library",
+)
+"""Modules that change the bits of a run: with another version of them it does not go on."""
+
+
+class StartedBed(NamedTuple):
+    """A bed of a run, the modulus of its contacts [Pa], its folder, and the number of spheres."""
+
+    bed: Bed
+    modulus: float
+    folder: Path
+    spheres: int
+
+
+def started(bed: Bed, modulus: float, file: Path) -> StartedBed:
+    """Return a bed in the store of packings and beds.
+
+    Parameters
+    ----------
+    bed, modulus
+        The bed and the modulus of its contacts [Pa].
+    file
+        Its ``bed.json``.
+
+    Raises
+    ------
+    RunFailed
+        If it could not be made.
+    """
+    outcome = bed_in_store(bed, file)
+    if outcome.found is None:
+        raise RunFailed(outcome.status, outcome.message)
+    return StartedBed(bed, modulus, file.parent, outcome.found.spheres)
+
+
+def integrated(
+    name: str,
+    run: Integration,
+    start: Array,
+    beds: Sequence[StartedBed],
+    stations: int,
+    folder: Path,
+) -> Record:
+    """Return the record of a run, from its last checkpoint on.
+
+    Parameters
+    ----------
+    name
+        Of the run, for messages.
+    run, start
+        The panel with its forces; q [m] and q̇ [m/s], (2, n).
+    beds, stations
+        Of the filled patches; stations of each.
+    folder
+        For the checkpoints.
+
+    Raises
+    ------
+    SolverFailure
+        If LIGGGHTS stops or hangs.
+    """
+    spheres = sum(one.spheres for one in beds)
+    row_s = run.steps_per_row * cpu_per_step(spheres)
+    identity = _identity(run, start, beds, stations)
+    found = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))
+    seconds = (run.rows - found.state.row) * row_s
+    print(
+        f"{name}: {spheres} spheres, {run.rows * run.steps_per_row * run.time_step:.2f} s in "
+        f"{run.rows * run.steps_per_row} steps"
+        + (f", from {found.state.row / run.rows:.0%} of them on" if found.state.row else "")
+        + f", about {seconds:.0f} s of CPU time",
+        file=sys.stderr,
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    told = _Told(name, found.state.row / run.rows)
+    rows_of_piece = max(1, round(PIECE_S / row_s))
+    for end in ends_of_pieces(found.state.row, run.rows, rows_of_piece):
+        piece = in_child(
+            _piece(run, found, beds, stations, end, folder),
+            name,
+            silence_s=SILENCE_S,
+            limit_s=max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * PIECE_S),
+            progress=told,
+        )
+        found = replace(piece, rows=(*found.rows, *piece.rows))
+        found.write(folder, identity)
+    return run.record(Rows.joined(found.rows), found.state)
+
+
+def _piece(
+    run: Integration,
+    before: Checkpoint,
+    beds: Sequence[StartedBed],
+    stations: int,
+    end: int,
+    folder: Path,
+) -> Callable[[Progress], Checkpoint]:
+    """Return the work that goes from a checkpoint to a row; of its rows it returns the new ones."""
+
+    def work(progress: Progress) -> Checkpoint:
+        with tempfile.TemporaryDirectory() as temporary:
+            library = load_library()
+            restarts = before.restarts or [None for _ in beds]
+            particles = [
+                spheres_of(
+                    library, one.bed, one.modulus, run.time_step, one.folder,
+                    Path(temporary) / str(k), stations, restart,
+                )
+                for k, (one, restart) in enumerate(zip(beds, restarts, strict=True))
+            ]  # fmt: skip
+            for spheres, force in zip(particles, before.forces, strict=False):
+                spheres.go_on(force)
+            rows, state = run.advance(
+                particles, before.state, end, lambda row: progress((row + 1) / run.rows)
+            )
+            forces = tuple(spheres.forces() for spheres in particles)
+            written = []
+            for k, spheres in enumerate(particles):
+                draft = Path(temporary) / f"{k}.restart"
+                spheres.write_restart(draft)
+                written.append(Path(shutil.copy(draft, folder / f"{k}_at_{end}.restart")))
+            return Checkpoint((rows,), state, tuple(written), forces)
+
+    return work
+
+
+def _identity(run: Integration, start: Array, beds: Sequence[StartedBed], stations: int) -> str:
+    """Return a hash of all that the bits of a run rest on."""
+    panel, nowhere = run.panel, {"walls_file": Path("walls"), "data_file": Path("spheres")}
+    return identity_of(
+        module_digest(*CODE_OF_BITS),
+        *(getattr(panel, field.name) for field in fields(panel)),
+        *(run.stands_for, run.cell_area, run.force, start),
+        *(run.time_step, run.steps_per_row, run.settled, stations),
+        *(without_comments(deck_of(b.bed, b.modulus, run.time_step, nowhere)) for b in beds),
+        *((b.folder / name).read_text() for b in beds for name in (BED_FILE, WALLS_FILE)),
+    )
+
+
+class _Told:
+    """Tells every tenth of a run, with the time that is left."""
+
+    def __init__(self, name: str, done: float) -> None:
+        self._name, self._begun, self._done = name, time.monotonic(), done
+        self._told = int(10 * done)
+
+    def __call__(self, share: float) -> None:
+        if int(10 * share) > self._told:
+            self._told = int(10 * share)
+            taken = (time.monotonic() - self._begun) / (share - self._done)
+            left = taken * (1 - share)
+            print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)

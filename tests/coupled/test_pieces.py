@@ -1,0 +1,101 @@
+"""Real LIGGGHTS: a run that was stopped goes on to the same bits, and damage begins it anew."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pidpanel.coupled import pieces
+from pidpanel.coupled.checkpoints import FILE
+from pidpanel.coupled.integration import Integration
+from pidpanel.coupon.contact import rayleigh_time
+from pidpanel.coupon.liggghts.failures import RunStopped
+
+MODULUS, ROWS, STEPS = 50e6, 300, 16
+
+pytestmark = pytest.mark.liggghts
+
+
+@pytest.fixture
+def run(bed, plate, monkeypatch):
+    """A run of 24 ms in three pieces, as a function of its folder; the bed is thrown at its lid."""
+    found, folder = bed
+    packing = found.packing
+    step = 0.2 * rayleigh_time(
+        packing.sizes.smallest / 2, packing.density, MODULUS, packing.poissons_ratio
+    )
+    rng = np.random.default_rng(1)
+    force = 200.0 * rng.standard_normal((ROWS + 1, plate.count))
+    start = np.stack([np.zeros(plate.count), rng.standard_normal(plate.count)])
+    cells = np.full(8, packing.cell_area)
+    whole = Integration(plate.shapes, plate.area, cells, force, step, STEPS, 50)
+    started = pieces.started(found, MODULUS, folder / "bed.json")
+    of_row = STEPS * pieces.cpu_per_step(started.spheres)
+    monkeypatch.setattr(pieces, "PIECE_S", 100 * of_row)
+    return lambda where: pieces.integrated("run", whole, start, [started], 8, where)
+
+
+def same(one, other):
+    return all(
+        np.array_equal(getattr(one, field.name), getattr(other, field.name))
+        for field in dataclasses.fields(one)
+        if field.name != "balance"
+    )
+
+
+def stopped(run, folder, monkeypatch, after):
+    """Stop a run after so many pieces."""
+    done, in_child = [], pieces.in_child
+
+    def dies(*of, **more):
+        if len(done) == after:
+            raise RunStopped("killed")
+        done.append(1)
+        return in_child(*of, **more)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pieces, "in_child", dies)
+        with pytest.raises(RunStopped):
+            run(folder)
+
+
+def test_a_stopped_run_goes_on_to_the_same_bits(run, tmp_path, monkeypatch, capsys):
+    # red: forces not restored; `read_restart` of the start; `total` begun anew in `advance`
+    undisturbed = run(tmp_path / "one")
+    # the spheres have hit the walls in every piece
+    pushed = np.diff(undisturbed.impulse, axis=0).reshape(-1, 8)
+    assert all(np.ptp(part, axis=0).min() > 0 for part in np.array_split(pushed, 3))
+    for after in (1, 2):
+        folder = tmp_path / f"after{after}"
+        stopped(run, folder, monkeypatch, after)
+        again = run(folder)
+        assert f"from {after / 3:.0%} of them on" in capsys.readouterr().err
+        assert same(again, undisturbed)
+        assert again.balance == undisturbed.balance
+        assert len(list(folder.glob("*.restart"))) == 1
+    # and as in one piece, until LIGGGHTS sorts its neighbours anew and sums in another order
+    # red: torques not restored (2e-4 at once)
+    monkeypatch.setattr(pieces, "PIECE_S", 1000.0)
+    smooth = run(tmp_path / "smooth")
+    given = np.diff([undisturbed.impulse, smooth.impulse], axis=1)
+    apart = np.abs(given[0] - given[1])
+    assert apart[98:102].max() < 1e-6 * np.abs(given).max()
+    assert apart.max() > 0
+
+
+def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys):
+    # red: the hash of the restart not looked at: LIGGGHTS hangs in it, or goes another way
+    folder = tmp_path / "run"
+    stopped(run, folder, monkeypatch, 1)
+    restart, state = *folder.glob("*.restart"), folder / FILE
+    kept = state.read_bytes(), restart.read_bytes()
+    whole = bytearray(kept[1])
+    whole[len(whole) // 2] ^= 1
+    for path, content in ((restart, bytes(whole)), (state, kept[0][:-1000])):
+        state.write_bytes(kept[0])
+        restart.write_bytes(kept[1])
+        path.write_bytes(content)
+        stopped(run, folder, monkeypatch, 0)
+        said = capsys.readouterr().err
+        assert "begun anew" in said
+        assert "of them on" not in said
