@@ -72,4 +72,4 @@ def test_scenarios_with_a_response_are_in_the_table():
     section = radiation_section(*frames(2.0), "none", ["centre"])
     table = section.blocks[1]
     assert [row[1] for row in table.rows] == ["bare", "A_r0.5"]
-    assert table.rows[1][3:] == ["17.7", "11", "4.00", "2.00"]
+    assert table.rows[1][3:] == ["17.7", "11.0", "4.00", "2.00"]

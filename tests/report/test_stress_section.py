@@ -37,13 +37,19 @@ def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
     # red: idxmax → idxmin; "point" left out of the grouping
     table = stress_table(stress)
     assert [row[:4] for row in table.rows] == [
-        ["DEM", "bare", "7", "bottom"],
-        ["DEM", "bare", "12", "top"],
-        ["DEM", "A_r0.5", "7", "top"],
-        ["DEM", "A_r0.5", "12", "top"],
+        ["bare", "DEM", "7", "bottom"],
+        ["bare", "DEM", "12", "top"],
+        ["A_r0.5", "DEM", "7", "top"],
+        ["A_r0.5", "DEM", "12", "top"],
     ]
-    assert table.columns[:4] == ["reading", "scenario", "point", "layer"]
+    assert table.columns[:4] == ["scenario", "reading", "point", "layer"]
     assert table.folded
+
+
+def test_a_layer_that_is_always_the_same_is_told_once(stress):
+    # red: `one_layer = False`
+    table = stress_table(stress[stress["layer"] == "top"])
+    assert "layer" not in table.columns and "(here always: top)" in table.caption
 
 
 def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
@@ -51,13 +57,13 @@ def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
     table = stress_table(stress)
     last = dict(zip(table.columns, table.rows[-1], strict=True))
     assert {head: last[head] for head in table.columns[4:]} == {
-        "σ_v, MPa": "4.00 / 12.0",
-        "σ_xx, MPa": "2.00 / 6.00",
-        "σ_yy, MPa": "3.46 / 10.4",
-        "τ_xy, MPa": "0.500 / 1.50",
-        "ε_xx, µm/m": "120 / 360",
-        "ε_yy, µm/m": "45.6 / 137",
-        "γ_xy, µm/m": "7.00 / 21.0",
+        "σ_v, MPa rms (3σ)": "4.00 (12.0)",
+        "σ_xx, MPa": "2.00",
+        "σ_yy, MPa": "3.46",
+        "τ_xy, MPa": "0.500",
+        "ε_xx, µm/m": "120",
+        "ε_yy, µm/m": "45.6",
+        "γ_xy, µm/m": "7.00",
     }
-    assert table.rows[0][4] == "8.00 / 24.0"
-    assert table.rows[1][4] == "40.0 / 120"
+    assert table.rows[0][4] == "8.00 (24.0)"
+    assert table.rows[1][4] == "40.0 (120)"

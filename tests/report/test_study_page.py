@@ -82,7 +82,8 @@ def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
     assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
     levels = response_section.psd_curves(inputs, "level", "paper_corrected", "middle")
     assert [c.label for c in levels] == [
-        *["bare panel at these sound levels"] * 2,
+        "bare panel, 140 dB",
+        "bare panel, 150 dB",
         "140 dB",
         "150 dB",
     ]

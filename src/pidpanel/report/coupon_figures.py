@@ -18,7 +18,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
 from pidpanel.report.evidence import Record
-from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room
+from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room, swept
 
 
 def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
@@ -121,13 +121,13 @@ def sweep_figure(
     x, y
         The axes; ``y`` with error bars of one standard error.
     panel
-        The quantity that is constant in each of the axes.
+        The quantity that is constant in each of the axes: at the values of the sweep.
     law
         C_e [N s/m³] of frequency [Hz] and fill fraction, drawn dashed.
     bound
         Column to draw dotted, in the unit of ``y``.
     """
-    values = sorted(cases[panel.column].unique())
+    values = list(swept(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
     rows = -(-len(values) // columns)
@@ -202,17 +202,19 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
         Rows of ``coupon/cases.csv`` with status ok.
     """
     known = cases[cases["closure"].notna()]
-    figure = Figure(figsize=(WIDTH, 2.8))
+    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
-    frequencies = sorted(known[FREQUENCY.column].unique())
-    for number, frequency in enumerate(frequencies):
-        one = known[known[FREQUENCY.column] == frequency]
+    of_sweep = list(swept(known[FREQUENCY.column])) if len(known) else []
+    between = ~known[FREQUENCY.column].isin(of_sweep)
+    groups = [(f"{f:g} Hz", known[known[FREQUENCY.column] == f]) for f in of_sweep]
+    groups += [("other frequencies", known[between])] if between.any() else []
+    for number, (name, one) in enumerate(groups):
         look = {
             "ls": "none",
             "marker": style.MARKERS[number % len(style.MARKERS)],
             "mfc": "none",
             "color": style.PLACES[number % len(style.PLACES)],
-            "label": f"{frequency:g} Hz",
+            "label": name,
         }
         left.plot(one[ACCELERATION.column], 100 * one["normal_share"], **look)
         right.plot(one[ACCELERATION.column], 100 * one["closure"], **look)
@@ -225,14 +227,13 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        amplitudes = sorted(known[ACCELERATION.column].unique())
+        amplitudes = swept(known[ACCELERATION.column]) if len(known) else []
         axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
         axes.set_xticks([], minor=True)
         axes.margins(x=0.1)
         axes.set_xlabel(ACCELERATION.label)
-    figure.tight_layout(rect=(0, 0.1, 1, 1))
     handles, names = left.get_legend_handles_labels()
-    figure.legend(handles, names, loc="lower center", ncols=6)
+    figure.legend(handles, names, loc="outside lower center", ncols=6)
     return figure
 
 

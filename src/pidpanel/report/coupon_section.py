@@ -25,6 +25,7 @@ from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
 from pidpanel.report.inputs import Coupon
+from pidpanel.report.layout import swept
 from pidpanel.report.text import counted, number, percent, records, with_error
 
 CELLS_SHOWN = 5
@@ -32,6 +33,8 @@ CELLS_SHOWN = 5
 
 Law = Callable[[Array, float], Array]
 """C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction."""
+
+STATES = "states: C_e (share of the cells)"
 
 BARS = (
     "Bars: one standard error, from the scatter between cycles and between seeds. Only cases with "
@@ -130,31 +133,41 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
         "gravity."
     )
     bound = "bound_n_s_m3"
+    of_sweep = [
+        cases[one.column].isin(swept(cases[one.column])) for one in (ACCELERATION, FREQUENCY)
+    ]
+    left_out = ["" if of.all() else _left_out(int((~of).sum())) for of in of_sweep]
     drawn: list[tuple[str, Figure, str]] = [
         (
             "damping_over_frequency",
             sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound),
-            f"Equivalent damping per area over frequency at constant Γ = a/g. {BARS} {beside}",
+            f"Equivalent damping per area over frequency at constant Γ = a/g.{left_out[0]} {BARS} "
+            f"{beside}",
         ),
         (
             "damping_over_acceleration",
             sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound),
-            f"Equivalent damping per area over Γ = a/g at constant frequency. {BARS} {beside}",
+            f"Equivalent damping per area over Γ = a/g at constant frequency.{left_out[1]} {BARS} "
+            f"{beside}",
         ),
         (
             "loss_factor",
             sweep_figure(cases, ACCELERATION, LOSS_FACTOR, FREQUENCY),
             "Loss factor η = E_d/(π m″(ωW)²) over Γ; the bound of a perfectly inelastic bed is "
-            f"4/π = 1.27. {BARS}",
+            f"4/π = 1.27.{left_out[1]} {BARS}",
         ),
         (
             "apparent_mass",
             sweep_figure(cases, ACCELERATION, MASS_SHARE, FREQUENCY),
             "Share of the particles' mass that moves in phase with the cell (apparent mass over "
-            f"mass, both per area). {BARS}",
+            f"mass, both per area).{left_out[1]} {BARS}",
         ),
     ]
     return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
+
+
+def _left_out(count: int) -> str:
+    return f" {counted(count, 'case')} between those of the sweep only in the table."
 
 
 def particles_picture(spheres: Spheres) -> Picture:
@@ -210,10 +223,13 @@ def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
     """
     columns = [
         *varied, "r", "f, Hz", "Γ", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
-        "states: C_e (share of the cells)", "share of bound", "particles per cell",
+        STATES, "share of bound", "particles per cell",
         "modulus, MPa", "cycles run (used)",
         "accuracy reached", "energy balance error, %", "normal loss, %", "status",
     ]  # fmt: skip
+    several = bool((cases["states"] > 1).any())
+    if not several:
+        columns.remove(STATES)
     rows = [
         [
             *(str(row[key]) for key in varied),
@@ -224,7 +240,7 @@ def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
             with_error(row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]),
             with_error(row["apparent_mass_kg_m2"], row["apparent_mass_error_kg_m2"]),
             number(row["loss_factor"]),
-            _states(row),
+            *([_states(row)] if several else []),
             number(row["share_of_bound"], 2),
             number(row["spheres_per_cell"]),
             f"{row['youngs_modulus_mpa']:g}",

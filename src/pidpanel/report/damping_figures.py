@@ -23,7 +23,7 @@ from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
-from pidpanel.report.layout import GREY, WIDTH, few
+from pidpanel.report.layout import GREY, WIDTH, few, swept
 
 FILL, FREQUENCY, ACCELERATION = AXES
 LABELS = {
@@ -99,12 +99,6 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
                 axes.set_ylabel(LABELS[up])
         figure.colorbar(scale, ax=grid_of[row].tolist(), label=label, pad=0.01)
     return figure
-
-
-def swept(values: pd.Series) -> Array:
-    """Return the values (n,) that many cases share: those of the sweep, not of single tones."""
-    found, count = np.unique(values, return_counts=True)
-    return np.asarray(found[2 * count >= count.max()])
 
 
 def _fine(surface: DampingSurface, axis: str) -> Array:
@@ -268,7 +262,7 @@ def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figu
     shares
         Columns and their names; the first is drawn solid, the next dashed and dotted.
     """
-    frequencies = few(np.unique(cases[FREQUENCY]), 5)
+    frequencies = few(swept(cases[FREQUENCY]), 5)
     fills = few(np.unique(cases[FILL]), 5)
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     grid = figure.subplots(1, len(frequencies), sharex=True, sharey=True, squeeze=False)[0]

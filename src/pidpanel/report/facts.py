@@ -31,7 +31,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
         ),
         (
             "Damping",
-            ", ".join(READINGS[reading] for reading in study.readings)
+            "; ".join(READINGS[reading] for reading in study.readings)
             if study.scenarios
             else "none: the bare panel alone",
         ),

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
+import pandas as pd
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -82,6 +83,12 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
+
+
+def swept(values: pd.Series) -> Array:
+    """Return the values (n,) that many cases share: those of the sweep, not of single tones."""
+    found, count = np.unique(values, return_counts=True)
+    return np.asarray(found[2 * count >= count.max()])
 
 
 def few_of(values: Sequence[Value], count: int) -> list[Value]:

@@ -71,7 +71,7 @@ def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
         parts += [
             f"{panel.section.kind} section",
             f"D_x = {value['bending', 1, 1]:.5g} and D_y = {value['bending', 2, 2]:.5g} N m",
-            f"S_x = {value['shear', 1, 1]:.4g} and S_y = {value['shear', 2, 2]:.4g} N/m",
+            f"S_x = {number(value['shear', 1, 1])} and S_y = {number(value['shear', 2, 2])} N/m",
         ]
     parts += [f"ζ = {panel.damping_ratio:g}", supports_text(study)]
     if panel.masses:

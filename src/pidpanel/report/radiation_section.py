@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report.html import Paragraph, Section, Table
-from pidpanel.report.text import READINGS, percent, signed
+from pidpanel.report.text import READINGS, number, percent, signed
 from pidpanel.response.bands import reduction
 
 SIDES = {
@@ -104,8 +104,8 @@ def radiation_section(
             READINGS[str(row.reading)],
             str(row.scenario),
             str(row.point),
-            f"{row.acceleration_rms_g:.3g}",
-            f"{row.acceleration_rms_g_beside:.3g}",
+            number(float(row.acceleration_rms_g)),
+            number(float(row.acceleration_rms_g_beside)),
             f"{row.reduction_db:.2f}",
             f"{row.reduction_db_beside:.2f}",
         ]

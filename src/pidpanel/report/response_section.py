@@ -129,10 +129,12 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
     scenarios = inputs.study.family_scenarios(name)
     psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point)
     bare = list(dict.fromkeys(s.bare.label for s in scenarios))
-    called = "bare panel" if len(bare) == 1 else "bare panel at these sound levels"
+    levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
     curves = [
-        Curve(called, psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8) for label in bare
-    ]
+        Curve(levels[label] if len(bare) > 1 else "bare panel", psd.sel(scenario=label).to_numpy(),
+              style.BARE, width=0.8)
+        for label in bare
+    ]  # fmt: skip
     for index, scenario in enumerate(scenarios):
         label, colour = _known_as(inputs, name, scenario)
         width = nested_width(index, len(scenarios))

@@ -45,19 +45,27 @@ def stress_table(stress: pd.DataFrame) -> Table:
     worst = von_mises.loc[von_mises.groupby(where, sort=False)["three_sigma"].idxmax()]
     shown = {
         tuple(row[key] for key in (*where, "layer", "quantity")): (
-            f"{number(row['rms'])} / {number(row['three_sigma'])}"
+            f"{number(row['rms'])} ({number(row['three_sigma'])})"
+            if row["quantity"] == "von_mises"
+            else number(row["rms"])
         )
         for row in records(stress)
     }
+    layers = list(dict.fromkeys(worst["layer"]))
+    one_layer = len(layers) == 1
     rows = []
     for row in records(worst[[*where, "layer"]]):
         cells = [shown[(*row.values(), quantity)] for quantity in SYMBOLS]
-        rows.append([READINGS[row["reading"]], row["scenario"], row["point"], row["layer"], *cells])
+        named = [] if one_layer else [row["layer"]]
+        rows.append([row["scenario"], READINGS[row["reading"]], row["point"], *named, *cells])
+    heads = [f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items()]
+    heads[0] = f"{heads[0]} rms (3σ)"
+    of = f" (here always: {layers[0]})" if one_layer else ""
     return Table(
-        "Strain and stress, rms / 3σ, in the layer where the von Mises stress σ_v is largest. The "
-        "rms of σ_v includes the correlations between the components; its 3σ is three times its "
-        "rms, as is customary. γ_xy is the engineering shear strain.",
-        [*where, "layer", *(f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items())],
+        f"Rms strain and stress in the layer where the von Mises stress σ_v is largest{of}. The "
+        "rms of σ_v includes the correlations between the components; its 3σ, in brackets, is "
+        "three times its rms, as is customary. γ_xy is the engineering shear strain.",
+        ["scenario", "reading", "point", *([] if one_layer else ["layer"]), *heads],
         rows,
         folded=True,
         title="Strain and stress of the layer that is stressed most",

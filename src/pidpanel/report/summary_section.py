@@ -56,7 +56,9 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                 row += [
                     _maybe_with_error(one, "acceleration_rms_g", "acceleration_rms_error_g"),
                     number(one["displacement_rms_mm"]) + " †" * bool(one["beyond_linear_plate"]),
-                    _maybe_with_error(one, "reduction_db", "reduction_error_db"),
+                    _maybe_with_error(one, "reduction_db", "reduction_error_db")
+                    if one["reduction_db"]  # none of the bare panel against itself
+                    else "–",
                     number(one["damping_read_at_g"])
                     + " ‡" * bool(one["outside_run_points_share"] > 0),
                 ]

@@ -47,15 +47,23 @@ def with_error(value: float, error: float) -> str:
 
     Examples
     --------
-    >>> with_error(495.3, 12.3), with_error(-0.4567, 0.0231)
-    ('495 ± 12', '−0.457 ± 0.023')
+    >>> with_error(495.3, 12.3), with_error(-0.4567, 0.0231), with_error(32077, 1399)
+    ('495 ± 12', '−0.457 ± 0.023', '32100 ± 1400')
+    >>> with_error(0.000112, 0.0000014), with_error(-0.00001, 0.01)
+    ('(1.120 ± 0.014)·10⁻⁴', '0.000 ± 0.010')
     """
     if not (math.isfinite(value) and math.isfinite(error)):
         return "–"
     if error <= 0:
         return number(value)
-    decimals = max(0, 1 - math.floor(math.log10(error)))
-    return _minus(f"{value:.{decimals}f}") + f" ± {error:.{decimals}f}"
+    largest = max(abs(value), error)
+    if largest < 1e-3:
+        power = math.floor(math.log10(largest))
+        scaled = with_error(value * 10.0**-power, error * 10.0**-power)
+        return f"({scaled})·10{str(power).translate(_SUPERSCRIPT)}"
+    decimals = 1 - math.floor(math.log10(error))
+    value, error = round(value, decimals), round(error, decimals)
+    return f"{plain(value, max(0, decimals))} ± {error:.{max(0, decimals)}f}"
 
 
 def value_text(value: float, error: float, decimals: int | None = None) -> str:

@@ -21,6 +21,7 @@ from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.plane_waves import CondensedFace, condensed
+from pidpanel.progress import tracked
 from pidpanel.response.elements import Elements, Motion, Pull
 from pidpanel.response.modal import Matrices
 from pidpanel.response.model import ModalBasis
@@ -187,7 +188,8 @@ def check_basis(
     omega = 2 * np.pi * frequency
     error = np.zeros((len(scenarios), len(frequency)))
     left_out: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
-    for line, f in enumerate(frequency.tolist()):
+    lines = list(enumerate(frequency.tolist()))
+    for line, f in tracked(lines, "lines of the check against all elements"):
         pulls = [
             Pull(
                 f,
