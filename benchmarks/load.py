@@ -2,9 +2,12 @@
 
     python benchmarks/load.py plan [runs …]      # 2 minutes: dry runs of 10 000 and 100 000 runs
     python benchmarks/load.py gather [cases …]   # 5 minutes: 2000 and 20 000 cases to cases.csv
+    python benchmarks/load.py report [cases …]   # 5 minutes: as many from cases.csv to the page
 
 Process CPU time (user and system, of children too) and the largest memory of one process. The
-cases of `gather` are copies of one that LIGGGHTS ran: what is measured is how they are read.
+cases of `gather` are copies of one that LIGGGHTS ran: what is measured is how they are read. Those
+of `report` are read off the surface of 122 cases that LIGGGHTS ran (tests/damping/data), with their
+scatter; the page shows the cycles of one real run in place of those of its few examples.
 """
 
 from __future__ import annotations
@@ -15,16 +18,25 @@ os.environ["OMP_NUM_THREADS"] = "1"
 
 import dataclasses
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import yaml
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import attempts, summary
-from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.from_study import cases_by_coupon, cases_of
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES
+from pidpanel.report import evidence
+from pidpanel.study import load_study
 from pidpanel.study.coupon import Coupon
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -122,9 +134,94 @@ def gather(sizes: list[int]) -> None:
             print(f"{size} cases to cases.csv: {spent:.1f} CPU-s, {memory:.0f} MB", flush=True)
 
 
+PANEL = {
+    "title": "Many cases",
+    "damping": {"readings": ["dem"]},
+    "panel": {
+        "outline_m": [1.0, 0.6],
+        "section": {"kind": "thin", "mass_per_area_kg_m2": 4.0, "bending_stiffness_n_m": 3273.07,
+                    "thickness_mm": 25},
+        "supports": "simply_supported",
+        "damping_ratio": 0.02,
+        "mesh": {"kind": "quadrilaterals", "elements": [10, 6]},
+        "patches": {"PID-1": {"centre_m": [0.5, 0.3], "size_m": [0.4, 0.2]}},
+        "points": {"centre": [0.5, 0.3]},
+    },
+    "sound": {"spectrum": "smc_s_016_2014_min_third.csv", "field": "diffuse", "oaspl_db": 140,
+              "pressure_reference": "surface"},
+    "response": {"frequency_hz": [50, 500]},
+    "scenarios": {"fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.6]}},
+}  # fmt: skip
+COUPON = {
+    "cell": {"across_flats_mm": 6.35, "depth_mm": 25, "count": 1},
+    "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+    "sweep": {"fill_fraction": [0.3, 0.6], "frequency_hz": [100], "acceleration_g": [20]},
+    "accuracy": {"relative_error": 0.5, "seeds": 1, "min_cycles": 20, "max_cycles": 20,
+                 "min_time_s": 0, "state_cycles": 0},
+}  # fmt: skip
+"""A study of a panel, and its coupon with two cases."""
+
+
+def report(sizes: list[int]) -> None:
+    """From a table of many cases to the page: surface, forms compared, response, report."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        study, coupons = folder / "many.yaml", folder / "results" / "coupon"
+        study.write_text(yaml.safe_dump({**PANEL, "coupon": COUPON}))
+        snakemake = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, "-j2"]
+        measured([*snakemake, "--configfile", study])
+        rules = ["damping", "response", "report"]
+        *_, said = measured([*snakemake, "-n", "-p", "--forcerun", *rules, "--configfile", study])
+        (real,) = coupons.glob("r0.6*")
+        table = folder / "results" / "many" / "coupon" / "cases.csv"
+        row = pd.read_csv(table).tail(1)
+        for size in sizes:
+            count = round(size / 25)
+            sweep = {
+                "fill_fraction": [0.1, 0.3, 0.5, 0.7, 0.9],
+                "frequency_hz": np.geomspace(20, 1500, count).round(3).tolist(),
+                "acceleration_g": [3, 10, 30, 100, 300],
+            }
+            study.write_text(yaml.safe_dump({**PANEL, "coupon": {**COUPON, "sweep": sweep}}))
+            cases = cases_by_coupon(load_study(study))["coupon"]
+            frame = many(row, cases)
+            frame.to_csv(table, index=False)
+            shown = {evidence.nearest_case(frame), *evidence.spread_cases(frame, 60)}
+            for label in shown:  # what the page shows of some cases
+                shutil.copytree(real, coupons / label, dirs_exist_ok=True)
+            for rule in rules:
+                line = next(one for one in said.splitlines() if f"-m scripts.{rule} " in one)
+                words = line.split(" --made")[0].split(" 2> ")[0].strip()
+                words = words.replace('"$PIDPANEL_STUDY"', str(study)).split()
+                command = ["env", "-C", folder, f"PYTHONPATH={ROOT}/workflow", sys.executable]
+                cpu, memory, _ = measured([*command, *words[1:]])
+                print(f"{len(frame)} cases, {rule}: {cpu:.1f} CPU-s, {memory:.0f} MB", flush=True)
+
+
+def many(row: pd.DataFrame, cases: dict[str, Case]) -> pd.DataFrame:
+    """Rows as those of one that LIGGGHTS ran, with what the surface of real cases says."""
+    real = pd.read_csv(ROOT / "tests" / "damping" / "data" / "launch_cases.csv", comment="#")
+    surface = DampingSurface.from_frame(real, depth=0.025)
+    own = [case.point for case in cases.values()]
+    axes = [(r.fill_fraction, r.drive.frequency, r.drive.acceleration) for r in own]
+    points = np.array(axes) / (1.0, 1.0, STANDARD_GRAVITY)
+    read, rng = surface.at(*points.T), np.random.default_rng(1)
+    damping = read.equivalent_damping * np.exp(0.03 * rng.standard_normal(len(points)))
+    mass = surface.mass_per_area(1.0) * points[:, 0]
+    columns = dict(zip(AXES, points.T, strict=True))
+    return pd.concat([row] * len(points), ignore_index=True).assign(
+        case=list(cases), **columns,
+        equivalent_damping_n_s_m3=damping, equivalent_damping_error_n_s_m3=0.03 * damping,
+        apparent_mass_kg_m2=read.apparent_mass, apparent_mass_error_kg_m2=0.05 * mass,
+        particle_mass_per_area_kg_m2=mass, status="ok",
+    )  # fmt: skip
+
+
 if __name__ == "__main__":
     what, *sizes = sys.argv[1:]
     if what == "plan":
         plan(list(map(int, sizes)) or [10_000, 100_000])
+    elif what == "report":
+        report(list(map(int, sizes)) or [2_000, 20_000])
     else:
         gather(list(map(int, sizes)) or [2_000, 20_000])

@@ -52,6 +52,12 @@ def test_a_form_in_amplitude_alone_is_the_law_of_its_data(points):
     np.testing.assert_allclose(found.constants, [2, 0.3, 0.8, 0.1], rtol=1e-6)
 
 
+def test_two_cases_have_no_corrected_criterion():
+    # red: `n < k + 1`, which divides by nothing
+    assert np.isnan(forms.information(np.array([0.5, -0.5]), 0))
+    assert np.isfinite(forms.information(np.array([0.5, -0.5, 0.1]), 0))
+
+
 def test_the_information_criterion_is_akaikes_by_hand():
     # n = 4, mean square 0.25, one constant and the variance: 4 ln 0.25 + 4 + 12/1
     assert forms.information(np.array([0.5, -0.5, 0.5, -0.5]), 1) == pytest.approx(

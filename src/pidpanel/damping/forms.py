@@ -171,8 +171,13 @@ def folds(count: int) -> list[Index]:
 
 
 def information(residual: Array, constants: int) -> float:
-    """Akaike's criterion for normal errors of unknown variance, corrected for few data (AICc)."""
+    """Akaike's criterion for normal errors of unknown variance, corrected for few data (AICc).
+
+    NaN of fewer than two data more than constants and variance.
+    """
     n, k = len(residual), constants + 1
+    if n < k + 2:
+        return float("nan")
     return float(n * np.log(np.mean(residual**2)) + 2 * k + 2 * k * (k + 1) / (n - k - 1))
 
 
