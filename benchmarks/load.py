@@ -191,10 +191,10 @@ def report(sizes: list[int]) -> None:
                 shutil.copytree(real, coupons / label, dirs_exist_ok=True)
             for rule in rules:
                 line = next(one for one in said.splitlines() if f"-m scripts.{rule} " in one)
-                words = line.split(" --made")[0].split(" 2> ")[0].strip()
-                words = words.replace('"$PIDPANEL_STUDY"', str(study)).split()
+                words = line.split("python ")[1].split(" --made")[0].split(" 2> ")[0]
+                words = words.replace('"$PIDPANEL_STUDY"', str(study))
                 command = ["env", "-C", folder, f"PYTHONPATH={ROOT}/workflow", sys.executable]
-                cpu, memory, _ = measured([*command, *words[1:]])
+                cpu, memory, _ = measured([*command, *words.split()])
                 print(f"{len(frame)} cases, {rule}: {cpu:.1f} CPU-s, {memory:.0f} MB", flush=True)
 
 
