@@ -60,7 +60,9 @@ def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
     maps |= {name: np.arange(8.0).reshape(2, 4) for name in UNITS if name not in maps}
     found = {("dem", "bare"): maps, ("dem", "PID-1_r0.5"): maps}
     path = tmp_path / "maps.nc"
-    map_dataset(found, vertices, cells, ["top", "bottom"]).to_netcdf(path, engine="scipy")
+    map_dataset(found, [0.1] * len(found), vertices, cells, ["top", "bottom"]).to_netcdf(
+        path, engine="scipy"
+    )
     with xr.open_dataset(path, engine="scipy") as dataset:
         assert dataset["acceleration_rms"].attrs["units"] == "m s-2"
         write_paraview(tmp_path / "maps", dataset.load())

@@ -66,7 +66,7 @@ rule verdict:
         bands=results("coupled/third_octaves.csv"),
         rests=rests(
             results("coupled/verdict.csv"),
-            scenarios=SCENARIOS,
+            scenarios=lambda wildcards: SCENARIOS,
             readings=STUDY.readings,
             code=code("verdict"),
         ),

@@ -28,6 +28,7 @@ rule response:
         surfaces=SURFACES,
         air=AIR,
         random=last_impedance if RANDOM_COUPONS else [],
+        coupled=COUPLED if STUDY.is_coupled else [],
         rests=rests(
             *RESPONSE,
             study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
@@ -43,10 +44,11 @@ rule response:
         damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
         air=AIR or "none",
         random=lambda wildcards, input: input.random or "none",
+        coupled=results("coupled") if STUDY.is_coupled else "none",
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {input.section} {params.damping} {params.air} {params.random} {output}"
-        " --made {input.rests} --to {output} 2> {log}"
+        " {input.plate} {input.section} {params.damping} {params.air} {params.random}"
+        " {params.coupled} {output} --made {input.rests} --to {output} 2> {log}"
 
 
 rule maps:

@@ -10,11 +10,18 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, four files of the panel and the sound, damping, air, random or none; outputs."""
-    study, modes, modal_force, plate, section, damping, air, random, *outputs = arguments
+    """Study, four files of the panel and the sound, damping, air, random, coupled or none."""
+    study, modes, modal_force, plate, section, damping, air, random, coupled, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
     output = ResponseFiles(*map(Path, outputs))
-    paths = Path(plate), Path(section), optional(damping), output, optional(random)
+    paths = (
+        Path(plate),
+        Path(section),
+        optional(damping),
+        output,
+        optional(random),
+        optional(coupled),
+    )
     write_response(load_study(study), files, *paths)
 
 

@@ -105,6 +105,13 @@ def deck_of(bed: Bed, modulus: float, time_step: float, files: Mapping[str, Path
     return deck.render("coupled.in.j2", values)
 
 
+def mass_per_area(bed: Bed, bed_folder: Path) -> float:
+    """Return what the spheres of a bed weigh over the area of its cells [kg/m²]."""
+    packing = bed.packing
+    mass = geometry.masses(preparation.read_bed(bed_folder)[:, 3], packing.density)
+    return float(mass.sum() / (packing.count * packing.cell_area))
+
+
 def cell_of(position: Array, centres: Array) -> Index:
     """Return the cell of each sphere: that with the nearest centre.
 

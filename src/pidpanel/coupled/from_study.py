@@ -13,11 +13,11 @@ import pandas as pd
 
 from pidpanel import durable
 from pidpanel.arrays import Array
-from pidpanel.coupled import linear, sound_record, tables
-from pidpanel.coupled.beds import cpu_per_step, rayleigh_time_of
+from pidpanel.coupled import carried, linear, sound_record, tables
+from pidpanel.coupled.beds import cpu_per_step, mass_per_area, rayleigh_time_of
 from pidpanel.coupled.integration import Integration, PanelShapes
 from pidpanel.coupled.pieces import integrated, started
-from pidpanel.coupled.record_files import read_record, write_record
+from pidpanel.coupled.record_files import read_masses, read_record, write_record
 from pidpanel.coupled.results import (
     CoupledPanel,
     CoupledPatch,
@@ -93,7 +93,7 @@ def coupled_runs(study: Study) -> dict[str, CoupledRun]:
             ),
         )
         for scenario in study.all_scenarios()
-        if not scenario.is_bare
+        if not scenario.is_bare and scenario.label in (keys.scenarios or [scenario.label])
         for seed in range(1, keys.seeds + 1)
     ]
     return {run.name: run for run in runs}
@@ -368,6 +368,7 @@ def write_run(
             "share_of_particles": record.balance.particles / record.balance.sound,
             "youngs_modulus_pa": " ".join(f"{modulus:g}" for modulus in moduli),
             "time_step_s": time_step,
+            "mass_per_area_kg_m2": [mass_per_area(one.bed, one.folder) for one in beds],
         },
     )
     durable.discard(folder)
@@ -419,29 +420,63 @@ def write_coupled(
     studied = StudiedPanel.read(study, files)
     paths = dict(zip(coupled_runs(study).values(), records, strict=True))
     found: list[tuple[pd.DataFrame, ...]] = []
+    of_level: list[tuple[Scenario, pd.DataFrame]] = []
     frequency = studied.panel.frequency
     keys = study.damping.coupled
     for label in dict.fromkeys(run.scenario.label for run in paths):
         runs = [run for run in paths if run.scenario.label == label]
         coupled = studied.in_sound(runs[0])
         result = _result_of(studied, coupled, [read_record(paths[run]) for run in runs])
+        masses = np.mean([read_masses(paths[run]) for run in runs], axis=0)
         bare = root_mean_square(
             frequency,
             (2 * np.pi * frequency[:, None]) ** 4 * _bare_psd(coupled, coupled.points, frequency),
         )
         points = studied.panel.basis.point_names
+        beds = _beds_of(runs[0], keys.stations, masses)
+        of_level.append((runs[0].scenario, tables.impedances(label, beds, result)))
         found.append(
             (
                 tables.summary(label, points, bare, result),
                 tables.third_octaves(label, points, result),
-                tables.impedances(
-                    label, runs[0].scenario.patches, keys.cells // keys.stations, result
-                ),
                 tables.psds(label, points, frequency, result),
             )
         )
-    for path, *parts in zip((summary_csv, bands_csv, impedance_csv, psd_csv), *found, strict=True):
+    for path, *parts in zip((summary_csv, bands_csv, psd_csv), *found, strict=True):
         pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
+    impedances = [table for _, table in of_level] + _carried(studied, of_level)
+    pd.concat(impedances).to_csv(impedance_csv, index=False, float_format="%.6g")
+
+
+def _carried(
+    studied: StudiedPanel, of_level: Sequence[tuple[Scenario, pd.DataFrame]]
+) -> list[pd.DataFrame]:
+    """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
+
+    def level(scenario: Scenario) -> float:
+        return scenario.oaspl_db or studied.panel.spectrum.oaspl
+
+    found, run = [], {scenario.label for scenario, _ in of_level}
+    for scenario in studied.study.all_scenarios():
+        if scenario.is_bare or scenario.label in run:
+            continue
+        alike = [one for one in of_level if one[0].fillings == scenario.fillings]
+        levels = [level(one) for one, _ in alike]
+        near = [alike[k] for k in carried.nearest(level(scenario), levels)]
+        places = [(level(one), table) for one, table in near]
+        source = " and ".join(one.label for one, _ in near)
+        found.append(tables.carried_impedances(scenario.label, source, level(scenario), places))
+    return found
+
+
+def _beds_of(run: CoupledRun, stations: int, masses: Array) -> list[tables.SimulatedBed]:
+    """Return what was simulated on each patch of a run."""
+    return [
+        tables.SimulatedBed(
+            patch, bed.packing.cell_area, bed.packing.count // stations, float(mass)
+        )
+        for patch, bed, mass in zip(run.scenario.patches, run.beds, masses, strict=True)
+    ]
 
 
 def _result_of(

@@ -145,7 +145,13 @@ class BandImpedance:
     @property
     def value(self) -> Complexes:
         """(bands,) Z [N s/m³], smooth over the bands where they do not tell it; see `smoothed`."""
-        return smoothed(self.ratio, self.variance)
+        return smoothed(self.ratio, self.variance)[0]
+
+    @property
+    def error(self) -> Array:
+        """(bands,) standard error of the real part of `value`, and of the imaginary one."""
+        found: Array = np.sqrt(smoothed(self.ratio, self.variance)[1] / 2)
+        return found
 
 
 LINES_PER_FREEDOM = 1.15
@@ -156,9 +162,10 @@ STEP_OF_BAND = 0.3
 grows by 26 %, that of an agitated bed is flat."""
 
 
-def smoothed(ratio: Complexes, variance: Array) -> Complexes:
-    """Return the most likely Z of bands, of which neighbours differ by about `STEP_OF_BAND`.
+def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
+    """Return the most likely Z of bands, and its variance.
 
+    Neighbours differ by about `STEP_OF_BAND`:
     Σ |Z_b − ratio_b|²/variance_b + Σ |Z_b − Z_{b+1}|²/(0.3 s_b)² is least, s the size of Z there.
     Bands that are known well stay as they are; others follow their neighbours.
 
@@ -176,7 +183,8 @@ def smoothed(ratio: Complexes, variance: Array) -> Complexes:
         matrix = np.diag(weight) - np.diag(tie, 1) - np.diag(tie, -1)
         matrix += np.diag(np.append(tie, 0.0) + np.insert(tie, 0, 0.0))
         found = np.linalg.solve(matrix, weight * ratio)
-    return found
+    variance_of_found: Array = np.diagonal(np.linalg.inv(matrix)).copy()
+    return found, variance_of_found
 
 
 def band_impedance(

@@ -19,7 +19,7 @@ from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
-from pidpanel.coupon.liggghts.failures import RunFailed
+from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
 from pidpanel.fingerprint import module_digest
@@ -113,16 +113,21 @@ def integrated(
     told = _Told(name, found.state.row / run.rows)
     rows_of_piece = max(1, round(PIECE_S / row_s))
     for end in ends_of_pieces(found.state.row, run.rows, rows_of_piece):
-        piece = in_child(
-            _piece(run, found, beds, stations, end, folder),
-            name,
-            silence_s=SILENCE_S,
-            limit_s=max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * PIECE_S),
-            progress=told,
-        )
+        work = _piece(run, found, beds, stations, end, folder)
+        try:
+            piece = _in_time(work, name, told)
+        except RunStopped as error:
+            # what the machine did is over, what the run did comes again
+            print(f"{error}; once more", file=sys.stderr)
+            piece = _in_time(work, name, told)
         found = replace(piece, rows=(*found.rows, *piece.rows))
         found.write(folder, identity)
     return run.record(Rows.joined(found.rows), found.state)
+
+
+def _in_time(work: Callable[[Progress], Checkpoint], name: str, told: Progress) -> Checkpoint:
+    limit = max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * PIECE_S)
+    return in_child(work, name, silence_s=SILENCE_S, limit_s=limit, progress=told)
 
 
 def _piece(

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from pidpanel.arrays import Array
 from pidpanel.coupled.results import SettledRecord
 
 
-def write_record(path: Path, record: SettledRecord, attributes: Mapping[str, str | float]) -> None:
+def write_record(
+    path: Path, record: SettledRecord, attributes: Mapping[str, str | float | list[float]]
+) -> None:
     """Write a record with its sound.
 
     Parameters
@@ -44,6 +47,12 @@ def write_record(path: Path, record: SettledRecord, attributes: Mapping[str, str
             "settled_row": record.settled,
         },
     ).to_netcdf(path, engine="scipy")
+
+
+def read_masses(path: Path) -> Array:
+    """Return what the particles of each patch weigh [kg/m²], as the file of a record says."""
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return np.atleast_1d(np.asarray(dataset.attrs["mass_per_area_kg_m2"], dtype=np.float64))
 
 
 def read_record(path: Path) -> SettledRecord:

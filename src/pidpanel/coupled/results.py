@@ -240,6 +240,8 @@ def coupled_result(
     of_all = estimation.residual(
         [one.sum(axis=0) for one in recorded], [one.sum(axis=0) for one in expected]
     )
+    # few records may agree by chance where the lines of each scatter
+    known = np.array([z[0].error for z in sums])
     values = np.array([[z(centre) for z in one.impedances] for one in variants])
     mass = values.imag / (2 * np.pi * centre)
     linear_square = (
@@ -249,8 +251,10 @@ def coupled_result(
         centre=centre,
         equivalent_damping=values[0].real,
         apparent_mass=mass[0],
-        equivalent_damping_error=estimation.jackknife_error(values[1:].real),
-        apparent_mass_error=estimation.jackknife_error(mass[1:]),
+        equivalent_damping_error=np.fmax(estimation.jackknife_error(values[1:].real), known),
+        apparent_mass_error=np.fmax(
+            estimation.jackknife_error(mass[1:]), known / (2 * np.pi * centre)
+        ),
         independent=np.array([of[0].independent for of in own]),
         common=np.array([of[0].likely_common for of in own]),
         displacement_psd=psds[0],

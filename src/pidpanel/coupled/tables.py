@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupled.carried import FoundBed, between, beyond
 from pidpanel.coupled.results import CoupledResult
 
 
@@ -70,17 +72,34 @@ def third_octaves(scenario: str, points: Sequence[str], result: CoupledResult) -
     )
 
 
-def impedances(
-    scenario: str, patches: Sequence[str], cells_of_station: int, result: CoupledResult
-) -> pd.DataFrame:
+class SimulatedBed(NamedTuple):
+    """What was simulated of the bed of a patch.
+
+    Attributes
+    ----------
+    patch
+        Its name.
+    cell_area
+        Of a cell [m²].
+    cells_of_station
+        Cells whose mean the own force is of.
+    mass_per_area
+        Of the particles [kg/m²].
+    """
+
+    patch: str
+    cell_area: float
+    cells_of_station: int
+    mass_per_area: float
+
+
+def impedances(scenario: str, beds: Sequence[SimulatedBed], result: CoupledResult) -> pd.DataFrame:
     """Return a row a patch and third octave: C_e, m_a, own force.
 
     Parameters
     ----------
-    scenario, patches
-        Their names.
-    cells_of_station
-        Cells whose mean the own force is of.
+    scenario, beds
+        Its name, and the bed of each patch.
     result
         Of the scenario.
     """
@@ -88,18 +107,68 @@ def impedances(
         pd.DataFrame(
             {
                 "scenario": scenario,
-                "patch": name,
+                "patch": bed.patch,
                 "frequency_hz": result.centre,
                 "equivalent_damping_n_s_m3": result.equivalent_damping[p],
                 "equivalent_damping_error_n_s_m3": result.equivalent_damping_error[p],
                 "apparent_mass_kg_m2": result.apparent_mass[p],
                 "apparent_mass_error_kg_m2": result.apparent_mass_error[p],
-                "own_psd_of_a_cell_pa2_hz": result.independent[p] * cells_of_station,
+                "own_psd_of_a_cell_pa2_hz": result.independent[p] * bed.cells_of_station,
                 "own_psd_in_common_pa2_hz": result.common[p],
+                "cell_area_m2": bed.cell_area,
+                "particle_mass_per_area_kg_m2": bed.mass_per_area,
+                "common_error": 0.0,
+                "carried_from": "",
             }
         )
-        for p, name in enumerate(patches)
+        for p, bed in enumerate(beds)
     )
+
+
+OF_A_BED = {
+    "equivalent_damping": "equivalent_damping_n_s_m3",
+    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
+    "apparent_mass": "apparent_mass_kg_m2",
+    "apparent_mass_error": "apparent_mass_error_kg_m2",
+    "of_a_cell": "own_psd_of_a_cell_pa2_hz",
+    "in_common": "own_psd_in_common_pa2_hz",
+}
+"""Columns by the names of `carried.FoundBed`."""
+
+
+def carried_impedances(
+    scenario: str, source: str, level: float, near: Sequence[tuple[float, pd.DataFrame]]
+) -> pd.DataFrame:
+    """Return the rows of `impedances` of a scenario that was not run, from one or two levels.
+
+    Parameters
+    ----------
+    scenario, source
+        Its name, and those of the runs.
+    level
+        Of it [dB].
+    near
+        Levels that were run, rising, and their rows.
+    """
+
+    def bed(rows: pd.DataFrame) -> FoundBed:
+        return FoundBed.of({name: rows[column].to_numpy() for name, column in OF_A_BED.items()})
+
+    parts = []
+    for patch, like in near[0][1].groupby("patch", sort=False):
+        beds = [bed(table[table["patch"] == patch]) for _, table in near]
+        if len(near) == 1:
+            found = beyond(level - near[0][0], *beds)
+        else:
+            low, high = near[0][0], near[1][0]
+            found = between((level - low) / (high - low), *beds)
+        values = {column: getattr(found, name) for name, column in OF_A_BED.items()}
+        parts.append(
+            like.assign(
+                scenario=scenario, **values, common_error=found.common_error, carried_from=source
+            )
+        )
+    return pd.concat(parts)
 
 
 def psds(

@@ -35,6 +35,7 @@ SAME_LEVEL = 0.05
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 NOT_AGREED = "motion and damping not agreed"
 NEAR_GAP = "particles near to cross their gap"
+CARRIED = "carried from another level"
 
 PREFERRED = (
     "coupled", "random", "random_with_source", "stated", "dem", "table", "paper_corrected",
@@ -256,7 +257,7 @@ def _as_coupled(one: Candidate, bare: Mapping[str, float], summary: pd.DataFrame
     """
     of = summary[summary["scenario"] == one.scenario.label].set_index("point")
     if not set(bare) <= set(of.index):
-        return one
+        return replace(one, doubts=(*one.doubts, CARRIED))
     at = {}
     for point, bare_rms in bare.items():
         rms, error = float(of["g_rms"][point]), float(of["g_rms_error"][point])

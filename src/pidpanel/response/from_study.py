@@ -23,6 +23,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.plane_mesh import cell_areas
+from pidpanel.response.as_coupled import read_coupled
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import frequency_grid
@@ -39,7 +40,7 @@ from pidpanel.sound.from_study import air_tables, modal_force_tables, spectrum_o
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Filling, Scenario, Study
-from pidpanel.study.damping import RANDOM
+from pidpanel.study.damping import COUPLED, RANDOM
 from pidpanel.study.response import Radiation
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
@@ -217,6 +218,8 @@ class Readings:
     at_random
         Of coupons driven at random, by scenario and patch; patches without one are read as
         ``stated`` in those readings.
+    coupled
+        Found by coupled runs, by scenario and patch, for the reading ``coupled``.
     """
 
     def __init__(
@@ -225,8 +228,10 @@ class Readings:
         of_all: Mapping[str, DampingReading],
         of_dampers: Mapping[str, DampingReading],
         at_random: Mapping[tuple[str, str], RandomReading] | None = None,
+        coupled: Mapping[tuple[str, str], RandomReading] | None = None,
     ) -> None:
         self.names = tuple(names)
+        self._coupled = coupled or {}
         self._at_random = at_random or {}
         self._of_all = of_all
         self._of_dampers = of_dampers
@@ -235,13 +240,16 @@ class Readings:
         """Return how a filled patch of a scenario, or an element of it, is read."""
         # constants have no fill, and are asked at that of a full cell
         fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
+        if name == COUPLED:
+            own = self._coupled[scenario, filling.patch]
+            return Filled(patch, carrier, f"{filling.damper} on {filling.patch}", own, fill, own)
         if name in RANDOM:
             random = self._at_random.get((scenario, filling.patch))
             if random is not None:
                 # each patch has its own motion, and its own errors
                 source = f"{filling.damper} on {filling.patch}"
-                own = name == "random_with_source"
-                return Filled(patch, carrier, source, random, fill, random if own else None)
+                force = random if name == "random_with_source" else None
+                return Filled(patch, carrier, source, random, fill, force)
             name = "stated"
         if name == "stated":
             damper = str(filling.damper)
@@ -250,7 +258,9 @@ class Readings:
         return Filled(patch, carrier, source, self._of_all[name], fill)
 
 
-def readings_of(study: Study, folder: Path | None, random: Path | None = None) -> Readings:
+def readings_of(
+    study: Study, folder: Path | None, random: Path | None = None, coupled: Path | None = None
+) -> Readings:
     """Return the readings of a study.
 
     Parameters
@@ -261,6 +271,8 @@ def readings_of(study: Study, folder: Path | None, random: Path | None = None) -
         Of the surfaces, ``results/<study>/damping``; None for a study without any.
     random
         Table of the coupons driven at random; None for a study without any.
+    coupled
+        ``coupled/impedance.csv``; None for a study without coupled runs.
 
     Raises
     ------
@@ -268,6 +280,7 @@ def readings_of(study: Study, folder: Path | None, random: Path | None = None) -
         As `reading_of` and `reading_of_damper`.
     """
     at_random = {} if random is None else read_random(random)
+    together = {} if coupled is None else read_coupled(coupled)
 
     def surface(damper: str) -> Path | None:
         if folder is None or damper not in study.surfaces:
@@ -277,7 +290,7 @@ def readings_of(study: Study, folder: Path | None, random: Path | None = None) -
     of_all: dict[str, DampingReading] = {
         name: reading_of(name, study, surface(SECTION))
         for name in study.damping.readings or ("dem",)
-        if name in study.readings and name not in ("stated", *RANDOM)
+        if name in study.readings and name not in ("stated", COUPLED, *RANDOM)
     }
     stated = {
         name: reading_of_damper(study.all_dampers[name], surface(name))
@@ -286,7 +299,7 @@ def readings_of(study: Study, folder: Path | None, random: Path | None = None) -
     if not study.response.damper_mass:
         stated = {name: reading.without_mass() for name, reading in stated.items()}
         at_random = {key: reading.without_mass() for key, reading in at_random.items()}
-    return Readings(study.readings, of_all, stated, at_random)
+    return Readings(study.readings, of_all, stated, at_random, together)
 
 
 def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
@@ -566,7 +579,21 @@ class PanelInSound:
         """Return a solver of the panel in its sound and under the source of a layout."""
         if layout.source is None:
             return solver
-        source, factor = layout.source, layout.pressure_factor
+        force = self.force_with(layout.source, layout.pressure_factor)
+        return solver.in_field(replace(solver.panel, modal_force=force))
+
+    def force_with(
+        self, source: Callable[[Array], Array], factor: float
+    ) -> Callable[[Array], Array | Complexes]:
+        """Return G with which S_p times it holds the PSD of a source too.
+
+        Parameters
+        ----------
+        source
+            PSD of its modal forces over frequency [N²/Hz].
+        factor
+            S_p over that of the study, by which the answer will be multiplied.
+        """
 
         def force(frequency: Array) -> Array | Complexes:
             # the solver multiplies by the pressure, and the answer by the factor
@@ -574,14 +601,36 @@ class PanelInSound:
             share = np.divide(1.0, sound, out=np.zeros_like(sound), where=sound > 0)
             return self.force(frequency) + share[:, None, None] * source(frequency)
 
-        return solver.in_field(replace(solver.panel, modal_force=force))
+        return force
 
     def _source(self, filled: Sequence[Filled]) -> Callable[[Array], Array] | None:
         """Return the PSD of the modal forces of the particles; None where they have none."""
         sources = {one.patch: one.source_force for one in filled if one.source_force is not None}
         if not sources:
             return None
-        basis, patches = self.basis, list(sources)
+
+        def of_patches(frequency: Array) -> tuple[Array, Array]:
+            return (
+                np.stack([one.common_force_psd(frequency) for one in sources.values()]),
+                np.stack([one.own_force_psd(frequency) for one in sources.values()]),
+            )
+
+        return self.source_of(list(sources), of_patches)
+
+    def source_of(
+        self, patches: list[int], of_patches: Callable[[Array], tuple[Array, Array]]
+    ) -> Callable[[Array], Array]:
+        """Return the PSD of the modal forces of particles over frequency [N²/Hz].
+
+        Parameters
+        ----------
+        patches
+            On which they are.
+        of_patches
+            What all cells of each share [Pa²/Hz], and the density of what is each cell's own
+            [Pa² m²/Hz], (n_patches, nf) each, at (nf,) [Hz].
+        """
+        basis = self.basis
         integrals = patch_integrals(
             basis.shape_at_vertices,
             basis.cells,
@@ -590,9 +639,7 @@ class PanelInSound:
         )[patches]
 
         def psd(frequency: Array) -> Array:
-            common = np.stack([one.common_force_psd(frequency) for one in sources.values()])
-            own = np.stack([one.own_force_psd(frequency) for one in sources.values()])
-            return force_psd(common, own, integrals, basis.patch_overlap[patches])
+            return force_psd(*of_patches(frequency), integrals, basis.patch_overlap[patches])
 
         return psd
 

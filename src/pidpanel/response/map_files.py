@@ -19,6 +19,7 @@ UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
 
 def map_dataset(
     found: Mapping[tuple[str, str], Mapping[str, Array]],
+    relative_error: Sequence[float],
     vertex_position: Array,
     cells: Index,
     layers: Sequence[str],
@@ -29,6 +30,8 @@ def map_dataset(
     ----------
     found
         (reading, scenario label) → name of `UNITS` → (n_vertices,) or (n_layers, n_vertices).
+    relative_error
+        Of the rms acceleration of each case, the largest of the points [1]; NaN without errors.
     vertex_position, cells
         The mesh: (n_vertices, 2) [m], vertex numbers of the cells.
     layers
@@ -43,6 +46,11 @@ def map_dataset(
     return xr.Dataset(
         variables
         | {
+            "relative_error": (
+                "case",
+                np.array(relative_error, dtype=np.float64),
+                {"units": "1", "long_name": "largest standard error of the points' g rms"},
+            ),
             "vertex_position": (("vertex", "axis"), vertex_position, position),
             "cells": (("cell", "corner"), cells, {"units": "1", "long_name": "vertex numbers"}),
         },

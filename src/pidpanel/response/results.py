@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,12 +11,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Complexes
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.response import stress, uncertainty
+from pidpanel.response.as_coupled import read_errors
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.from_study import (
     PanelFiles,
@@ -45,6 +46,7 @@ from pidpanel.response.tables import (
 )
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
+from pidpanel.study.damping import COUPLED
 
 
 class OutsideSimulatedRange(ResponseError):
@@ -74,6 +76,7 @@ def write_response(
     damping: Path | None,
     output: ResponseFiles,
     random: Path | None = None,
+    coupled: Path | None = None,
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario in every reading.
 
@@ -93,6 +96,8 @@ def write_response(
         What to write.
     random
         Table of the coupons driven at random; None for a study without any.
+    coupled
+        Folder of what the coupled runs found; None for a study without any.
 
     Raises
     ------
@@ -101,13 +106,18 @@ def write_response(
     ValueError
         As the stages upstream have it.
     """
-    readings = readings_of(study, damping, random)
+    found_coupled = None if coupled is None else coupled / "impedance.csv"
+    readings = readings_of(study, damping, random, found_coupled)
     start = read_panel_in_sound(study, files, study.response.radiation)
     checked = checked_responses(start, plate, readings)
     panel = checked.panel
     panel_mass = read_panel_mass(study, section)
     layers = _layers(panel)
     # what the diagonal form of the paper costs is said beside it
+    of_coupled = {}
+    if coupled is not None:
+        tables = coupled / "summary.csv", coupled / "psd.csv"
+        of_coupled = read_errors(*tables, panel.frequency, panel.basis.point_names)
     judge = panel.full_solver() if study.response.modal_damping == "diagonal" else None
     found, dead, errors = {}, {}, {}
     rows, layout_rows, strained, strain_rows = [], [], {}, []
@@ -120,6 +130,9 @@ def write_response(
         if study.damping.level.outside == "refuse":
             _refuse_outside(panel.frequency, case, one)
         error = standard_errors(panel, case, one)
+        if case.reading == COUPLED and case.scenario.label in of_coupled:
+            # those of the runs hold more than the errors of C_e and m_a
+            error = of_coupled[case.scenario.label]
         if error is not None:
             errors[key] = error
         by_patch = patch_rows(panel, case, one)
@@ -131,7 +144,7 @@ def write_response(
         found[key] = on_patches(panel, case, one)
         if case.dead_weight is not None:
             dead[key] = case.dead_weight.response.acceleration_psd
-        strained[key], more = _strains(panel, layers, one)
+        strained[key], more = _strains(panel, layers, one, error)
         strain_rows += [{**_what(case), **row} for row in more]
     labels = [scenario.label for scenario in study.all_scenarios()]
     basis = panel.basis
@@ -313,7 +326,14 @@ def on_patches(panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse)
         damping[patch] = share @ one.equivalent_damping[own]
         mass[patch] = share @ one.apparent_mass[own]
         inside[patch] = one.inside[own].all(axis=0)
-    return OnPatches(one.response, damping, mass, inside)
+    sources = {filled.patch: filled.source_force for filled in case.filled if filled.source_force}
+    if not sources:
+        return OnPatches(one.response, damping, mass, inside)
+    common, own_force = np.zeros((2, count, panel.frequency.size))
+    for patch, source in sources.items():
+        common[patch] = source.common_force_psd(panel.frequency)
+        own_force[patch] = source.own_force_psd(panel.frequency)
+    return OnPatches(one.response, damping, mass, inside, common, own_force)
 
 
 PATCH_COLUMNS = (
@@ -355,7 +375,10 @@ def patch_rows(
 
 
 def _strains(
-    panel: PanelInSound, layers: stress.Layers, one: ScenarioResponse
+    panel: PanelInSound,
+    layers: stress.Layers,
+    one: ScenarioResponse,
+    error: uncertainty.StandardErrors | None,
 ) -> tuple[Array, list[dict[str, Any]]]:
     """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
     basis = panel.basis
@@ -369,7 +392,13 @@ def _strains(
     rows = [
         {"layer": layer, **values}
         for layer, (part, quantities) in parts.items()
-        for values in stress_rows(panel.frequency, part, quantities, basis.point_names)
+        for values in stress_rows(
+            panel.frequency,
+            part,
+            quantities,
+            basis.point_names,
+            None if error is None else error.log_psd,
+        )
     ]
     return psd, rows
 
@@ -418,19 +447,22 @@ def write_maps(
     panel = read_panel_in_sound(study, files, study.response.radiation)
     panel = widened(panel, read_plate(plate), read_left_out(left_out))
     psd, basis, layers = read_psd(psd_nc), panel.basis, _layers(panel)
-    by_patches: dict[tuple[str, ...], list[tuple[str, Scenario]]] = {}
+    by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, Scenario]]] = {}
     for scenario in study.mapped_scenarios():
         for reading in study.readings[: 1 if scenario.is_bare else None]:
             if is_steady(psd, reading, scenario.label):
-                by_patches.setdefault(scenario.patches, []).append((reading, scenario))
+                # a force of the particles' own is that of one scenario
+                own = f"{reading}/{scenario.label}" if _has_own(psd, reading, scenario) else ""
+                by_patches.setdefault((scenario.patches, own), []).append((reading, scenario))
     found: dict[tuple[str, str], dict[str, Array]] = {}
-    for names, cases in by_patches.items():
+    for (names, own), cases in by_patches.items():
+        force = _force_with_own(panel, psd, *cases[0]) if own else panel.force
         covariances = modal_covariances(
             panel.coarse_frequency,
             panel.modal,
             panel.patches.only([basis.patch_names.index(name) for name in names]),
             panel.psd(panel.coarse_frequency),
-            panel.force,
+            force,
             [_dampers(panel, psd, *case) for case in cases],
             panel.air_stiffness,
         )
@@ -440,9 +472,49 @@ def write_maps(
                 "displacement": rms_map(one.displacement, basis.shape_at_vertices),
                 **layer_maps(one.displacement, basis.curvature_at_vertices, layers),
             }
-    dataset = map_dataset(found, basis.vertex_position, basis.cells, layers.names)
+    errors = [_error_of_points(psd, *key) for key in found]
+    dataset = map_dataset(found, errors, basis.vertex_position, basis.cells, layers.names)
     dataset.assign_attrs(stamp(study)).to_netcdf(maps_nc, engine="scipy")
     write_paraview(folder, dataset)
+
+
+def _has_own(psd: xr.Dataset, reading: str, scenario: Scenario) -> bool:
+    """Whether the particles of a scenario push on their own in a reading."""
+    if "own_force_psd" not in psd or scenario.is_bare:
+        return False
+    one = psd["own_force_psd"].sel(reading=reading, scenario=scenario.label)
+    return not bool(np.isnan(one).any())
+
+
+def _force_with_own(
+    panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: Scenario
+) -> Callable[[Array], Array | Complexes]:
+    """Return G of the sound and of the particles' own force; see `PanelInSound.force_with`."""
+    names, lines = list(scenario.patches), psd["frequency"].to_numpy()
+    one = psd.sel(reading=reading, scenario=scenario.label, patch=names)
+
+    def of_patches(frequency: Array) -> tuple[Array, Array]:
+        common, own = (
+            np.array([np.interp(frequency, lines, row) for row in one[name].to_numpy()])
+            for name in ("common_force_psd", "own_force_psd")
+        )
+        return common, own
+
+    patches = [panel.basis.patch_names.index(name) for name in names]
+    return panel.force_with(panel.source_of(patches, of_patches), panel.pressure_factor(scenario))
+
+
+def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
+    """Return the largest relative error of g rms of the points, all lines erring together."""
+    one = psd.sel(reading=reading, scenario=label)
+    if "acceleration_psd_log_error" not in psd:
+        return np.nan
+    of = one["acceleration_psd"].to_numpy(), one["acceleration_psd_log_error"].to_numpy()
+    lines = one["frequency"].to_numpy()
+    whole = np.trapezoid(of[0], lines, axis=0)
+    moving = whole > 0
+    error = np.trapezoid(of[0] * of[1], lines, axis=0)[moving] / (2 * whole[moving])
+    return float(error.max()) if error.size else np.nan
 
 
 def _dampers(

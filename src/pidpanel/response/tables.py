@@ -134,12 +134,18 @@ class OnPatches:
         (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled.
     inside
         (n_patches, nf) whether the damping is within the simulated range.
+    common_force, own_force
+        (n_patches, nf) PSD of the particles' force that is not linear in the motion, as far as all
+        cells share it [Pa²/Hz], and density over area of what is each cell's own [Pa² m²/Hz]; None
+        where it does not act.
     """
 
     response: Response
     equivalent_damping: Array
     apparent_mass: Array
     inside: Array
+    common_force: Array | None = None
+    own_force: Array | None = None
 
 
 def psd_dataset(
@@ -166,7 +172,7 @@ def psd_dataset(
     """
     shape = (len(readings), len(labels), len(frequency))
     acceleration, velocity, displacement, dead = np.full((4, *shape, len(points)), np.nan)
-    damping, mass, inside = np.full((3, *shape[:2], len(patches), shape[2]), np.nan)
+    damping, mass, inside, common, own = np.full((5, *shape[:2], len(patches), shape[2]), np.nan)
     for (reading, label), psd in dead_weight.items():
         dead[readings.index(reading), labels.index(label)] = psd
     for (reading, label), one in found.items():
@@ -175,6 +181,8 @@ def psd_dataset(
         velocity[at] = one.response.velocity_psd
         displacement[at] = one.response.displacement_psd
         damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
+        if one.common_force is not None and one.own_force is not None:
+            common[at], own[at] = one.common_force, one.own_force
     dims = ("reading", "scenario", "frequency")
     by_patch = ("reading", "scenario", "patch", "frequency")
     variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
@@ -189,6 +197,13 @@ def psd_dataset(
         ("apparent_mass", by_patch, mass, "kg m-2", "m_a of the patch, 0 if not filled"),
         ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
+    if any(one.common_force is not None for one in found.values()):
+        variables += [
+            ("common_force_psd", by_patch, common, "Pa2 Hz-1",
+             "one-sided PSD of the particles' own force that all cells share"),
+            ("own_force_psd", by_patch, own, "Pa2 m2 Hz-1",
+             "one-sided PSD times area of the force that is each cell's own"),
+        ]  # fmt: skip
     # a NetCDF 3 file has no dimension of length 0
     kept = [one for one in variables if patches or "patch" not in one[1]]
     return xr.Dataset(
@@ -211,7 +226,11 @@ SHOWN = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
 
 
 def stress_rows(
-    frequency: Array, psd: Array, quantities: Mapping[str, str], points: Sequence[str]
+    frequency: Array,
+    psd: Array,
+    quantities: Mapping[str, str],
+    points: Sequence[str],
+    log_error: Array | None = None,
 ) -> list[dict[str, Any]]:
     """Rms and three sigma, a row per point and quantity.
 
@@ -225,14 +244,24 @@ def stress_rows(
         Names and SI units, see `stress.QUANTITIES`.
     points
         Names of the response points.
+    log_error
+        (nf, n_points) standard error of ln of the acceleration PSD, as which that of the strain
+        counts at the same line, all lines erring together; None without errors.
     """
     rms = root_mean_square(frequency, psd)
+    error = np.full(rms.shape, np.nan)
+    if log_error is not None:
+        of_square = np.trapezoid(psd * log_error[:, :, None], frequency, axis=0)
+        error = np.divide(of_square, 2 * rms**2, out=np.zeros_like(rms), where=rms > 0)
     rows = []
     for index, point in enumerate(points):
-        for (quantity, unit), value in zip(quantities.items(), rms[index], strict=True):
+        for (quantity, unit), value, own in zip(
+            quantities.items(), rms[index], error[index], strict=True
+        ):
             shown, factor = SHOWN[unit]
             row = {"point": point, "quantity": quantity, "unit": shown}
-            rows.append({**row, "rms": value * factor, "three_sigma": 3 * value * factor})
+            sizes = {"rms": value * factor, "three_sigma": 3 * value * factor}
+            rows.append({**row, **sizes, "relative_error": own})
     return rows
 
 

@@ -17,6 +17,7 @@ from pidpanel.response.results import is_steady, read_psd
 from pidpanel.response.verdict import Coupled, Distance, distance
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Scenario, Study
+from pidpanel.study.damping import COUPLED
 
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
 """Beside the readings: no damper, and its mass alone."""
@@ -89,12 +90,13 @@ def _readings(
     """Yield acceleration PSDs of a scenario by name: bare, dead weight and every reading."""
     first = study.readings[0]
     yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
-    for reading in study.readings:
+    readings = [reading for reading in study.readings if reading != COUPLED]
+    for reading in readings:
         dead = psd["dead_weight_acceleration_psd"].sel(reading=reading, scenario=scenario.label)
         if not bool(np.isnan(dead).any()):
             yield DEAD_WEIGHT, dead
             break
-    for reading in study.readings:
+    for reading in readings:
         if is_steady(psd, reading, scenario.label):
             yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
 

@@ -28,6 +28,8 @@ Reading = Literal[
 ]
 RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
 """Readings for which coupons are driven at random."""
+COUPLED: Reading = "coupled"
+"""Reading of panel and particles in one time integration."""
 
 
 class Level(Model):
@@ -137,6 +139,9 @@ class Coupled(Model):
     youngs_modulus_mpa: Modulus | None = None
     """Of the contacts [MPa]; by default the softest of ``coupon.stiffness`` whose contacts are
     short and shallow at the motion of the bare patch."""
+    scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    """Labels of those that are run; by default all. What is found there is carried to the other
+    levels of the same layouts, and the error of that is stated."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield cells that cannot be shared out evenly."""
@@ -153,9 +158,10 @@ class Damping(Model):
     ``random``: as ``stated``, but every coupon is driven at random with the motion of its own
     patch; ``random_with_source``: the force that is not linear in that motion acts on the panel
     besides. With ``coupled`` beside another reading, panel and particles are integrated together
-    too. By default ``random`` where a scenario has a coupon, since sound is no sine; with
-    ``level``, ``target`` or ``tones``, which are of single tones, and without a coupon, ``stated``
-    in a study with ``dampers``, else ``dem``."""
+    too, and what is found then, their own force included, is a reading like the others. By
+    default ``random`` where a scenario has a coupon, since sound is no sine; with ``level``,
+    ``target`` or ``tones``, which are of single tones, and without a coupon, ``stated`` in a study
+    with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The amplitude at which C_e is read."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None

@@ -11,7 +11,7 @@ from pidpanel.paths import SECTION
 from pidpanel.study.base import Model, Text, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import RANDOM, Damping
+from pidpanel.study.damping import COUPLED, RANDOM, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
@@ -34,9 +34,6 @@ NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter 
 
 RESERVED = ("coupon", "verification")
 """Folders of the results that belong to all studies."""
-
-COUPLED = "coupled"
-"""The reading in which panel and particles are integrated together."""
 
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
@@ -154,11 +151,11 @@ class Study(CouponStudy):
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """Readings of the damping but ``coupled``; ``bare`` alone for a bare panel."""
+        """Readings of the damping; ``bare`` alone for a bare panel."""
         if not self.scenarios:
             return (BARE,)
         if self.damping.readings is not None:
-            return tuple(name for name in self.damping.readings if name != COUPLED)
+            return tuple(self.damping.readings)
         if self._has_filled_coupon and not self.damping.is_of_tones:
             return ("random",)
         return ("stated",) if self.dampers else ("dem",)
@@ -254,6 +251,16 @@ class Study(CouponStudy):
                 yield Mistake(keys, f"the reading 'coupled' needs a coupon; damper {name} has none")
         if not self.all_dampers:
             yield Mistake(("coupon",), "missing; required for the reading 'coupled' of damping")
+        filled = {one.label: one for one in self.all_scenarios() if not one.is_bare}
+        run = self.damping.coupled.scenarios or tuple(filled)
+        at = ("damping", "coupled", "scenarios")
+        for label in run:
+            if label not in filled:
+                yield Mistake(at, f"{label!r} is no scenario; allowed are {', '.join(filled)}")
+        layouts = {filled[label].fillings for label in run if label in filled}
+        for label, one in filled.items():
+            if one.fillings not in layouts:
+                yield Mistake(at, f"must contain {label}, or another level of its layout")
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""

@@ -1,0 +1,137 @@
+"""What coupled runs at some levels say of a level between them, or beyond.
+
+Between two levels ln C_e, m_a and the ln of the own force are linear in the level in dB. That they
+are not quite is an error of all bands together: a parabola between two points leaves its chord by
+t (1 − t) times the change from one to the other, if its slope at one end is zero. Beyond all levels
+the nearest one holds, and ln C_e errs as C_e ∝ 1/Γ has it, about as fast as it falls anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+LEAST = 0.5
+"""C_e below this many of its standard errors counts as so many, as where it is read."""
+
+
+@dataclass(frozen=True)
+class FoundBed:
+    """Of one patch at one level, by third octave.
+
+    Attributes
+    ----------
+    equivalent_damping, equivalent_damping_error
+        (bands,) C_e and its standard error [N s/m³].
+    apparent_mass, apparent_mass_error
+        (bands,) m_a and its standard error [kg/m²].
+    of_a_cell, in_common
+        (bands,) PSDs of the own force [Pa²/Hz].
+    common_error
+        Relative standard error of all C_e and m_a together [1].
+    """
+
+    equivalent_damping: Array
+    equivalent_damping_error: Array
+    apparent_mass: Array
+    apparent_mass_error: Array
+    of_a_cell: Array
+    in_common: Array
+    common_error: float = 0.0
+
+    @staticmethod
+    def of(columns: Mapping[str, Array]) -> FoundBed:
+        """Return a bed from its columns by their names here, without an error in common."""
+        return FoundBed(
+            columns["equivalent_damping"],
+            columns["equivalent_damping_error"],
+            columns["apparent_mass"],
+            columns["apparent_mass_error"],
+            columns["of_a_cell"],
+            columns["in_common"],
+        )
+
+    @property
+    def log_damping(self) -> Array:
+        """(bands,) ln C_e of what is resolved."""
+        found: Array = np.log(
+            np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
+        )
+        return found
+
+
+def nearest(level: float, levels: Sequence[float]) -> tuple[int, ...]:
+    """Return the indices of the levels from which another is carried: one, or one on each side.
+
+    Examples
+    --------
+    >>> nearest(135.0, [142.0, 122.0, 132.0]), nearest(150.0, [142.0, 122.0])
+    ((2, 0), (0,))
+    """
+    order = np.argsort(levels)
+    above = int(np.searchsorted(np.asarray(levels)[order], level))
+    if above == len(levels):
+        return (int(order[-1]),)
+    if above == 0:
+        return (int(order[0]),)
+    return int(order[above - 1]), int(order[above])
+
+
+def beyond(apart: float, bed: FoundBed) -> FoundBed:
+    """Return a bed at another level, where nothing else is known.
+
+    Parameters
+    ----------
+    apart
+        Of the levels [dB].
+    bed
+        At the nearest level.
+    """
+    common = float(np.hypot(bed.common_error, abs(apart) * np.log(10) / 20))
+    return FoundBed(
+        bed.equivalent_damping, bed.equivalent_damping_error, bed.apparent_mass,
+        bed.apparent_mass_error, bed.of_a_cell, bed.in_common, common,
+    )  # fmt: skip
+
+
+def between(share: float, low: FoundBed, high: FoundBed) -> FoundBed:
+    """Return a bed between two levels.
+
+    Parameters
+    ----------
+    share
+        Of the way from the lower to the higher level, in dB [1].
+    low, high
+        At both.
+    """
+
+    def mean(one: Array, other: Array) -> Array:
+        found: Array = (1 - share) * one + share * other
+        return found
+
+    def error(one: Array, other: Array) -> Array:
+        found: Array = np.hypot((1 - share) * one, share * other)
+        return found
+
+    damping = np.exp(mean(low.log_damping, high.log_damping))
+    relative = error(
+        low.equivalent_damping_error / np.exp(low.log_damping),
+        high.equivalent_damping_error / np.exp(high.log_damping),
+    )
+    least = 1e-12 * max(float(low.of_a_cell.max()), float(high.of_a_cell.max()), 1e-300)
+    own = [np.log(np.maximum(bed.of_a_cell, least)) for bed in (low, high)]
+    change = high.log_damping - low.log_damping
+    curved = share * (1 - share) * float(np.sqrt(np.mean(change**2)))
+    return FoundBed(
+        damping,
+        damping * relative,
+        mean(low.apparent_mass, high.apparent_mass),
+        error(low.apparent_mass_error, high.apparent_mass_error),
+        np.exp(mean(*own)),
+        mean(low.in_common, high.in_common),
+        float(np.hypot(curved, mean(np.array(low.common_error), np.array(high.common_error)))),
+    )
