@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import jinja2
+import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
+from pidpanel.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel, named_place
-from pidpanel.study.reading import good_sections, validated
+from pidpanel.study.reading import good_sections, partial_study, validated
 from pidpanel.study.response import Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
 LARGEST_DECK = 1_000_000
 """Most bytes of a deck."""
+MOST_CARRIED = 20
+"""Heaviest mass on a panel over that of the panel."""
 ANY_MESH = 1e-3
 """A frequency for which no mesh is too coarse [Hz]."""
 
@@ -40,6 +46,8 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     document = Document(Path(path))
     study, mistakes = validated(document)
     if study is None:
+        partial, between = partial_study(document)
+        mistakes += [*between, *_check_tables(partial)]
         mistakes += check_sections(*good_sections(document))
     else:
         mistakes += [one for name in study.coupons for one in check_decks(study, name)]
@@ -116,9 +124,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
 def check_panel(study: Study) -> Iterator[Mistake]:
     """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
-    from pidpanel.damping.from_study import read_table
     from pidpanel.damping.laws import FREQUENCY_RANGE
-    from pidpanel.damping.table_files import TableError
     from pidpanel.response.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
 
     low, high = study.response.frequency_hz
@@ -130,11 +136,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
             f"{FREQUENCY_RANGE[1]:g} Hz",
         )
-    for keys, table in _tables(study):
-        try:
-            read_table(table, impedance=keys[-1] == "impedance")
-        except TableError as error:
-            yield from (Mistake(keys, fault) for fault in error.faults)
+    yield from _check_tables(study)
     lines = line_count(low, high, study.panel.damping_ratio)
     if lines > LINES_AT_MOST:
         least = smallest_damping_ratio(low, high)
@@ -145,7 +147,53 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"its resonances take {lines} frequency lines from {low:g} to {high:g} Hz; allowed"
             f" are {LINES_AT_MOST}, for ratios from {least:g}",
         )
+    yield from _check_layouts(study)
     yield from check_sections(study.panel, study.sound, study.response)
+
+
+def _check_tables(study: Study) -> Iterator[Mistake]:
+    """Yield what is wrong with the tables of damping, and with what is read from them."""
+    from pidpanel.damping.from_study import read_table
+    from pidpanel.damping.table_files import TableError, read_columns
+
+    for keys, table in _tables(study):
+        try:
+            read_table(table, impedance=keys[-1] == "impedance")
+        except TableError as error:
+            yield from (Mistake(keys, fault) for fault in error.faults)
+        else:
+            yield from _check_range(study, keys, read_columns(table))
+
+
+def _check_layouts(study: Study) -> Iterator[Mistake]:
+    """Yield patches of one layout that share cells."""
+    for name, layout in study.layouts.items():
+        shapes = {patch: study.panel.patches[patch].shape for patch in layout.layout}
+        for (one, shape), (other, own) in itertools.combinations(shapes.items(), 2):
+            if shape is None or own is None:  # a mesh file has no element in two groups
+                continue
+            least = min(float(np.ptp(one.corners, axis=0).min()) for one in (shape, own))
+            if overlap(shape.corners, own.corners, 1e-3 * least):
+                keys = ("scenarios", name, "layout", other)
+                yield Mistake(keys, f"covers cells of {one} too; a cell has one damper")
+
+
+def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:
+    """Yield a table with no frequency of the response, and fills beyond those of a table."""
+    low, high = study.response.frequency_hz
+    lowest, highest = (float(f(columns["frequency_hz"])) for f in (min, max))
+    if lowest > high or highest < low:
+        says = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
+        says += f"response, {low:g} to {high:g} Hz"
+        yield Mistake(keys, f"{says}; in kHz?" if low <= 1e3 * highest <= 2 * high else says)
+    if "fill_fraction" not in columns:
+        return
+    least, most = (float(f(columns["fill_fraction"])) for f in (min, max))
+    damper = str(keys[1]) if keys[0] == "dampers" else None
+    for way, fill in study.fills(damper):
+        if not least <= fill <= most:
+            of = ".".join(str(key) for key in keys)
+            yield Mistake(way, f"must be in the range of {of}, {least:g} to {most:g}")
 
 
 def check_sections(
@@ -155,6 +203,7 @@ def check_sections(
     if sound is not None:
         yield from _check_spectrum(sound, response)
     if panel is not None:
+        yield from _check_masses(panel)
         yield from _check_mesh(panel, ANY_MESH if response is None else response.frequency_hz[1])
 
 
@@ -175,6 +224,23 @@ def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake
             ("response", "frequency_hz"),
             f"must be in the bands of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
         )
+
+
+def _check_masses(panel: Panel) -> Iterator[Mistake]:
+    """Yield masses that no panel of that weight carries."""
+    from pidpanel.panel.from_study import section_of
+
+    if panel.outline is None:
+        return
+    try:
+        own = section_of(panel).mass_per_area * abs(signed_area(panel.outline.corners))
+    except ValueError:  # told of the section
+        return
+    for name, mass in panel.masses.items():
+        if mass.mass_kg > MOST_CARRIED * own:
+            says = f"more than {MOST_CARRIED} times the panel itself, which weighs {own:.3g} kg"
+            grams = f"; {mass.mass_kg:g} g would be {mass.mass_kg / 1e3:g}"
+            yield Mistake(("panel", "masses", name, "mass_kg"), says + grams)
 
 
 def _check_mesh(panel: Panel, highest: float) -> Iterator[Mistake]:

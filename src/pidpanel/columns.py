@@ -20,6 +20,8 @@ from pidpanel.text_files import TextFileError, lines_of, read_text
 
 MOST_FAULTS = 20
 """That are told of one file."""
+MOST_ALIKE = 3
+"""Faults of one kind that are told each on its own."""
 LARGEST = 20_000_000
 """Most bytes of a table."""
 
@@ -124,6 +126,10 @@ def read_rows(path: Path) -> Rows:
             [f"{path}, line {line}: columns must be separated by ',' with '.' in numbers, "
              f"not by {separator!r}"]
         )  # fmt: skip
+    if len(header) == 1 and len(header[0].split()) > 1 and "#" not in header[0]:
+        raise ColumnsError(
+            [f"{path}, line {line}: columns must be separated by ',', not by blanks"]
+        )
     return Rows(path, comments, header, line, rows)
 
 
@@ -173,27 +179,42 @@ def numbers(
 ) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
     """Return lines and columns of the rows, and what is wrong in which line."""
     header = table.header
-    faults: list[tuple[int, str]] = []
+    faults: dict[str, list[tuple[int, str]]] = {}
     lines: list[int] = []
     found: list[list[float]] = []
     for line, cells in table.rows:
         if len(cells) != len(header):
             commas = " (decimal commas?)" if len(cells) > len(header) else ""
-            faults.append(
-                (line, f"has {len(cells)} values, must have {len(header)} as the header{commas}")
-            )
+            says = f"has {len(cells)} values, must have {len(header)} as the header{commas}"
+            faults.setdefault(says, []).append((line, says))
             continue
         values = []
         for name, cell in zip(header, cells, strict=True):
             value = float(cell) if NUMBER.fullmatch(cell) else np.nan
             if name in columns:
                 says = _fault_of_cell(cell, value, columns[name])
-                faults += [(line, f"{name} = {says}")] if says else []
+                if says:
+                    # the same is told of others once
+                    kind = f"{name}: {says.rpartition(': ')[2]}"
+                    faults.setdefault(kind, []).append((line, f"{name} = {says}"))
             values.append(value)
         lines.append(line)
         found.append(values)
     array = np.array(found).reshape(len(lines), len(header))
-    return lines, dict(zip(header, array.T, strict=True)), faults
+    told = [fault for alike in faults.values() for fault in _told_once(alike)]
+    return lines, dict(zip(header, array.T, strict=True)), sorted(told, key=lambda fault: fault[0])
+
+
+def _told_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
+    """Return faults of one kind: of many the first, with the lines of the others."""
+    if len(alike) <= MOST_ALIKE:
+        return alike
+    (line, says), *others = alike
+    lines = [one for one, _ in others]
+    where = f"{lines[0]} to {lines[-1]}" if lines[-1] - lines[0] == len(lines) - 1 else (
+        f"{', '.join(map(str, lines[:3]))} and {len(lines) - 3} more"
+    )  # fmt: skip
+    return [(line, f"{says}; likewise in lines {where}")]
 
 
 def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:

@@ -172,6 +172,8 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
         return corners
     step = np.roll(corners, -1, axis=0) - corners
     length = np.linalg.norm(step, axis=1)
+    if abs(signed_area(corners)) <= 1e-12 * np.ptp(corners, axis=0).max() ** 2:
+        return corners  # which `check_simple` refuses
     along = step / length[:, None]
     before = np.roll(along, 1, axis=0)
     cross = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
@@ -199,6 +201,21 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
     arc = np.concatenate(arcs)
     apart = np.linalg.norm(arc - np.roll(arc, 1, axis=0), axis=1)
     return arc[apart > SLACK * length.max()]
+
+
+def check_distinct(points: Sequence[Position]) -> None:
+    """Refuse corners [m] of which one is given twice in a row.
+
+    Raises
+    ------
+    ValueError
+    """
+    for before, corner in zip((points[-1], *points), points, strict=False):
+        if tuple(before) == tuple(corner):
+            raise ValueError(
+                f"the corner {show(corner)} is given twice in a row; each is given once, and the "
+                "last edge leads back to the first"
+            )
 
 
 def check_simple(name: str, shape: Shape) -> None:

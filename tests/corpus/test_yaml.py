@@ -94,7 +94,7 @@ WRONG = [
     ("thin", "title: A small panel", "x-common: &c\n  patch: PID-9\nzzz: 3\ntitle: A small panel", "@zzz| zzz = 3: unknown key; allowed are name, title, assumptions, coupon, dampers, damping, panel, sound, response, scenarios"),
     ("thin", "    patch: PID-1\n    fill_fraction: [0.4, 0.8]", "    <<: {patch: PID-9, fill_fraction: [0.4, 0.8]}", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1, Left wing; did you mean PID-1?"),
     # names
-    ("thin", "    PID-1:\n", "    '':\n", "panel.patches.'' = {centre_m: [0.75, 0.5], size_m: [0.3, 0.2]}: " + NAME),
+    ("thin", "    PID-1:\n", "    '':\n", "panel.patches.'' = {centre_m: [0.75, 0.5], size_m: [0.3, 0.2]}: " + NAME, "@patch: PID-1| scenarios.fill.patch = PID-1: must be one of panel.patches: , Left wing", "@patch: [PID-1| scenarios.place.patch[0] = PID-1: must be one of panel.patches: , Left wing"),
     ("coupon", "coupon:\n", "name: coupon\ncoupon:\n", "name = coupon: must be another one; results/coupon belongs to all studies"),
     ("coupon", "coupon:\n", "name: verification\ncoupon:\n", "name = verification: must be another one; results/verification belongs to all studies"),
     ("coupon", "coupon:\n", "name: ../paper\ncoupon:\n", "name = ../paper: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),

@@ -61,8 +61,8 @@ COLUMNS: Mapping[str, Allowed] = {
     ),
     REAL: NOT_NEGATIVE,
     IMAGINARY: ANY,
-    MASS: ANY,
-    PARTICLE_MASS: POSITIVE,
+    MASS: Allowed(-1000.0, high=1000.0, hint="in g/m²?"),
+    PARTICLE_MASS: Allowed(0.0, low_itself=False, high=1000.0, hint="in g/m²?"),
     **dict.fromkeys(ERRORS.values(), NOT_NEGATIVE),
 }
 IMPEDANCE = (FREQUENCY, DAMPING, MASS, REAL, IMAGINARY, PARTICLE_MASS,

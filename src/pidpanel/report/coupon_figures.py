@@ -227,7 +227,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        amplitudes = swept(known[ACCELERATION.column]) if len(known) else []
+        amplitudes = list(swept(known[ACCELERATION.column])) if len(known) else []
         axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
         axes.set_xticks([], minor=True)
         axes.margins(x=0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report.html import Paragraph, Section, Table
-from pidpanel.report.text import READINGS, number, percent, signed
+from pidpanel.report.text import READINGS, number, percent, records, signed
 from pidpanel.response.bands import reduction
 
 SIDES = {
@@ -101,15 +101,15 @@ def radiation_section(
     sides = (SIDES[own], SIDES[str(both["radiation"].iloc[0])])
     rows = [
         [
-            READINGS[str(row.reading)],
-            str(row.scenario),
-            str(row.point),
-            number(float(row.acceleration_rms_g)),
-            number(float(row.acceleration_rms_g_beside)),
-            f"{row.reduction_db:.2f}",
-            f"{row.reduction_db_beside:.2f}",
+            READINGS[row["reading"]],
+            row["scenario"],
+            row["point"],
+            number(row["acceleration_rms_g"]),
+            number(row["acceleration_rms_g_beside"]),
+            f"{row['reduction_db']:.2f}",
+            f"{row['reduction_db_beside']:.2f}",
         ]
-        for row in both.itertuples()
+        for row in records(both)
     ]
     columns = ["reading", "scenario", "point"]
     columns += [f"{side}: g rms" for side in sides]

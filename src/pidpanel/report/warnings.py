@@ -62,7 +62,7 @@ def study_warnings(inputs: Inputs) -> list[str]:
         both = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
         bare = both[both["patch"] == "none"]
         # the others are in the section
-        worst = [str(bare.loc[bare["acceleration_rms_g"].idxmax(), "point"])]
+        worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
         response = study.response
         said.append(radiation_finding(both, response.radiation, worst, air_mass=response.air_mass))
     if inputs.random is not None:

@@ -6,6 +6,7 @@ what is allowed.
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -70,6 +71,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     except ColumnsError as error:
         raise SpectrumTableError(error.faults) from None
     lines, columns, of_cells = numbers(table, COLUMNS)
+    of_cells = [(line, f"{says}{_of_overall(table, line)}") for line, says in of_cells]
     faults = [(table.line, says) for says in _faults_of_header(table.header)] + of_cells
     band_number: list[int] = []
     if not set(HEADER) - set(table.header):
@@ -99,6 +101,16 @@ def _faults_of_header(header: Sequence[str]) -> Iterator[str]:
     yield from found
     if not found:
         yield from (f"column {name}: missing" for name in HEADER if name not in header)
+
+
+def _of_overall(table: Rows, line: int) -> str:
+    """Return what to do with a row that is no band but the level of all; nothing for others."""
+    cells = dict(table.rows)[line]
+    named = any(re.match(r"(?i)oa|over|total|sum|all|lin", cell) for cell in cells)
+    is_last = line == table.rows[-1][0] and "0" in cells
+    if not named and not is_last:
+        return ""
+    return "; leave out a row of the overall level: oaspl_db of the section sound shifts to one"
 
 
 def _faults_of_comments(table: Rows, kind: BandKind) -> Iterator[Fault]:

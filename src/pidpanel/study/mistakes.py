@@ -115,7 +115,9 @@ def not_among(section: str, name: str, known: Sequence[str]) -> str:
     >>> not_among("dampers", "stele", ["acrylic", "steel"])
     'must be one of dampers: acrylic, steel; did you mean steel?'
     """
-    near = difflib.get_close_matches(name, known, n=1) if len(known) > 1 else []
+    lower = {one.lower(): one for one in known}
+    near = [lower[one] for one in difflib.get_close_matches(name.lower(), lower, n=1)]
+    near = near if len(known) > 1 else []
     return f"must be one of {section}: {', '.join(known)}" + (
         f"; did you mean {near[0]}?" if near else ""
     )

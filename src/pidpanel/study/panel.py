@@ -9,7 +9,16 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from pidpanel.polygon import Circle, Polygon, Rectangle, Shape, check_panel, show, signed_area
+from pidpanel.polygon import (
+    Circle,
+    Polygon,
+    Rectangle,
+    Shape,
+    check_distinct,
+    check_panel,
+    show,
+    signed_area,
+)
 from pidpanel.study.base import Coordinate, Model, Size, Text
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
@@ -70,11 +79,15 @@ class Mesh(Model):
             yield Mistake(("file",), "required for kind: file, not allowed otherwise")
 
 
-def _mistakes_of_radius(shape: Shape | None) -> Iterator[Mistake]:
+def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
+    """Yield corners, under a key, that are given twice, and a radius that they have no room for."""
     try:
+        if isinstance(shape, Polygon):
+            check_distinct(shape.points)
         _ = shape.corners if shape else None
     except ValueError as error:
-        yield Mistake(("corner_radius_m",), str(error))
+        of_radius = str(error).startswith("corner radius")
+        yield Mistake(("corner_radius_m" if of_radius else key,), str(error))
 
 
 class Area(Model):
@@ -106,7 +119,7 @@ class Area(Model):
         elif self.corner_radius_m and self.corners_m is None:
             yield Mistake(("corner_radius_m",), "only allowed with corners_m")
         else:
-            yield from _mistakes_of_radius(self.shape)
+            yield from _mistakes_of_corners(self.shape, "corners_m")
 
     def _circle(self, centre: Position, radius: float) -> Circle:
         return Circle(centre, radius)
@@ -296,7 +309,7 @@ class Panel(Model):
         found = mistakes_of_names("points", self.held.points)
         yield from (one.below("supports") for one in found)
         first = [
-            *_mistakes_of_radius(self.outline),
+            *_mistakes_of_corners(self.outline, "outline_m"),
             *self._mistakes_of_extent(),
             *self._mistakes_of_mesh(),
         ]

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.study.base import Model, StudyError
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.dampers import Damper
+from pidpanel.study.damping import Damping
 from pidpanel.study.document import Document
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
+from pidpanel.study.scenarios import Compared
 from pidpanel.study.sound import Sound
 from pidpanel.study.study import RESERVED, CouponStudy, Study
 
@@ -82,6 +88,47 @@ def good_sections(document: Document) -> tuple[Panel | None, Sound | None, Respo
             return None
 
     return section(Panel, "panel"), section(Sound, "sound"), section(Response, "response")
+
+
+def partial_study(document: Document) -> tuple[Study, list[Mistake]]:
+    """Return what is right of a study that is refused, and the mistakes between its sections.
+
+    A section that is wrong in itself counts with the names that it gives to others: patches and
+    dampers. What rests on more of it is not known yet.
+    """
+    data, context = document.data, {"folder": document.path.parent}
+
+    def good(kind: Any, value: Any) -> Any:
+        try:
+            return TypeAdapter(kind).validate_python(value, context=context)
+        except ValidationError:
+            return None
+
+    panel, coupon = good(Panel, data.get("panel")), good(Coupon, data.get("coupon"))
+    patches = _named(_named(data.get("panel")).get("patches"))
+    dampers = {name: good(Damper, one) for name, one in _named(data.get("dampers")).items()}
+    damping, response = good(Damping, data.get("damping", {})), good(Response, data.get("response"))
+    scenarios = {name: good(Compared, one) for name, one in _named(data.get("scenarios")).items()}
+    unknown: dict[str, Any] = {"patches": patches, "frequency_hz": (0.0, math.inf)}
+    study = Study.model_construct(
+        name=document.path.stem,
+        panel=panel or Panel.model_construct(**unknown),
+        coupon=coupon or (Coupon.model_construct(**unknown) if "coupon" in data else None),
+        dampers={name: one or Damper.model_construct() for name, one in dampers.items()},
+        damping=damping or Damping(),
+        response=response or Response.model_construct(**unknown),
+        scenarios={name: one for name, one in scenarios.items() if one is not None},
+        sound=good(Sound, data.get("sound")) or Sound.model_construct(spectrum=Path()),
+    )
+    of_fills = damping is not None and None not in dampers.values()
+    of_fills = of_fills and (coupon is not None or "coupon" not in data)
+    found = list(study.mistakes_of_scenarios(of_fills=of_fills)) if panel or patches else []
+    return study, found
+
+
+def _named(section: Any) -> dict[str, Any]:
+    """Return the entries of a section; none of what is no mapping."""
+    return dict(section) if isinstance(section, Mapping) else {}
 
 
 def _of_file_name(mistake: Mistake, document: Document) -> Mistake:

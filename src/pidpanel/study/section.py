@@ -14,7 +14,7 @@ from pidpanel.paths import DATA
 from pidpanel.study.base import Density, Model, PoissonsRatio, Text
 from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import (
-    DENSITY,
+    CORE_DENSITY,
     GIGAPASCAL,
     MASS_PER_AREA,
     MEGAPASCAL,
@@ -178,7 +178,7 @@ class Core(Model):
     """Transverse shear modulus along the ribbon, G_L [MPa]."""
     shear_modulus_w_mpa: ShearModulus | None = None
     """Transverse shear modulus across the ribbon, G_W [MPa]."""
-    density_kg_m3: Annotated[float, Quantity(5, 3000, units=DENSITY)] | None = None
+    density_kg_m3: Annotated[float, Quantity(5, 3000, units=CORE_DENSITY)] | None = None
     """Density [kg/m³]."""
     ribbon_deg: Angle = 0.0
     """From the panel's x to the ribbon (L) direction [°]."""
@@ -260,6 +260,13 @@ class SandwichSection(Model):
                         (key, index, "material"),
                         not_among("materials", ply.material, list(self.materials)),
                     )
+            thickness = sum(ply.thickness_mm for ply in getattr(self, key) or ())
+            if thickness > self.core.thickness_mm:
+                yield Mistake(
+                    (key,),
+                    f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} mm: "
+                    "the faces of a sandwich are thin beside its core",
+                )
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:
         """Return the plies of a face, the outermost first."""

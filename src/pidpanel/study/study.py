@@ -94,11 +94,7 @@ class Study(CouponStudy):
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
         yield from mistakes_of_names("scenarios", self.scenarios)
-        found = [
-            one.below("scenarios", name)
-            for name, compared in self.scenarios.items()
-            for one in self._mistakes_of(compared)
-        ]
+        found = list(self.mistakes_of_scenarios())
         yield from found
         if found:
             return
@@ -297,16 +293,28 @@ class Study(CouponStudy):
                         ),
                     )
 
-    def _mistakes_of(self, compared: Family | Layout) -> Iterator[Mistake]:
+    def mistakes_of_scenarios(self, *, of_fills: bool = True) -> Iterator[Mistake]:
+        """Yield patches and dampers that are not there, and fills that a damper does not have.
+
+        Parameters
+        ----------
+        of_fills
+            Whether to look at fills, for which the dampers must be right.
+        """
+        for name, compared in self.scenarios.items():
+            for one in self._mistakes_of(compared, of_fills=of_fills):
+                yield one.below("scenarios", name)
+
+    def _mistakes_of(self, compared: Family | Layout, *, of_fills: bool) -> Iterator[Mistake]:
         if isinstance(compared, Layout):
             for patch, filled in compared.layout.items():
                 yield from self._mistakes_of_patch(("layout", patch), patch)
-                for one in self._mistakes_of_filling(filled):
+                for one in self._mistakes_of_filling(filled, of_fills=of_fills):
                     yield one.below("layout", patch)
             return
         for keys, patch in _items("patch", compared.patch):
             yield from self._mistakes_of_patch(keys, patch)
-        yield from self._mistakes_of_filling(compared)
+        yield from self._mistakes_of_filling(compared, of_fills=of_fills)
 
     def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
         known = list(self.panel.patches)
@@ -315,26 +323,46 @@ class Study(CouponStudy):
         elif patch not in known:
             yield Mistake(keys, not_among("panel.patches", patch, known))
 
-    def _mistakes_of_filling(self, filled: Family | Filled) -> Iterator[Mistake]:
+    def _mistakes_of_filling(self, filled: Family | Filled, *, of_fills: bool) -> Iterator[Mistake]:
         """Yield a damper that is unknown or missing, and fills that its coupon does not have."""
         known = list(self.all_dampers)
         if filled.damper is not None and filled.damper not in known:
             says = not_among("dampers", filled.damper, known) if known else "there are no dampers"
             yield Mistake(("damper",), says)
-            return
-        if filled.damper is None and len(known) > 1:
+        elif filled.damper is None and len(known) > 1:
             yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(known)}")
-            return
-        damper = self._damper_name(filled)
-        for needed in self._needs_fill(damper):
-            if filled.fill_fraction is None:
-                yield Mistake(("fill_fraction",), f"missing; required for {needed}")
-                break
+        elif of_fills:
+            yield from self._mistakes_of_fill(filled, self._damper_name(filled))
+
+    def _mistakes_of_fill(self, filled: Family | Filled, damper: str | None) -> Iterator[Mistake]:
+        needed = next(self._needs_fill(damper), None)
+        if needed and filled.fill_fraction is None:
+            yield Mistake(("fill_fraction",), f"missing; required for {needed}")
         for keys, fill in _items("fill_fraction", filled.fill_fraction):
             for way, coupon in self._coupons_read(damper):
                 low, high = (f(coupon.sweep.fill_fraction) for f in (min, max))
                 if fill is not None and not low <= fill <= high:
                     yield Mistake(keys, f"must be in the range of {way}.sweep, {low:g} to {high:g}")
+        if filled.fill_fraction is not None and damper is not None and not needed:
+            kind = self.all_dampers[damper].kind
+            if kind != "table":  # whose columns tell
+                says = f"not allowed: the {kind} of {damper} is of no fill"
+                yield Mistake(("fill_fraction",), says)
+
+    def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
+        """Yield the fills of a damper, or of all, with the ways to them."""
+        for name, compared in self.scenarios.items():
+            one_of: list[tuple[Keys, Family | Filled]] = [(("scenarios", name), compared)] if (
+                isinstance(compared, Family)
+            ) else [
+                (("scenarios", name, "layout", patch), filled)
+                for patch, filled in compared.layout.items()
+            ]  # fmt: skip
+            for way, filled in one_of:
+                if damper in (None, self._damper_name(filled)):
+                    for keys, fill in _items("fill_fraction", filled.fill_fraction):
+                        if fill is not None:
+                            yield (*way, *keys), fill
 
     def _damper_name(self, filled: Family | Filled) -> str | None:
         """Return the damper that is meant: the one that is named, or the only one."""

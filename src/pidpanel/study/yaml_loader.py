@@ -140,6 +140,8 @@ PROBLEMS = {
     "expected the node content": "a list or a mapping is not closed",
     "expected <block end>": "the indentation differs from that of the lines above",
     "but found another document": "a second document begins with '---'; must be one",
+    "unknown escape character": "a '\\' within double quotes; write a path with '/', or in single "
+    "quotes",
     "for merging": "<< must be a mapping or a list of mappings",
 }
 """What pyyaml says, and what of it helps."""
