@@ -325,6 +325,34 @@ def test_status_counts_cases_by_how_they_ended(tmp_path):
     assert str(found) == "2 of 12 done, 10 left; 1 of them failed (1 RunStopped)"
 
 
+@pytest.mark.parametrize(("status", "code"), [("RunStopped", 1), ("UnderFilled", 0)])
+def test_a_run_that_the_machine_cost_a_case_says_so(capsys, tmp_path, monkeypatch, status, code):
+    # red: `in BY_INPUTS` for `not in`; exit code 0
+    study = load_any_study(STUDIES / "coupon_friction.yaml")
+    (path, *_) = cases_of(study.coupon)[0].outcomes(tmp_path / "results" / "coupon")
+    path.parent.mkdir(parents=True)
+    path.write_text(json.dumps({"status": status}))
+    monkeypatch.setattr(snakemake, "run", lambda *given: 0)
+    ended, _, error = answer(capsys, "run", "coupon_friction.yaml", "-d", tmp_path)
+    assert ended == code
+    assert error == (
+        "coupon_friction: cases: 0 of 12 done, 12 left; 1 of them failed (1 RunStopped); the same "
+        "command tries 1 of them again\n"
+        if code
+        else ""
+    )
+
+
+@pytest.mark.parametrize("limit", [100e6, 799e6])
+def test_a_limit_on_memory_with_which_nothing_begins_is_one_line(capsys, monkeypatch, limit):
+    # red: `check_memory` left out of `run`
+    monkeypatch.setattr(snakemake.resource, "getrlimit", lambda kind: (int(limit), -1))
+    code, _, error = answer(capsys, "run", "l_panel.yaml")
+    assert code == cli.MACHINE
+    assert error.startswith(f"the memory of a process is limited to {limit / 1e6:.0f} MB")
+    assert error.count("\n") == 1
+
+
 def test_status_tells_stages_and_what_failed_last(tmp_path):
     # red: STAGE_OF left out; the oldest log in place of the newest; jobs of other studies
     study = load_any_study(STUDIES / "l_panel.yaml")

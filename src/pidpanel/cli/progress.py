@@ -15,6 +15,7 @@ import psutil
 
 from pidpanel.cli.snakemake import PROCESS
 from pidpanel.coupon.from_study import distinct_cases
+from pidpanel.coupon.liggghts.failures import BY_INPUTS
 from pidpanel.study import CouponStudy, Study
 
 STAGE_OF = {
@@ -59,6 +60,11 @@ class Cases:
     total: int
     done: int
     failures: Mapping[str, int]
+
+    @property
+    def of_machine(self) -> int:
+        """Failed ones that need not fail again."""
+        return sum(n for name, n in self.failures.items() if name not in BY_INPUTS)
 
     def __str__(self) -> str:
         failed = sum(self.failures.values())

@@ -7,8 +7,14 @@ A run that was stopped resumes with the same command. What follows `--` goes to 
 from __future__ import annotations
 
 import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pidpanel.cli.parser import add_directory, add_jobs, add_study
+
+if TYPE_CHECKING:  # slow to import
+    from pidpanel.study import CouponStudy
 
 HELP = "Run a study with Snakemake, up to its page."
 
@@ -46,4 +52,20 @@ def call(given: argparse.Namespace) -> int:
     status = run(given.study, given.directory, given.jobs, options)
     if status == 0 and not given.dry_run and page_of(study, results).exists():
         print(page_of(study, results).absolute())
+    if status == 0 and not given.dry_run:
+        return told_of_machine(study, results)
     return status
+
+
+def told_of_machine(study: CouponStudy, results: Path) -> int:
+    """Say how many cases the machine has cost, if any; return the exit code."""
+    from pidpanel.cli.progress import cases_of
+
+    cases = cases_of(study, results / "coupon")
+    if not cases.of_machine:
+        return 0
+    print(
+        f"{study.name}: cases: {cases}; the same command tries {cases.of_machine} of them again",
+        file=sys.stderr,
+    )
+    return 1
