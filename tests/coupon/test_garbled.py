@@ -122,6 +122,64 @@ def noise(data, rng):
     return data[:at] + bytes(rng.randrange(128, 256) for _ in range(8)) + data[at:]
 
 
+def flipped_bit(data, rng):
+    """One bit is the other, wherever it is."""
+    at = rng.randrange(len(data))
+    return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
+
+
+def exchanged_blocks(data, rng):
+    """Two blocks of the disk have changed places."""
+    blocks = [data[i : i + 64] for i in range(0, len(data), 64)]
+    i, j = rng.sample(range(len(blocks)), 2) if len(blocks) > 1 else (0, 0)
+    blocks[i], blocks[j] = blocks[j], blocks[i]
+    return b"".join(blocks)
+
+
+def twice(data, rng):
+    """It was appended to itself."""
+    return data + data
+
+
+def changed_copy_of_a_line(data, rng):
+    """A line is followed by a copy with another digit: a key of JSON given twice."""
+    lines = data.splitlines(keepends=True)
+    at = rng.choice([i for i, line in enumerate(lines) if DIGIT.search(line)])
+    return b"".join([*lines[: at + 1], flipped_digit(lines[at], rng), *lines[at + 1 :]])
+
+
+def of_windows(data, rng):
+    """Lines end as on Windows."""
+    return data.replace(b"\n", b"\r\n")
+
+
+def in_utf_16(data, rng):
+    """An editor has saved it in UTF-16."""
+    return data.decode().encode("utf-16")
+
+
+def with_a_mark(data, rng):
+    """An editor has put the mark of UTF-8 before it."""
+    return b"\xef\xbb\xbf" + data
+
+
+def with_commas(data, rng):
+    """Decimal points are commas."""
+    return re.sub(rb"([0-9])\.([0-9])", rb"\1,\2", data)
+
+
+def rounded(data, rng):
+    """Numbers have three digits."""
+    return NUMBER.sub(
+        lambda m: b"%.3g" % float(m[0]) if b"." in m[0] and len(m[0]) < 30 else m[0], data
+    )
+
+
+def backwards(data, rng):
+    """The last line comes first."""
+    return b"".join(data.splitlines(keepends=True)[::-1])
+
+
 def emptied(data, rng):
     """Nothing is left."""
     return b""
@@ -149,6 +207,16 @@ TEXT = [
     exchanged_lines,
     exchanged_columns,
     scaled_column,
+    flipped_bit,
+    exchanged_blocks,
+    twice,
+    changed_copy_of_a_line,
+    of_windows,
+    in_utf_16,
+    with_a_mark,
+    with_commas,
+    rounded,
+    backwards,
 ]
 """Of a file of text with numbers."""
 
@@ -156,13 +224,13 @@ TEXT = [
 # ------------------------------------------------------------------ after a run
 
 
-def case_to(cycles):
+def case_to(cycles, gamma=20, fill=0.6):
     """A case of one seed that runs so many cycles."""
     coupon = Coupon.model_validate(
         {
             "cell": {"across_flats_mm": 6.35, "depth_mm": 8, "count": 1},
             "particles": {"diameter_mm": 3, "youngs_modulus_mpa": 50},
-            "sweep": {"fill_fraction": [0.6], "frequency_hz": [200], "acceleration_g": [20]},
+            "sweep": {"fill_fraction": [fill], "frequency_hz": [200], "acceleration_g": [gamma]},
             "accuracy": {
                 "relative_error": 0.9, "seeds": 1, "min_time_s": 0,
                 "min_cycles": cycles, "max_cycles": cycles,
@@ -172,9 +240,9 @@ def case_to(cycles):
     return cases_of(coupon)[0]
 
 
-def shake(folder, cycles):
+def shake(folder, cycles, gamma=20):
     """Shake the case in results/coupon; its row of cases.csv."""
-    case = case_to(cycles)
+    case = case_to(cycles, gamma)
     run = case.point
     packing = folder / "packing" / run.packing.label / "packing.json"
     bed = folder / "bed" / run.bed.label / "bed.json"
@@ -233,6 +301,58 @@ def test_no_garbled_run_is_read_for_another(shaken):
     # what changes no number of the run: exchanged columns of a file without, a line with itself
     assert named > 0.85 * (named + same)
     assert alike(summary.summarise(case, [outcome]), row)
+
+
+OTHERS = ["cycles_1.txt", "cycles_2.txt", "outcome", "all"]
+
+
+@pytest.mark.parametrize("which", OTHERS)
+def test_what_another_run_has_left_is_not_read_for_its_own(shaken, tmp_path, which):
+    # a run of the same bed at 21 g, whole and with sound hashes of its own
+    # red: `check_run` left out in `summary.read_run`; `check_same` of the bed in `sound_bed`
+    folder, row, _ = shaken
+    coupon, other = tmp_path / "coupon", tmp_path / "other"
+    shutil.copytree(folder, coupon)
+    shutil.copytree(folder, other)
+    for path in other.glob("r0.6_*"):
+        shutil.rmtree(path)
+    strange = case_to(18, gamma=21)
+    shake(other, 12, gamma=21)
+    assert shake(other, 18, gamma=21)["status"] == "ok"
+    (own,), (strange_outcome,) = case_to(18).outcomes(coupon), strange.outcomes(other)
+    names = [path.name for path in strange_outcome.parent.iterdir()]
+    for name in names if which == "all" else [own.name if which == "outcome" else which]:
+        shutil.copyfile(strange_outcome.parent / name, own.parent / name)
+    found = summary.summarise(case_to(18), [own])
+    if found["status"] == "ok":
+        assert alike(found, row)
+    else:
+        assert hasattr(failures, found["status"]) and str(coupon) in found["message"]
+    if which == "all":  # and it is made anew, though the bed too is that of another
+        bed, full = case_to(18).point.bed, case_to(18, fill=0.8)
+        strange_bed = other / "bed" / full.point.bed.label
+        packing = other / "packing" / full.point.packing.label / "packing.json"
+        attempts.loosen_bed(full.point.bed, packing, strange_bed / "bed.json")
+        for path in strange_bed.iterdir():
+            shutil.copyfile(path, coupon / "bed" / bed.label / path.name)
+        assert alike(shake(coupon, 18), row)
+
+
+@pytest.mark.parametrize("name", ["cycles_1.txt", "cycles_2.txt", "outcome"])
+@pytest.mark.parametrize("what", ["a folder", "a link to itself", "a link to nothing"])
+def test_what_is_no_file_is_a_failure_with_a_name(shaken, tmp_path, name, what):
+    # red: `FileNotFoundError` in place of `OSError` where rows or outcomes are read
+    folder, _, _ = shaken
+    shutil.copytree(folder, tmp_path / "coupon")
+    (outcome,) = case_to(18).outcomes(tmp_path / "coupon")
+    path = outcome if name == "outcome" else outcome.parent / name
+    path.unlink()
+    if what == "a folder":
+        path.mkdir()
+    else:
+        path.symlink_to(path if what == "a link to itself" else path.parent / "gone")
+    found = summary.summarise(case_to(18), [outcome])
+    assert hasattr(failures, found["status"]) and str(path.parent) in found["message"]
 
 
 def test_what_ran_before_changes_no_bit(shaken, tmp_path):

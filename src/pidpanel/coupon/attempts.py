@@ -43,6 +43,7 @@ from pidpanel.coupon.records import (
     PourOutcome,
     ShakeOutcome,
     check_files,
+    check_same,
     files_of,
 )
 from pidpanel.coupon.runs import shake
@@ -99,6 +100,7 @@ def sound_packing(packing: Packing, file: Path) -> PourOutcome:
     """What ``packing.json`` says; a packing that is not as it was left is poured again."""
     try:
         outcome = coding.read(PourOutcome, file)
+        check_same(outcome.packing, packing, file)
         check_sound(outcome, file)
     except SolverFailure as failure:
         print(f"{failure}; poured again", file=sys.stderr)
@@ -115,6 +117,7 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     """
     try:
         outcome = coding.read(LoosenOutcome, file)
+        check_same(outcome.bed, bed, file)
         check_sound(outcome, file)
     except SolverFailure as failure:
         print(f"{failure}; made again", file=sys.stderr)

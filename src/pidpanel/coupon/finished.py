@@ -59,6 +59,7 @@ def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
             return
         try:
             outcome = coding.read(ShakeOutcome, path)
+            outcome.check_run(run, path)
         except SolverFailure as failure:
             yield str(failure)
             continue

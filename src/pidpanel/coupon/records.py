@@ -103,6 +103,24 @@ class Shaken:
     """Hash of the file with the spheres at the end; see `runs.last_file`."""
 
 
+def check_same(left: Packing | Bed | Run, wanted: Packing | Bed | Run, file: Path) -> None:
+    """Refuse what stands in the place of something else: a folder that was copied or renamed.
+
+    Parameters
+    ----------
+    left, wanted
+        What a file is of, and what it should be of.
+    file
+        For the message.
+
+    Raises
+    ------
+    FileDamaged
+    """
+    if left != wanted:
+        raise FileDamaged(f"{file}: of another {type(wanted).__name__.lower()}")
+
+
 @dataclass(frozen=True)
 class Attempt:
     """How a step ended."""
@@ -145,6 +163,15 @@ class ShakeOutcome(Attempt):
     seeds: int = 0
     """Seeds of its case that were run: more than the case has runs where its cells are in several
     states; 0 where that was not looked for."""
+
+    def check_run(self, run: Run, file: Path) -> None:
+        """Refuse what another run has left in the place of this one; a deck may have moved.
+
+        Raises
+        ------
+        FileDamaged
+        """
+        check_same(replace(self.run, deck=run.deck), run, file)
 
     @property
     def shaken(self) -> Shaken:

@@ -61,7 +61,9 @@ def read_run(run: Run, file: Path) -> Read:
     SolverFailure
         If the file or the rows cannot be read.
     """
-    found = coding.read(ShakeOutcome, file).shaken
+    outcome = coding.read(ShakeOutcome, file)
+    outcome.check_run(run, file)
+    found = outcome.shaken
     read = rows.read_shaken(run, file.parent, found)
     cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, found), found.mass_kg)
     work = rows.work(run, read)[len(read) // 2 :]
