@@ -150,6 +150,16 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
 
 
+@pytest.mark.parametrize("reading", ["random", "dem"])
+def test_what_random_drive_was_found_to_miss_is_said(inputs, respond, reading):
+    # red: `not in RANDOM`
+    summary, psd = respond(SCALE, error_db=0.2)
+    found = answer.answer_of(inputs.study, summary)
+    one = dataclasses.replace(inputs, summary=summary, psd=psd)
+    said = answer_text.caveats(one, dataclasses.replace(found, reading=reading))
+    assert any("within 5 %" in line for line in said) == (reading == "random")
+
+
 def test_caveats_are_three_at_most_and_the_gravest_first(inputs, respond):
     # red: CAVEATS = 9; the order of `said`
     summary, psd = respond(SCALE, error_db=0.2)

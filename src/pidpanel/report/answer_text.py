@@ -27,6 +27,7 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
 from pidpanel.response.bands import reduction
+from pidpanel.study.damping import RANDOM
 
 NOTHING_MOVES = "Every response point lies on a support and does not move: there is no answer."
 
@@ -187,6 +188,11 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         said.append(
             "C_e is measured at one frequency at a time; under sound, which has all of them at "
             "once, it is lower at high frequencies: reductions are overstated."
+        )
+    if answer.candidates and not answer.is_coupled and answer.reading in RANDOM:
+        said.append(
+            "Driven at random, g rms was within 5 % of panel and particles in one time integration "
+            "where both were tried (one panel, up to 142 dB); the stated errors do not hold that."
         )
     if inputs.radiation is not None and answer.candidates:
         said.append(_air(inputs, answer))
