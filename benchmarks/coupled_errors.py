@@ -142,9 +142,7 @@ def count(records: list[SettledRecord], size: int) -> None:
         rest = values(records[:first] + records[first + size :])
         for kind, (value, error) in group.items():
             other, own = rest[kind]
-            scores.setdefault(kind, []).append(
-                ((value - other) / np.hypot(error, own)).ravel()
-            )
+            scores.setdefault(kind, []).append(((value - other) / np.hypot(error, own)).ravel())
             spread.setdefault(kind, []).append(np.stack([value - other, error]))
     for kind, parts in scores.items():
         z = np.abs(np.concatenate(parts))

@@ -2,11 +2,14 @@
 
 import dataclasses
 
+import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
+from pidpanel.report.verdict_bands import band_differences, band_figure, level_psd_figure
 from pidpanel.report.verdict_section import verdict_section, worst
 from pidpanel.response.verdict_files import BARE, COLUMNS
 
@@ -48,6 +51,65 @@ def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
     assert "DEM: holds in 0 of 2;" in text
     assert "DEM, driven at random: holds in 1 of 2, open in 1" in text
     assert "Bare" not in text  # no reading
+
+
+def test_what_the_runs_know_is_said_and_what_more_would_take(verdict):
+    # red: `** 2` left out; WANTED → RMS_LIMIT
+    assert "know g rms to 1.0% to 1.0%." in verdict_section(verdict, ["a"]).blocks[0].text
+    verdict.loc[verdict["oaspl_db"] > 130, "coupled_g_rms_relative_error"] = 0.06
+    said = verdict_section(verdict, ["a", "b"]).blocks[0].text.split("know g rms")[1]
+    assert "P_136.7 9 times" in said
+    assert "P_122.0" not in said
+
+
+def of_psds(run_psd, other):
+    frequency = np.geomspace(30.0, 2000.0, 2000)
+    run = pd.DataFrame(
+        {
+            "scenario": "one", "point": "a", "frequency_hz": frequency,
+            "acceleration_psd_g2_hz": run_psd(frequency), "error_db": 0.2,
+        }
+    )  # fmt: skip
+    return frequency, other(frequency), run
+
+
+def test_third_octaves_are_compared_one_by_one():
+    # red: 20 * np.log10 → 10 *; counts left out; weighted / here
+    step = lambda f: np.where(f > 400, 4.0, 1.0)  # noqa: E731
+    frequency, psd, run = of_psds(lambda f: np.where(f < 100, 1e-4, 1.0), step)
+    centre, off, error = band_differences(frequency, psd, run)
+    assert np.isnan(off[centre < 80]).all()
+    assert off[(centre > 120) & (centre < 300)] == pytest.approx(0.0, abs=0.05)
+    assert off[centre > 500] == pytest.approx(10 * np.log10(4.0), abs=0.05)
+    assert error[centre > 120] == pytest.approx(0.2, abs=0.01)
+
+
+def test_there_are_figures_of_third_octaves_and_of_the_levels():
+    # red: `LAW in psd` → `not in`; the first scenario alone in band_figure
+    frequency, psd, run = of_psds(lambda f: 1.0 + 0 * f, lambda f: 1.1 + 0 * f)
+    levels = ["bare", "low", "high"]
+    dims = ("reading", "scenario", "frequency", "point")
+    values = np.broadcast_to(psd[:, None] * 9.80665**2, (2, 3, len(psd), 1))
+    dataset = xr.Dataset(
+        {"acceleration_psd": (dims, values)},
+        coords={
+            "reading": ["paper_corrected", "coupled"], "scenario": levels,
+            "frequency": frequency, "point": ["a"],
+        },
+    )  # fmt: skip
+    runs = pd.concat([run.assign(scenario="low"), run.assign(scenario="high")])
+    (figure, _) = _figures(dataset, runs)
+    assert len(figure.axes) == 2
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(10 * np.log10(1.1), abs=0.01)
+    assert len(_figures(dataset, runs)[1].axes[0].lines) == 2
+
+
+def _figures(dataset, runs):
+    scenarios = [("low", "low"), ("high", "high")]
+    return (
+        band_figure(dataset, runs, scenarios, ["a"]),
+        level_psd_figure(dataset, runs, scenarios, "a"),
+    )
 
 
 def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):

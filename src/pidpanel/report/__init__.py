@@ -39,7 +39,7 @@ The parts of a page, each a function ``<part>_section``:
     What was put in, and the coupon.
 `damping_section`, `random_section`, `layouts_section`, `response_section`, `radiation_section`
     The surface and its laws, the random drive, explicit layouts, families of scenarios, the air.
-`verdict_section`, `maps_section`, `summary_section`, `stress_section`
+`verdict_section`, `verdict_bands`, `maps_section`, `summary_section`, `stress_section`
     Readings beside coupled runs, fields over the panel, all scenarios, strain and stress.
 
 Figures, from arrays and frames:

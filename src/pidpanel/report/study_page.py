@@ -112,7 +112,8 @@ def _sections(inputs: Inputs) -> list[Section]:
     families = tracked(list(study.families), "families of scenarios of the page")
     sections += [response_section(inputs, name) for name in families]
     if inputs.coupled is not None:
-        sections.append(verdict_section(with_names(inputs.coupled.verdict, names), points))
+        verdict = with_names(inputs.coupled.verdict, names)
+        sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.radiation is not None:
         own = study.response.radiation
         sections.append(

@@ -1,0 +1,121 @@
+"""Every reading beside the coupled runs by third octave, and the paper's Figure 8 beside both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import style
+from pidpanel.report.layout import WIDTH
+from pidpanel.report.text import READINGS
+from pidpanel.response.bands import band_rms, whole_third_octaves
+from pidpanel.response.results import is_steady
+from pidpanel.response.verdict import BAND_DEPTH, BAND_LIMIT
+from pidpanel.study.damping import COUPLED
+
+LAW = "paper_corrected"
+
+
+def band_differences(frequency: Array, psd: Array, run: pd.DataFrame) -> tuple[Array, Array, Array]:
+    """Return centres [Hz] of the third octaves, a reading over the run, and the run's error [dB].
+
+    NaN where a third octave of the run is `BAND_DEPTH` below its highest.
+
+    Parameters
+    ----------
+    frequency, psd
+        (nf,) [Hz] and the acceleration PSD of a reading at a point [g²/Hz].
+    run
+        Rows of ``coupled/psd.csv`` of the same scenario and point.
+    """
+    lines = run["frequency_hz"].to_numpy(float)
+    own = run["acceleration_psd_g2_hz"].to_numpy(float)
+    centre, edge = whole_third_octaves(float(lines[0]), float(lines[-1]))
+    here, there = band_rms(lines, own, edge), band_rms(frequency, psd, edge)
+    weighted = band_rms(lines, own * run["error_db"].to_numpy(float), edge) ** 2
+    counts = here >= 10 ** (-BAND_DEPTH / 20) * here.max()
+    off = np.where(counts, 20 * np.log10(there / here), np.nan)
+    return centre, off, np.where(counts, weighted / here**2, np.nan)
+
+
+def band_figure(
+    psd: xr.Dataset, run: pd.DataFrame, scenarios: Sequence[tuple[str, str]], points: Sequence[str]
+) -> Figure:
+    """Draw every reading over the coupled run by third octave, a row a scenario.
+
+    Parameters
+    ----------
+    psd, run
+        ``response/psd.nc`` and ``coupled/psd.csv`` (points as text).
+    scenarios
+        Label and title of each that was run.
+    points
+        Names of the points in order.
+    """
+    readings = [str(name) for name in psd["reading"].to_numpy() if name != COUPLED]
+    figure = Figure(figsize=(WIDTH, 0.7 + 1.5 * len(scenarios)), layout="constrained")
+    grid = figure.subplots(len(scenarios), len(points), sharex=True, sharey="row", squeeze=False)
+    lines = psd["frequency"].to_numpy()
+    for row, (label, title) in zip(grid, scenarios, strict=True):
+        for axes, point in zip(row, points, strict=True):
+            own = run[(run["scenario"] == label) & (run["point"] == point)]
+            axes.axhspan(-BAND_LIMIT, BAND_LIMIT, color="#eeeeee", lw=0, zorder=0)
+            for reading in readings:
+                if not is_steady(psd, reading, label):
+                    continue
+                at = {"reading": reading, "scenario": label, "point": point}
+                one = psd["acceleration_psd"].sel(at).to_numpy() / STANDARD_GRAVITY**2
+                centre, off, error = band_differences(lines, one, own)
+                colour = style.place_colour(reading, readings)
+                axes.semilogx(centre, off, color=colour, label=READINGS[reading])
+            if readings:
+                axes.errorbar(
+                    centre, 0 * error, 2 * error, color=style.BARE, lw=0.8, capsize=1.5,
+                    label="Coupled run, ± two standard errors",
+                )  # fmt: skip
+            axes.set_title(f"{title}, point {point}", loc="left", fontsize="small")
+    for axes in grid[-1]:
+        axes.set_xlabel("Frequency, Hz")
+    for row in grid:
+        row[0].set_ylabel("dB")
+    handles, names = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3)
+    return figure
+
+
+def level_psd_figure(
+    psd: xr.Dataset, run: pd.DataFrame, scenarios: Sequence[tuple[str, str]], point: str
+) -> Figure:
+    """Draw the PSDs of several levels by the paper's law, as its Figure 8, and in the coupled runs.
+
+    Parameters
+    ----------
+    psd, run, scenarios
+        As of `band_figure`; of scenarios the lowest level first.
+    point
+        Where.
+    """
+    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for number, (label, title) in enumerate(scenarios):
+        colour = style.place_colour(label, [one for one, _ in scenarios])
+        at = {"reading": LAW, "scenario": label, "point": point}
+        law = psd["acceleration_psd"].sel(at).to_numpy() / STANDARD_GRAVITY**2
+        own = run[(run["scenario"] == label) & (run["point"] == point)]
+        panels[0].loglog(psd["frequency"].to_numpy(), law, color=colour, lw=0.9, zorder=-number)
+        panels[1].loglog(
+            own["frequency_hz"], own["acceleration_psd_g2_hz"], color=colour, lw=0.9, label=title
+        )
+    panels[0].set_title("The paper's law (its Figure 8)", loc="left", fontweight="bold")
+    panels[1].set_title("Coupled runs", loc="left", fontweight="bold")
+    for axes in panels:
+        axes.set_xlabel("Frequency, Hz")
+    panels[0].set_ylabel(f"Acceleration PSD at {point}, g²/Hz")
+    panels[1].legend(fontsize="small")
+    return figure
