@@ -50,7 +50,7 @@ FORMULAS = {
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
-    "coupled": "estimation identification integration linear panel_motion results sound_record "
+    "coupled": "carried estimation identification integration linear panel_motion results sound_record "
     "stations tables",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
     "model motions power radiation scenarios search solvers source stress tabdmp1 tables "

@@ -83,9 +83,9 @@ OTHERS = {
     "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",
-    "coupled": "beds from_study process record_files",
-    "response": "export from_study map_files nastran random_rounds refinement results rounds "
-    "verification "
+    "coupled": "beds checkpoints from_study pieces process record_files",
+    "response": "as_coupled export from_study map_files nastran random_rounds refinement results "
+    "rounds verification "
     "verdict_files verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""

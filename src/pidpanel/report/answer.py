@@ -21,7 +21,7 @@ from pidpanel.report.rms import moving_points
 from pidpanel.report.text import percent, records
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Scenario, Study
-from pidpanel.study.damping import RANDOM
+from pidpanel.study.damping import COUPLED, RANDOM
 
 APART = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
@@ -225,6 +225,10 @@ def answer_of(
     if coupled is not None:
         still = {point: by_key[bare.label, point]["acceleration_rms_g"] for point in points}
         found = [_as_coupled(one, still, coupled.summary) for one in found]
+    if reading == COUPLED:
+        found = [
+            one if one.is_coupled else replace(one, doubts=(*one.doubts, CARRIED)) for one in found
+        ]
     found.sort(key=lambda one: -one.at[points[0]].reduction)
     own = [by_key[bare.label, point] for point in points]
     return Answer(
@@ -257,7 +261,7 @@ def _as_coupled(one: Candidate, bare: Mapping[str, float], summary: pd.DataFrame
     """
     of = summary[summary["scenario"] == one.scenario.label].set_index("point")
     if not set(bare) <= set(of.index):
-        return replace(one, doubts=(*one.doubts, CARRIED))
+        return one
     at = {}
     for point, bare_rms in bare.items():
         rms, error = float(of["g_rms"][point]), float(of["g_rms_error"][point])

@@ -10,6 +10,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
+    CARRIED,
     EXTRAPOLATED,
     NEAR_GAP,
     NO_ERROR,
@@ -158,6 +159,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
     for doubt, text in (
         (NEAR_GAP, "the particles come near to cross their gap, where no reading is known to hold"),
         (NOT_AGREED, "driven at random, motion and damping do not agree to the accuracy wanted"),
+        (CARRIED, "not run itself: what the runs at other levels found is carried to this one"),
         (
             "several solutions",
             "damping and motion agree at several accelerations; the highest is shown",
