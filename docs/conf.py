@@ -7,7 +7,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 
 project = "pidpanel"
-copyright = "The pidpanel authors"
+copyright = "pidpanel developers"
 extensions = ["myst_parser", "mathml"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4

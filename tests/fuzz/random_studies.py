@@ -73,7 +73,7 @@ def drawn(seed: int) -> dict:
         "sound": _sound(rng),
         "response": {
             "frequency_hz": [low, low * rng.choice([2, 3, 5])],
-            "radiation": (own := rng.choice(["none", "none", "one_side", "two_sides"])),
+            "radiation": (own := rng.choice(["none"] * 8 + ["one_side", "two_sides"])),
             "radiation_beside": rng.choice(["none", "one_side"]) if own == "none" else "none",
             "air_mass": rng.random() < 0.7,
         },

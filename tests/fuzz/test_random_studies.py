@@ -15,7 +15,7 @@ from pidpanel.study import StudyError
 
 MANY = int(os.environ.get("PIDPANEL_FUZZ", "0")) // 50
 FIRST = random.SystemRandom().randrange(10**6) if MANY else 0
-SEEDS = range(FIRST, FIRST + MANY) if MANY else (1, 2, 3, 4)
+SEEDS = range(FIRST, FIRST + MANY) if MANY else (1, 3)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
