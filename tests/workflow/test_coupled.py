@@ -136,7 +136,7 @@ def test_what_has_not_changed_is_not_run_again(coupled, tmp_path):
     target = f"{TABLES}/verdict.csv"
     assert jobs(snakemake(folder, written(folder, values()), "-n", target)) == {}
     longer = jobs(snakemake(folder, written(folder, values(duration_s=0.5)), "-n", target))
-    assert longer == {"coupled_run": 2, "coupled": 1, "verdict": 1}
+    assert longer == {"coupled_run": 2, "coupled": 1, "response": 1, "verdict": 1}
     more = jobs(snakemake(folder, written(folder, values(seeds=3)), "-n", target))
     assert (more["pour"], more["loosen"]) == (1, 1)
 
