@@ -8,7 +8,10 @@ within one and two of them.
 
     python benchmarks/coupled_errors.py [folder] [runs]
 
-About four CPU-minutes for 48 runs. Records are kept in the folder and not made again.
+Then four runs are made once more under their own sounds, with half the time step and with twice
+the cells, and what they find is set beside what they found.
+
+About five CPU-minutes for 48 runs. Records are kept in the folder and not made again.
 """
 
 from __future__ import annotations
@@ -30,7 +33,7 @@ from pidpanel.third_octaves import edge_frequency
 
 LOW, HIGH, PRESSURE = 30.0, 400.0, 3.0
 SETTLE_S, DURATION_S, MODULUS, STEPS = 0.2, 0.6, 10e6, 16
-PACKINGS = 16
+PACKINGS, CELLS = 16, 8
 COUPON = Coupon.model_validate(
     {
         "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
@@ -77,12 +80,13 @@ def panel(cell_area: float) -> CoupledPanel:
     )
 
 
-def record(seed: int, folder: Path) -> SettledRecord:
+def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) -> SettledRecord:
     """Return one run, made where it is not there yet."""
-    file = folder / f"run{seed}.nc"
+    name = f"run{seed}{'_half' * halvings}" + (f"_{cells}cells" if cells != CELLS else "")
+    file = folder / f"{name}.nc"
     if file.exists():
         return read_record(file)
-    bed = bed_of(COUPON, 0.5, cells=8, seed=1 + seed % PACKINGS)
+    bed = bed_of(COUPON, 0.5, cells=cells, seed=1 + seed % PACKINGS)
     packing = folder / "packing" / bed.packing.label / "packing.json"
     loose = folder / "bed" / bed.label / "bed.json"
     if not loose.exists():
@@ -91,10 +95,12 @@ def record(seed: int, folder: Path) -> SettledRecord:
     own = bed.packing
     step = 0.2 * rayleigh_time(own.sizes.smallest / 2, own.density, MODULUS, own.poissons_ratio)
     interval = STEPS * step
+    step, steps = step / 2**halvings, STEPS * 2**halvings
     rows, settled = (round(t / interval) for t in (SETTLE_S + DURATION_S, SETTLE_S))
     first = int(np.ceil(LOW * rows * interval))
     lines = np.arange(first, int(HIGH * rows * interval) + 1) / (rows * interval)
-    whole = panel(own.cell_area)
+    simulated = cells // len(AREA) * own.cell_area
+    whole = panel(simulated)
     amplitude = sound_record.draw_modal_force(
         lines, whole.pressure_psd(lines), whole.modal_force, np.array([LOW, HIGH]),
         np.random.default_rng(seed),
@@ -104,11 +110,11 @@ def record(seed: int, folder: Path) -> SettledRecord:
     bare = amplitude / whole.stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
     run = Integration(
-        SHAPES, AREA, np.full(len(AREA), own.cell_area),
-        np.concatenate([force, force[:1]]), step, STEPS, settled,
+        SHAPES, AREA, np.full(len(AREA), simulated),
+        np.concatenate([force, force[:1]]), step, steps, settled,
     )  # fmt: skip
     started = pieces.started(bed, MODULUS, loose)
-    found = pieces.integrated(f"run {seed}", run, start, [started], 8, folder / f"run{seed}")
+    found = pieces.integrated(f"run {seed}", run, start, [started], 8, folder / name)
     kept = SettledRecord(
         lines, amplitude, first, rows, settled, interval,
         found.at_stations, found.at_points, found.impulse,
@@ -117,14 +123,18 @@ def record(seed: int, folder: Path) -> SettledRecord:
     return read_record(file)
 
 
-def values(records: list[SettledRecord]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def values(
+    records: list[SettledRecord], cells: int = CELLS
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return by kind of number the values and their stated errors, both as ln or relative."""
     bed = bed_of(COUPON, 0.5, cells=8, seed=1)
     numbers = np.arange(16, 26)
     edge, centre = edge_frequency(numbers), 10 ** (numbers / 10)
     edge[0, 0], edge[-1, 1] = max(edge[0, 0], LOW), min(edge[-1, 1], HIGH)
     lines = np.geomspace(edge[0, 0], edge[-1, 1], 800)
-    found = coupled_result(panel(bed.packing.cell_area), records, lines, centre, edge)
+    found = coupled_result(
+        panel(cells // len(AREA) * bed.packing.cell_area), records, lines, centre, edge
+    )
     return {
         "g rms": (np.log(found.mean_square) / 2, found.mean_square_error / 2),
         "third octave": (np.log(found.band_squares) / 2, found.band_error / 2),
@@ -156,6 +166,23 @@ def count(records: list[SettledRecord], size: int) -> None:
         )
 
 
+def refine(folder: Path, seeds: range) -> None:
+    """Print what half the time step and twice the cells change, over its stated error."""
+    before = values([record(seed, folder) for seed in seeds])
+    for what, after in {
+        "half the step": values([record(seed, folder, halvings=1) for seed in seeds]),
+        "twice the cells": values([record(s, folder, cells=2 * CELLS) for s in seeds], 2 * CELLS),
+    }.items():
+        for kind, (value, error) in after.items():
+            change = value - before[kind][0]
+            z = change / np.hypot(error, before[kind][1])
+            print(
+                f"{what}, {kind:12}: rms change {np.sqrt((change**2).mean()):.4g}, "
+                f"{np.sqrt((z**2).mean()):.2f} of its error, largest {np.abs(z).max():.1f}",
+                flush=True,
+            )
+
+
 def main() -> None:
     """Run and count."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "build/coupled_errors")
@@ -163,6 +190,7 @@ def main() -> None:
     records = [record(seed, folder) for seed in range(runs)]
     for size in (2, 4):
         count(records, size)
+    refine(folder, range(4))
 
 
 if __name__ == "__main__":

@@ -27,6 +27,8 @@ rule coupled_run:
         results("coupled/{scenario}/seed{seed}.nc"),
     log:
         results("coupled/{scenario}/seed{seed}.log"),
+    # on a cluster a job whose time is over goes on from its last checkpoint
+    retries: TRIED_AGAIN
     params:
         run=lambda wildcards: COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"].name,
         # of its checkpoints, while it lasts
