@@ -45,6 +45,8 @@ _RC: dict[Any, Any] = {
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
     "axes.grid": True,
+    # plain numbers on logarithmic axes, 20 and not 2 × 10¹
+    "axes.formatter.min_exponent": 5,
     "axes.axisbelow": True,
     "grid.color": "#dddddd",
     "grid.linewidth": 0.4,
