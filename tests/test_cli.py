@@ -380,3 +380,11 @@ def test_status_tells_stages_and_what_failed_last(tmp_path):
 def test_a_parser_is_made_anew_for_each_call():
     # red: a parser kept between calls, whose defaults a call could change
     assert parser() is not parser()
+
+
+def test_a_new_study_of_a_free_panel_has_a_point_at_its_corner(capsys, tmp_path):
+    # red: no point for `free` in templates/study/new.yaml.j2
+    for supports, points in (("free", ["P1", "P2", "corner"]), ("clamped", ["P1", "P2"])):
+        file = tmp_path / f"{supports}.yaml"
+        assert answer(capsys, "new", file, "--supports", supports, "--bead", "none")[0] == 0
+        assert list(load_any_study(file).panel.points) == points
