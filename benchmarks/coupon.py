@@ -11,7 +11,6 @@ Process CPU throughout (user and system, of children too), never wall time.
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import os
 import resource
@@ -26,11 +25,11 @@ import numpy as np
 from pidpanel.check import checked_study
 from pidpanel.coupon import cycles, rows, runs
 from pidpanel.coupon.cases import Case, Run, Target
-from pidpanel.coupon.estimate import cpu_seconds
+from pidpanel.coupon.estimate import PLAN, cpu_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest
 from pidpanel.coupon.liggghts import deck, output
-from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.liggghts.process import Liggghts, check_installed
 from pidpanel.coupon.liggghts.start_files import walls_file
 from pidpanel.coupon.preparation import (
     BED_FILE,
@@ -52,6 +51,13 @@ def children() -> float:
     return used.ru_utime + used.ru_stime
 
 
+TIMED = """#!/bin/bash
+TIMEFORMAT='%U %S'
+{{ time {liggghts} "$@" 2>&3; }} 3>&2 2>> {times}
+"""
+"""LIGGGHTS that writes its user and system time when it ends."""
+
+
 def share(study: str = "workflow/studies/paper.yaml") -> None:
     """LIGGGHTS' share of the CPU of a study's sweep, and the estimate of it beforehand."""
     path = ROOT / study
@@ -61,21 +67,21 @@ def share(study: str = "workflow/studies/paper.yaml") -> None:
     cases = cases_of(coupon)
     with tempfile.TemporaryDirectory() as name:
         results = Path(name, "results", "coupon")
-        expected = cpu_seconds(cases, probe(cases), results)
+        expected = PLAN + cpu_seconds(cases, probe(cases), results)
+        # every LIGGGHTS tells its own CPU time, whoever started it
+        times, timed = Path(name, "times.txt"), Path(name, "bin", "liggghts")
+        timed.parent.mkdir()
+        timed.write_text(TIMED.format(liggghts=check_installed(), times=times))
+        timed.chmod(0o755)
+        environment = {**os.environ, "PATH": f"{timed.parent}:{os.environ['PATH']}"}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        table = f"results/{path.stem}/coupon/cases.csv"
+        command = [Path(sys.executable).with_name("snakemake"), "-s", ROOT / "Snakefile"]
+        command += ["-d", name, "-j2", table, "--configfile", path, "--quiet", "all"]
         before = children()
-        subprocess.run(
-            [
-                *(Path(sys.executable).with_name("snakemake"), "-s", ROOT / "Snakefile"),
-                *("-d", name, "-j2", "--configfile", path, "--until", "cases", "--quiet", "all"),
-            ],
-            check=True,
-        )
+        subprocess.run(command, check=True, env=environment)
         total = children() - before
-        # runs, beds and packings say what LIGGGHTS took; other files do not
-        solver = sum(
-            json.loads(file.read_text()).get("solver_cpu_s", 0.0)
-            for file in results.rglob("*.json")
-        )
+        solver = sum(float(word) for word in times.read_text().split())
     print(f"CPU of the sweep {total:.0f} s, in LIGGGHTS {solver:.0f} s: {solver / total:.1%}")
     print(f"estimated {expected:.0f} s: {expected / total:.2f} of what it took")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pidpanel.coupon.estimate import cpu_seconds, random_seconds
+from pidpanel.coupon.estimate import PLAN, cpu_seconds, random_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.probe import probe
 from pidpanel.overview import all_cases, other_stages
@@ -41,7 +41,8 @@ def _of_runs(study: CouponStudy, results: Path, jobs: int) -> str:
             f"{study.name}: no LIGGGHTS runs left, {len(cases)} coupon cases are complete{coupled}"
         )
     costs = probe(left or cases_of(study.random_coupons()[0][2]))
-    seconds = cpu_seconds(left, costs, folder) + random_seconds(legs, rounds, costs, folder)
+    seconds = PLAN + cpu_seconds(left, costs, folder)
+    seconds += random_seconds(legs, rounds, costs, folder)
     driven = f" and {len(legs)} packings to drive at random, in {rounds} rounds" if legs else ""
     return (
         f"{study.name}: {len(left)} of {len(cases)} coupon cases to run{driven}, about "

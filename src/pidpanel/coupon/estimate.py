@@ -35,6 +35,9 @@ by half, and one in twenty takes eight times as long."""
 PER_JOB = 0.4
 """CPU time of a process besides LIGGGHTS [s]: Python and its imports."""
 
+PLAN = 3.0
+"""CPU time of Snakemake from its start to the first job, and of the table of cases [s]."""
+
 PER_LEG = 1.5
 """CPU time of a job besides LIGGGHTS that reads the study and writes a record [s]."""
 
