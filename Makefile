@@ -22,7 +22,7 @@ verification: ready
 test: ready
 	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
 
-# a sweep through a Slurm of one node on this machine (as root, from Debian packages)
+# a study through a Slurm of one node on this machine (as root, from Debian packages)
 slurm: ready
 	tests/slurm/one_node.sh up
 	pytest -m slurm -n 0 tests/slurm

@@ -162,6 +162,7 @@ COUPON = {
 
 SHOWS = """
 import runpy, sys
+from pidpanel.report import evidence
 _, real, module, *sys.argv = sys.argv
 evidence.spread_cases = lambda *given: [real]
 evidence.nearest_case = lambda *given: real
