@@ -15,7 +15,7 @@ def impedance(tmp_path):
             "scenario": "one", "patch": "P", "frequency_hz": frequency,
             "equivalent_damping_n_s_m3": 500.0, "equivalent_damping_error_n_s_m3": 50.0,
             "apparent_mass_kg_m2": 2.0, "apparent_mass_error_kg_m2": 0.2,
-            "own_psd_of_a_cell_pa2_hz": 30.0, "own_psd_in_common_pa2_hz": -1.0,
+            "own_psd_of_a_cell_pa2_hz": np.where(frequency < 60, 60.0, 30.0), "own_psd_in_common_pa2_hz": -1.0,
             "cell_area_m2": 4e-5, "particle_mass_per_area_kg_m2": 6.0,
             "common_error": 0.3, "carried_from": "two",
         }
@@ -32,7 +32,10 @@ def test_a_table_of_coupled_runs_is_a_reading(impedance):
     found = reading(f, 0.5, 10.0)
     assert found.equivalent_damping == pytest.approx([500.0] * 3)
     assert found.apparent_mass == pytest.approx([2.0] * 3)
-    assert reading.own_force_psd(f) == pytest.approx([30.0 * 4e-5] * 3)
+    assert reading.own_force_psd(f[1:]) == pytest.approx([30.0 * 4e-5] * 2)
+    # half way in ln f it is the mean of both, not of their ln; red: `_psd` left out
+    between = 10 ** np.array([1.75])
+    assert reading.own_force_psd(between) == pytest.approx([45.0 * 4e-5])
     assert reading.common_force_psd(f).max() < 1e-200
     assert reading.mass_per_area(0.5) == 6.0
     # the error of the level is one of all lines together

@@ -14,6 +14,14 @@ from pidpanel.damping.random_reading import RandomReading
 from pidpanel.response.uncertainty import StandardErrors
 
 
+class CoupledReading(RandomReading):
+    """C_e, m_a and own force of coupled runs, whose own force is linear in ln f as it is there."""
+
+    def _psd(self, frequency: Array, psd: Array) -> Array:
+        found: Array = self._hats(frequency) @ psd
+        return found
+
+
 def read_coupled(path: Path) -> dict[tuple[str, str], RandomReading]:
     """Read ``coupled/impedance.csv``: scenario and patch → C_e, m_a and own force of its bed.
 
@@ -29,7 +37,7 @@ def read_coupled(path: Path) -> dict[tuple[str, str], RandomReading]:
     }
 
 
-def _reading(rows: pd.DataFrame) -> RandomReading:
+def _reading(rows: pd.DataFrame) -> CoupledReading:
     def column(name: str) -> Array:
         return rows[name].to_numpy(float)
 
@@ -50,7 +58,7 @@ def _reading(rows: pd.DataFrame) -> RandomReading:
         # carried from other levels, all bands err together
         packing_error=float(rows["common_error"].iloc[0]),
     )
-    return RandomReading(
+    return CoupledReading(
         bands,
         weight=float(rows["particle_mass_per_area_kg_m2"].iloc[0]),
         area=float(rows["cell_area_m2"].iloc[0]),
