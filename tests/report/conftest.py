@@ -372,7 +372,7 @@ def table(tmp_path_factory, write_study, table_values):
     names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
     response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
     script_of("response")(
-        [str(study), modes, force, plate, section, "none", air, "none", *response]
+        [str(study), modes, force, plate, section, "none", air, "none", "none", *response]
     )
     maps = at("response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps")
     script_of("maps")([str(study), modes, force, "none", plate, *maps])
