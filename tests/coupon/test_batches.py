@@ -62,14 +62,15 @@ def test_cases_that_share_their_beds_come_back_from_their_text_as_they_were():
     assert len(text) < len(json.dumps([case.as_dict() for case in batch.cases])) / 3
 
 
-def test_where_jobs_have_a_time_limit_only_a_case_longer_than_it_is_in_a_longer_batch():
+def test_where_jobs_have_a_time_limit_only_a_long_case_is_in_a_batch_longer_than_its_share():
     swept = cases()
     costs = sorted(batches.expected_cost(case) for case in swept)
-    job = costs[-3]  # so that two cases are longer
+    long = costs[-3]  # so that two cases are longer
+    job = long / batches.LONG
     found = list(batches.batches_of(swept, job))
     assert [case.label for batch in found for case in batch.cases] == [c.label for c in swept]
-    # red: `cost + own > job` left out
-    longer = [batch for batch in found if batch.cost > job]
+    # red: `cost + own > LONG * job` left out
+    longer = [batch for batch in found if batch.cost > 1.000001 * long]
     assert [len(batch.cases) for batch in longer] == [1, 1]
     # and these are the ones whose seeds are shaken apart, in legs that hold their cost
     for batch in found:
@@ -86,7 +87,7 @@ def test_parts_of_a_long_case_hold_its_runs_once_in_short_jobs_or_legs(share):
     one = batches.run_cost(case.point, case)
     job = one / share
     parts = batches.parts_of(case, job)
-    assert bool(parts) == (5 * one > job)
+    assert bool(parts) == (5 * one > batches.LONG * job)  # red: LONG left out
     if parts:
         # red: `together = []` left out
         assert [number for part in parts for number in part.runs] == [0, 1, 2, 3, 4]
