@@ -6,12 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.coupled.carried import FoundBed, between, beyond
+from pidpanel.coupled.carried import FoundBed, between, beyond, nearest
 from pidpanel.coupled.tables import OF_A_BED, carried_impedances
 
 ONES = np.ones(3)
 LOW = FoundBed(800 * ONES, 40 * ONES, 2 * ONES, 0.1 * ONES, 4 * ONES, -0.5 * ONES)
 HIGH = FoundBed(200 * ONES, 20 * ONES, 0 * ONES, 0.1 * ONES, 16 * ONES, 1.5 * ONES)
+
+
+def test_only_neighbours_are_carried():
+    # red: `off.min() > apart` → `> 2 * apart`; `<= 2 * apart` left out of the sides
+    assert nearest(139.0, [136.7, 152.0], 3.0) == (0,)
+    assert nearest(136.7, [122.0, 136.7, 142.0], 3.0) == (1, 2)
+    with pytest.raises(ValueError, match="142 dB: no neighbour within 3 dB"):
+        nearest(142.0, [136.7, 152.0], 3.0)
 
 
 def test_between_two_levels_damping_is_a_power_of_the_motion():

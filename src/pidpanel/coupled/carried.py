@@ -4,6 +4,9 @@ Between two levels ln C_e, m_a and the ln of the own force are linear in the lev
 are not quite is an error of all bands together: a parabola between two points leaves its chord by
 t (1 − t) times the change from one to the other, if its slope at one end is zero. Beyond all levels
 the nearest one holds, and ln C_e errs as C_e ∝ 1/Γ has it, about as fast as it falls anywhere.
+
+Where a bed begins to cross its gap its own force grows a thousandfold within some decibels, which
+no line between two levels has: what is carried is carried from neighbours.
 """
 
 from __future__ import annotations
@@ -64,21 +67,33 @@ class FoundBed:
         return found
 
 
-def nearest(level: float, levels: Sequence[float]) -> tuple[int, ...]:
+def nearest(level: float, levels: Sequence[float], apart: float) -> tuple[int, ...]:
     """Return the indices of the levels from which another is carried: one, or one on each side.
+
+    Parameters
+    ----------
+    level, levels
+        Of it, and those that were run [dB].
+    apart
+        How far a neighbour is at most [dB]; twice that the one on the other side.
+
+    Raises
+    ------
+    ValueError
+        If there is no neighbour.
 
     Examples
     --------
-    >>> nearest(135.0, [142.0, 122.0, 132.0]), nearest(150.0, [142.0, 122.0])
-    ((2, 0), (0,))
+    >>> nearest(134.0, [138.0, 122.0, 132.0], 3.0), nearest(134.0, [142.0, 132.0], 3.0)
+    ((2, 0), (1,))
     """
-    order = np.argsort(levels)
-    above = int(np.searchsorted(np.asarray(levels)[order], level))
-    if above == len(levels):
-        return (int(order[-1]),)
-    if above == 0:
-        return (int(order[0]),)
-    return int(order[above - 1]), int(order[above])
+    off = np.asarray(levels) - level
+    if np.abs(off).min() > apart:
+        raise ValueError(f"{level:g} dB: no neighbour within {apart:g} dB")
+    low = int(np.argmax(np.where(off <= 0, off, -np.inf)))
+    high = int(np.argmin(np.where(off > 0, off, np.inf)))
+    sides = [k for k, good in ((low, off[low] <= 0), (high, off[high] > 0)) if good]
+    return tuple(k for k in sides if abs(off[k]) <= 2 * apart)
 
 
 def beyond(apart: float, bed: FoundBed) -> FoundBed:

@@ -39,6 +39,7 @@ from pidpanel.response.lines import root_mean_square
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.damping import NEIGHBOURS_DB
 
 ROWS_PER_PERIOD = 10.0
 """Rows of a record in a period of the highest frequency: what is joined linearly between them is
@@ -462,7 +463,7 @@ def _carried(
             continue
         alike = [one for one in of_level if one[0].fillings == scenario.fillings]
         levels = [level(one) for one, _ in alike]
-        near = [alike[k] for k in carried.nearest(level(scenario), levels)]
+        near = [alike[k] for k in carried.nearest(level(scenario), levels, NEIGHBOURS_DB)]
         places = [(level(one), table) for one, table in near]
         source = " and ".join(one.label for one, _ in near)
         found.append(tables.carried_impedances(scenario.label, source, level(scenario), places))

@@ -28,6 +28,9 @@ Reading = Literal[
 ]
 RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
 """Readings for which coupons are driven at random."""
+NEIGHBOURS_DB = 3.0
+"""Farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
+within some decibels, and push a thousand times as much then."""
 COUPLED: Reading = "coupled"
 """Reading of panel and particles in one time integration."""
 
@@ -140,8 +143,8 @@ class Coupled(Model):
     """Of the contacts [MPa]; by default the softest of ``coupon.stiffness`` whose contacts are
     short and shallow at the motion of the bare patch."""
     scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    """Labels of those that are run; by default all. What is found there is carried to the other
-    levels of the same layouts, and the error of that is stated."""
+    """Labels of those that are run; by default all. What is found there is carried to other
+    levels of the same layouts, within 3 dB, and the error of that is stated."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield cells that cannot be shared out evenly."""

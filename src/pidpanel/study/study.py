@@ -11,7 +11,7 @@ from pidpanel.paths import SECTION
 from pidpanel.study.base import Model, Text, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import COUPLED, RANDOM, Damping
+from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB, RANDOM, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
@@ -253,10 +253,15 @@ class Study(CouponStudy):
         for label in run:
             if label not in filled:
                 yield Mistake(at, f"{label!r} is no scenario; allowed are {', '.join(filled)}")
-        layouts = {filled[label].fillings for label in run if label in filled}
         for label, one in filled.items():
-            if one.fillings not in layouts:
-                yield Mistake(at, f"must contain {label}, or another level of its layout")
+            levels = [
+                filled[other].oaspl_db
+                for other in run
+                if other in filled and filled[other].fillings == one.fillings
+            ]
+            if not any(_are_neighbours(one.oaspl_db, level) for level in levels):
+                says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
+                yield Mistake(at, says)
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""
@@ -449,3 +454,8 @@ def _items(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
         yield from (((key, index), item) for index, item in enumerate(value))
     else:
         yield (key,), value
+
+
+def _are_neighbours(one: float | None, other: float | None) -> bool:
+    """Whether what is found at a level may be carried to another; None is that of the spectrum."""
+    return one is None or other is None or abs(one - other) <= NEIGHBOURS_DB + 1e-9
