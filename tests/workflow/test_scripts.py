@@ -12,7 +12,7 @@ import xarray as xr
 
 from pidpanel.script import optional, run
 
-SCRIPTS = sorted((Path(__file__).parents[2] / "workflow" / "scripts").glob("*.py"))
+SCRIPTS = sorted((Path(__file__).parents[2] / "workflow" / "scripts").glob("[!_]*.py"))
 MOST_LINES = 25
 
 
@@ -75,7 +75,7 @@ def stages(folder, study, *, radiation):
     beside = at("radiation.csv") if radiation else []
     response.main(
         [str(study), *at("modes.nc", "modal_force.nc", "plate.nc", "section.csv"), "none",
-         *(air or ["none"]), "none",
+         *(air or ["none"]), "none", "none",
          *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"), *beside]
     )  # fmt: skip
     maps.main(

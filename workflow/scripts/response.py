@@ -13,16 +13,9 @@ def main(arguments: Sequence[str]) -> None:
     """Study, four files of the panel and the sound, damping, air, random, coupled or none."""
     study, modes, modal_force, plate, section, damping, air, random, coupled, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
-    output = ResponseFiles(*map(Path, outputs))
-    paths = (
-        Path(plate),
-        Path(section),
-        optional(damping),
-        output,
-        optional(random),
-        optional(coupled),
-    )
-    write_response(load_study(study), files, *paths)
+    made = ResponseFiles(*map(Path, outputs))
+    panel, beside = (Path(plate), Path(section)), (optional(random), optional(coupled))
+    write_response(load_study(study), files, *panel, optional(damping), made, *beside)
 
 
 if __name__ == "__main__":
