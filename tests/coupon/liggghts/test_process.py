@@ -98,6 +98,13 @@ def _state(pid):
         return "Z"
 
 
+def test_the_solver_needs_no_folder_that_others_remove(monkeypatch, tmp_path):
+    # red: LONE_RANK without "OMPI_MCA_orte_create_session_dirs"
+    monkeypatch.setenv("TMPDIR", "/proc/none")  # where nothing can be made
+    with Liggghts(tmp_path, "own"):  # has said its version
+        pass
+
+
 def test_an_error_in_a_deck_is_told_in_the_solvers_words(tmp_path):
     with (
         Liggghts(tmp_path, "bad") as solver,

@@ -15,6 +15,7 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.coupon.liggghts.deck import without_comments
 from pidpanel.coupon.liggghts.failures import ParticlesLost, SolverMissing
+from pidpanel.coupon.liggghts.process import LONE_RANK
 
 MPI, LIBRARY = "libmpi.so.40", "libliggghts.so.3"
 STEP = b"run 1 pre no post no"
@@ -29,8 +30,7 @@ def load_library() -> CDLL:
     SolverMissing
         With the package that brings it.
     """
-    # Open MPI starts a daemon for a lone rank, which is not wanted
-    os.environ["OMPI_MCA_ess_singleton_isolated"] = "1"
+    os.environ.update(LONE_RANK)
     try:
         CDLL(MPI, RTLD_GLOBAL)
         found = CDLL(LIBRARY, RTLD_GLOBAL)

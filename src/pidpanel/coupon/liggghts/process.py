@@ -53,6 +53,11 @@ RUN, CYCLE = "run {steps}", "run {steps} post no"
 cycle: LIGGGHTS lists the neighbours anew at the start of each, as it does after a restart, so a run
 that goes on and one that never stopped have the same rows to the last bit."""
 
+LONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0"}
+"""Settings of Open MPI: no daemon for a lone rank, and no folders of its own. All lone ranks of a
+machine make and remove the same folders below the temporary one, so one that starts while another
+ends can fail."""
+
 _RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
@@ -122,9 +127,9 @@ class Liggghts:
         self._folder = folder
         self.log = folder / f"{name}.log"
         self._err = folder / f"{name}.err"
-        # a step of srun's without PMI, and Open MPI's daemon for a lone rank, are not wanted
+        # a step of srun's without PMI is not wanted
         env = {k: v for k, v in os.environ.items() if k != "SLURM_STEP_ID"}
-        env |= {"OMPI_MCA_ess_singleton_isolated": "1", "OMP_NUM_THREADS": "1"}
+        env |= LONE_RANK | {"OMP_NUM_THREADS": "1"}
         self._deck = (folder / f"{name}.in").open("w", encoding="utf-8")
         self._errors = self._err.open("w", encoding="utf-8")
         self._process = subprocess.Popen(
