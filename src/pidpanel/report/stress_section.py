@@ -52,20 +52,24 @@ def stress_table(stress: pd.DataFrame) -> Table:
         for row in records(stress)
     }
     layers = list(dict.fromkeys(worst["layer"]))
-    one_layer = len(layers) == 1
+    readings = [READINGS[name] for name in worst["reading"].unique()]
+    one_layer, one_reading = len(layers) == 1, len(readings) == 1
     rows = []
     for row in records(worst[[*where, "layer"]]):
         cells = [shown[(*row.values(), quantity)] for quantity in SYMBOLS]
-        named = [] if one_layer else [row["layer"]]
-        rows.append([row["scenario"], READINGS[row["reading"]], row["point"], *named, *cells])
+        read = [] if one_reading else [READINGS[row["reading"]]]
+        layer = [] if one_layer else [row["layer"]]
+        rows.append([row["scenario"], *read, row["point"], *layer, *cells])
     heads = [f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items()]
     heads[0] = f"{heads[0]} rms (3σ)"
     of = f" (here always: {layers[0]})" if one_layer else ""
+    by = f"{readings[0]}. " if one_reading else ""
+    reading, layer = [] if one_reading else ["reading"], [] if one_layer else ["layer"]
     return Table(
-        f"Rms strain and stress in the layer where the von Mises stress σ_v is largest{of}. The "
-        "rms of σ_v includes the correlations between the components; its 3σ, in brackets, is "
+        f"{by}Rms strain and stress in the layer where the von Mises stress σ_v is largest{of}. "
+        "The rms of σ_v includes the correlations between the components; its 3σ, in brackets, is "
         "three times its rms, as is customary. γ_xy is the engineering shear strain.",
-        ["scenario", "reading", "point", *([] if one_layer else ["layer"]), *heads],
+        ["scenario", *reading, "point", *layer, *heads],
         rows,
         folded=True,
         title="Strain and stress of the layer that is stressed most",
