@@ -40,6 +40,20 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
     assert section.blocks[-1].folded
 
 
+@pytest.mark.parametrize(
+    ("alone", "drawn", "axis"),
+    [("acceleration_g", "damping_over_frequency", "over frequency"),
+     ("frequency_hz", "damping_over_acceleration", "over Γ")],
+)  # fmt: skip
+def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
+    # red: `nunique() > 0` of one of the two
+    cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
+    section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
+    names = [picture.name for picture in pictures(section)]
+    assert names == ["particles", "steadiness", drawn, "loss_factor", "apparent_mass"]
+    assert all(axis in picture.caption for picture in pictures(section)[2:])
+
+
 def test_a_law_is_named_where_it_is_drawn(coupon):
     # red: `law` not handed on to sweep_blocks
     captions = [

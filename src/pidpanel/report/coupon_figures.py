@@ -102,6 +102,9 @@ MASS_SHARE = Quantity("apparent_mass_share", "$m_a$ / mass of the particles, –
 FREQUENCY = Quantity("frequency_hz", "frequency, Hz", True, symbol="f")
 ACCELERATION = Quantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
+FEW_TICKS = 6
+"""Values of a sweep that are all told on the axis, at most."""
+
 
 def sweep_figure(
     cases: pd.DataFrame,
@@ -169,6 +172,11 @@ def sweep_figure(
             low, high = cases[x.column].min(), cases[x.column].max()
             frequency_axis(axes, low / 1.25, high * 1.25)
         else:
+            at = swept(cases[x.column])
+            axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
+            if len(at) <= FEW_TICKS:
+                axes.set_xticks(at, [f"{value:g}" for value in at])
+                axes.set_xticks([], minor=True)
             axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)

@@ -137,30 +137,32 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
         cases[one.column].isin(swept(cases[one.column])) for one in (ACCELERATION, FREQUENCY)
     ]
     left_out = ["" if of.all() else _left_out(int((~of).sum())) for of in of_sweep]
-    drawn: list[tuple[str, Figure, str]] = [
-        (
-            "damping_over_frequency",
-            sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound),
-            f"Equivalent damping per area over frequency at constant Γ = a/g.{left_out[0]} {BARS} "
-            f"{beside}",
-        ),
-        (
-            "damping_over_acceleration",
-            sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound),
-            f"Equivalent damping per area over Γ = a/g at constant frequency.{left_out[1]} {BARS} "
-            f"{beside}",
-        ),
+    # over what has one value alone there is nothing to draw
+    over_g = cases[ACCELERATION.column].nunique() > 1
+    over_frequency = cases[FREQUENCY.column].nunique() > 1 or not over_g
+    x, panel = (ACCELERATION, FREQUENCY) if over_g else (FREQUENCY, ACCELERATION)
+    name, between = ("Γ", left_out[1]) if over_g else ("frequency", left_out[0])
+    drawn: list[tuple[str, Figure, str]] = []
+    if over_frequency:
+        of = sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound)
+        says = f"Equivalent damping per area over frequency at constant Γ = a/g.{left_out[0]}"
+        drawn.append(("damping_over_frequency", of, f"{says} {BARS} {beside}"))
+    if over_g:
+        of = sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound)
+        says = f"Equivalent damping per area over Γ = a/g at constant frequency.{left_out[1]}"
+        drawn.append(("damping_over_acceleration", of, f"{says} {BARS} {beside}"))
+    drawn += [
         (
             "loss_factor",
-            sweep_figure(cases, ACCELERATION, LOSS_FACTOR, FREQUENCY),
-            "Loss factor η = E_d/(π m″(ωW)²) over Γ; the bound of a perfectly inelastic bed is "
-            f"4/π = 1.27.{left_out[1]} {BARS}",
+            sweep_figure(cases, x, LOSS_FACTOR, panel),
+            f"Loss factor η = E_d/(π m″(ωW)²) over {name}; the bound of a perfectly inelastic bed "
+            f"is 4/π = 1.27.{between} {BARS}",
         ),
         (
             "apparent_mass",
-            sweep_figure(cases, ACCELERATION, MASS_SHARE, FREQUENCY),
+            sweep_figure(cases, x, MASS_SHARE, panel),
             "Share of the particles' mass that moves in phase with the cell (apparent mass over "
-            f"mass, both per area).{left_out[1]} {BARS}",
+            f"mass, both per area), over {name}.{between} {BARS}",
         ),
     ]
     return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
