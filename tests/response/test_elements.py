@@ -132,3 +132,12 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
     missing = la.lstsq(V, expected.real)[0]
     # what is left are two thousandths of what was missing, in each of two points
     assert la.norm(V @ missing - expected.real) < 0.01 * la.norm(motion.left_out.real)
+
+
+def test_a_symmetric_system_is_solved_where_its_pivots_fail():
+    # red: in _solved, `if True` for the check of what is left
+    right = np.array([[1.0 + 2.0j], [3.0]])
+    for small in (0.0, 1e-14):
+        matrix = sp.csr_array(np.array([[small, 1.0], [1.0, small]], dtype=complex))
+        answer = elements._solved(matrix, right)
+        np.testing.assert_allclose(matrix @ answer, right, rtol=1e-12)  # rounding of two unknowns

@@ -26,6 +26,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
+from pidpanel.panel.eigen import factors
 from pidpanel.response.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-2
@@ -148,7 +149,7 @@ class Elements:
     @cached_property
     def _factors(self) -> spla.SuperLU:
         """K, where the panel can move as a rigid body with a mass that holds it."""
-        return _factorised(self.plate.stiffness + self._shift * self.plate.mass)
+        return factors(self.plate.stiffness + self._shift * self.plate.mass)
 
     @cached_property
     def _pushed(self) -> Array:
@@ -273,29 +274,19 @@ class Elements:
         factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
         kept = factor != 0
         B = self._pushed[:, kept]
-        every = np.hstack([right, B]).astype(complex)
-        answer = _factorised(Z).solve(every)
-        if not _solves(Z, answer, every):  # without pivoting, which a symmetric Z hardly needs
-            answer = spla.splu(sp.csc_matrix(Z)).solve(every)
+        answer = _solved(Z, np.hstack([right, B]).astype(complex))
         x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
         small = np.diag(1 / (1j * omega * factor[kept])) + B.T @ Y
         return np.asarray(x - Y @ np.linalg.solve(small, B.T @ x))
 
 
-def _factorised(matrix: sp.csr_array) -> spla.SuperLU:
-    """Factorise a symmetric matrix in the order of minimum degree, without pivoting."""
-    return spla.splu(
-        sp.csc_matrix(matrix),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-
-
-def _solves(matrix: sp.csr_array, answer: Complexes, right: Complexes) -> bool:
-    """Whether every column is solved to `EXACT` of its size."""
+def _solved(matrix: sp.csr_array, right: Complexes) -> Complexes:
+    """Solve a symmetric system: without pivoting, and with it where that misses `EXACT`."""
+    answer = factors(matrix).solve(right)
     left = np.linalg.norm(matrix @ answer - right, axis=0)
-    return bool(np.all(left <= EXACT * np.linalg.norm(right, axis=0)))
+    if np.all(left <= EXACT * np.linalg.norm(right, axis=0)):
+        return np.asarray(answer)
+    return np.asarray(spla.splu(sp.csc_matrix(matrix)).solve(right))
 
 
 def _as_real(x: Complexes) -> Array:
