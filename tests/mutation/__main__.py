@@ -53,7 +53,7 @@ FORMULAS = {
     "coupled": "carried estimation identification integration linear panel_motion results sound_record "
     "stations tables",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
-    "model motions power radiation scenarios search solvers source stress tabdmp1 tables "
+    "in_air model motions power radiation scenarios search solvers source stress tabdmp1 tables "
     "uncertainty verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""

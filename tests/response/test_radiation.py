@@ -50,7 +50,7 @@ def test_one_side_of_a_rigid_piston_has_the_low_frequency_impedance_of_a_baffled
     # iω · ρ₀ω²A²/(2πc₀) of a point source in a baffle (Junger and Feit, 4.2), −ω² ρ₀ V
     # red: + omega**2 * mass; 1j * omega → -1j * omega; omega**2 * mass → omega * mass
     frequency = np.array([5.0, 10.0])
-    stiffness = air(1).stiffness(frequency)[:, 0, 0]
+    stiffness = air(1)(frequency)[:, 0, 0]
     omega = 2 * np.pi * frequency
     # sin(kR)/(kR) falls below 1 by (kR)²/6: 7e-4 at 10 Hz between opposite corners
     resistance = DENSITY * omega**2 * (A * B) ** 2 / (2 * np.pi * SPEED)
@@ -62,7 +62,7 @@ def test_one_side_of_a_rigid_piston_has_the_low_frequency_impedance_of_a_baffled
 def test_two_wetted_sides_are_twice_one():
     # red: self.wetted_sides left out of `mass`; or not handed to `air_resistance`
     frequency = np.array([5.0, 40.0, 100.0])
-    one, two = air(1).stiffness(frequency), air(2).stiffness(frequency)
+    one, two = air(1)(frequency), air(2)(frequency)
     np.testing.assert_allclose(two.real, 2 * one.real, rtol=1e-14)
     np.testing.assert_allclose(two.imag, 2 * one.imag, rtol=1e-14)
     assert np.all(one.real < 0) and np.all(one.imag > 0)
@@ -72,15 +72,15 @@ def test_air_without_mass_is_resistance_alone():
     # red: stiffness -= omega**2 * mass outside of the condition (AttributeError of None)
     frequency = np.array([5.0, 40.0, 100.0])
     whole = air(2)
-    light = replace(whole, added_volume=None).stiffness(frequency)
+    light = replace(whole, added_volume=None)(frequency)
     np.testing.assert_array_equal(light.real, 0.0)
-    np.testing.assert_array_equal(light.imag, whole.stiffness(frequency).imag)
+    np.testing.assert_array_equal(light.imag, whole(frequency).imag)
 
 
 @pytest.mark.parametrize("sides", [1, 2])
 def test_added_mass_lowers_the_frequency_of_a_piston_on_a_spring(sides):
     # a light piston, m = 50 g on a spring of f₀ = 50 Hz: f₀ √(m/(m + n ρ₀V)), 7 % and 13 % lower
-    # red: + omega**2 * mass in `Air.stiffness`; self.wetted_sides left out of `mass`
+    # red: + omega**2 * mass in `Air`; self.wetted_sides left out of `mass`
     mass, rest = 0.05, 50.0
     volume = rectangle_volume(A, B)
     frequency = np.linspace(40.0, 55.0, 7501)
@@ -92,7 +92,7 @@ def test_added_mass_lowers_the_frequency_of_a_piston_on_a_spring(sides):
         np.ones((1, 1)),
         np.ones(frequency.size),
         np.array([[(A * B) ** 2]]),
-        air(sides).stiffness,
+        air(sides),
     )
     peak = frequency[np.argmax(bare.point_psd[:, 0, 0, 0].real)]
     # a damping force that grows with ω³ moves the peak of the deflection by −3ζ², ζ = 0.9 % of

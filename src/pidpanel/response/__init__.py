@@ -6,6 +6,8 @@
     The bare panel in modal coordinates, line by line; arrays with their checks.
 `dampers`, `direct`, `diagonal`
     Dampers attached to the bare panel by low-rank updates, in all its shapes, in the paper's form.
+`in_air`
+    The bare panel in air on many lines from few factorisations.
 `solvers`
     A panel with patches, solved for any number of layouts.
 `scenarios`, `linearisation`, `search`, `motions`

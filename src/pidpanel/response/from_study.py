@@ -426,7 +426,7 @@ class PanelInSound:
     @property
     def air_stiffness(self) -> MatrixInput | None:
         """iωR − ω²M_air over frequency; None where the air is left out."""
-        return None if self.air is None else self.air.stiffness
+        return self.air
 
     @cached_property
     def patches(self) -> Patches:

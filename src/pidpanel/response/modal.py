@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes
+from pidpanel.response.in_air import PanelInAir, SmoothStiffness
 from pidpanel.response.model import (
     ModalBasis,
     PatchCoordinates,
@@ -138,7 +139,7 @@ def bare_panels(
     motion_at_points: ArrayLike,
     pressure_psd: ArrayLike,
     modal_force: MatrixInput,
-    air_stiffness: MatrixInput | None = None,
+    air_stiffness: MatrixInput | PanelInAir | None = None,
     overlap_cutoff: float = OVERLAP_CUTOFF,
 ) -> list[BarePanel]:
     """Solve the panel without dampers, once for every set of patches that may carry some.
@@ -159,8 +160,9 @@ def bare_panels(
     modal_force
         G [m⁴]: (n, n), (nf, n, n) or a function of frequencies; symmetric or Hermitian.
     air_stiffness
-        −ω²M_air + iωR of the air [N/m] in the same forms, symmetric (`radiation.Air`), or None
-        for a panel in vacuum.
+        −ω²M_air + iωR of the air [N/m] in the same forms, symmetric, or None for a panel in
+        vacuum. `radiation.Air` is known to be smooth, so that not every line is factorised; a
+        `PanelInAir` of more lines keeps what it knows between calls.
     overlap_cutoff
         Share of the largest eigenvalue of D below which eigenvalues are dropped. On 124 shapes of
         the paper's panel with C_e = 3000 √(f/100 Hz) N s/m³ and m_a = 5 kg/m² on PID-1:
@@ -193,15 +195,18 @@ def bare_panels(
     )
     point_psd = np.empty((count, n_points, m, m), complex)
     at_points = slice(0, n_points * m)
+    if isinstance(air_stiffness, SmoothStiffness):
+        air_stiffness = PanelInAir(frequency, basis, air_stiffness)
     for lines in chunks_of_lines(count, n):
-        air = None
-        if air_stiffness is not None:
-            air = matrices_at(air_stiffness, frequency, lines, n)
         moved: _Moved
-        if air is None:
+        if air_stiffness is None:
             moved = _InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
+        elif isinstance(air_stiffness, PanelInAir):
+            moved = _InAir(air_stiffness.motion(frequency[lines], observed), observed)
         else:
-            moved = _InAir(dense_stiffness(frequency[lines], basis, air), observed)
+            air = matrices_at(air_stiffness, frequency, lines, n)
+            stiffness = dense_stiffness(frequency[lines], basis, air)
+            moved = _InAir(np.linalg.solve(stiffness, observed[None]), observed)
         psd = moved.psd(modal_force, frequency, lines)
         sound = pressure_psd[lines, None, None]
         for point in range(n_points):
@@ -319,11 +324,11 @@ class _InVacuum(_Moved):
 
 
 class _InAir(_Moved):
-    """Z₀ is full, and symmetric."""
+    """Z₀ is full, and symmetric: Z₀⁻¹ W is known."""
 
-    def __init__(self, stiffness: Complexes, observed: Array) -> None:
+    def __init__(self, motion: Complexes, observed: Array) -> None:
         super().__init__(observed)
-        self._motion: Complexes = np.linalg.solve(stiffness, observed[None])
+        self._motion = motion
 
     def motion(self) -> Complexes:
         return self._motion

@@ -49,7 +49,12 @@ class Air:
     diffuse: WavenumberTable
     added_volume: WavenumberTable | None
 
-    def stiffness(self, frequency: Array) -> Complexes:
+    @property
+    def travel_time(self) -> float:
+        """Longest time that sound takes across the panel [s]."""
+        return self.diffuse.diameter / self.speed_of_sound
+
+    def __call__(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]

@@ -20,6 +20,7 @@ from pidpanel.progress import tracked
 from pidpanel.response.dampers import acceleration_slope, attach_dampers
 from pidpanel.response.diagonal import DiagonalMotions, diagonal_response, diagonal_slope
 from pidpanel.response.direct import DirectMotions, DirectPanel
+from pidpanel.response.in_air import PanelInAir, SmoothStiffness
 from pidpanel.response.lines import root_mean_square
 from pidpanel.response.modal import (
     OVERLAP_CUTOFF,
@@ -343,8 +344,9 @@ class PanelSolver(PanelWithLayouts):
         if missing:
             carriers = [self.carrier(key) for key in missing]
             bare = bare_panels(
-                self.frequency[lines], panel.basis, carriers, self._points, sound, force, air
-            )
+                self.frequency[lines], panel.basis, carriers, self._points, sound, force,
+                self._in_air or air,
+            )  # fmt: skip
             made = dict(zip(missing, bare, strict=True))
             for key, one in made.items():
                 if self._has_room(key, one):
@@ -360,6 +362,14 @@ class PanelSolver(PanelWithLayouts):
             )
             for key in direct
         }
+
+    @cached_property
+    def _in_air(self) -> PanelInAir | None:
+        """The panel in air on all lines; None in vacuum or where the air is not smooth."""
+        air = self.panel.air_stiffness
+        if not isinstance(air, SmoothStiffness):
+            return None
+        return PanelInAir(self.frequency, self.panel.basis, air)
 
     @cached_property
     def _sound(self) -> Array:

@@ -78,6 +78,11 @@ class WavenumberTable:
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
     _shorter: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
 
+    @property
+    def diameter(self) -> float:
+        """Diameter of the panel [m] for which the table has its nodes (`node_count`)."""
+        return 2 * max(self.wavenumber.size - SPARE_NODES, 0) / self.wavenumber_max
+
     def at(self, wavenumber: ArrayLike) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n).
 
