@@ -46,7 +46,7 @@ FORMULAS = {
     "": "cells inelastic plane_mesh plane_waves polygon sizes third_octaves",
     "coupon": "balance contact cycles drive geometry multisine packings rows states",
     "damping": "best_linear constants design fit forms gaussian_process interpolation jump laws "
-    "random_reading readings sides surface surface_cases tables thinned",
+    "random_reading readings sides surface surface_cases tables thinned thrown_bed",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",

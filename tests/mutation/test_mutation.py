@@ -84,9 +84,8 @@ OTHERS = {
     "verification_equal",
     "sound": "field_files from_study verification",
     "coupled": "beds checkpoints from_study pieces process record_files",
-    "response": "as_coupled export from_study map_files nastran random_rounds refinement results "
-    "rounds verification "
-    "verdict_files verification_layouts verification_panel",
+    "response": "as_coupled export from_study map_files nastran random_motions random_rounds refinement "
+    "results rounds verification verdict_files verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

@@ -22,6 +22,8 @@
     The files of the stage.
 `rounds`
     The rounds of a target: which cases of the coupon to run next.
+`random_rounds`, `random_motions`
+    The rounds of the random drive: with which motions to shake the coupons next.
 `verification`
     Cases with a known answer.
 """

@@ -1,9 +1,9 @@
 """The rounds of the random drive: the panel decides how its coupons are shaken next.
 
-Round 0 drives every coupon with the motion of its patch on a panel with `STARTING_LOSS_FACTOR`.
-Each further one computes the responses with the best linear approximation of all records whose
-motion was about that of the last (`damping.best_linear`), and drives the coupons with the motions
-that come out, for as long as the wanted accuracy takes.
+Round 0 drives every coupon with the motion that its patch would have if the bed were a perfectly
+inelastic body (`damping.thrown_bed`). Each further one computes the responses with the best linear
+approximation of all records whose motion was about that of the last (`damping.best_linear`), and
+drives the coupons with the motions that agree with them, for as long as the wanted accuracy takes.
 """
 
 from __future__ import annotations
@@ -11,40 +11,30 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon.from_study import random_legs
 from pidpanel.coupon.random_runs import RandomRun, Record
 from pidpanel.damping.best_linear import Leg, approximate
-from pidpanel.damping.constants import ConstantDamper
-from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.damping.random_reading import RandomReading, to_rows
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.surface_cases import clear_gap
+from pidpanel.damping.thrown_bed import ThrownBed
 from pidpanel.random_round import PatchDrive, RandomRound, record_name
-from pidpanel.response.from_study import (
-    PanelFiles,
-    PanelInSound,
-    Readings,
-    SolvedScenario,
-    read_panel_in_sound,
-)
-from pidpanel.response.linearisation import LinearisationError
-from pidpanel.response.model import UnstableDamping
-from pidpanel.response.results import standard_errors
-from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
+from pidpanel.response.random_motions import Key, Solved, agreeing, rms_velocity, solve
 from pidpanel.study import CouponStudy, Study, StudyError
-from pidpanel.study.coupon import Coupon
-from pidpanel.study.damping import RANDOM, RandomDrive
+from pidpanel.study.damping import RandomDrive
 from pidpanel.third_octaves import edge_frequency
 
-STARTING_LOSS_FACTOR = 0.2
-"""η of the particles for the first motion: tones dissipate 0.1 to 1. The rounds correct it."""
+BULK = 0.46
+"""Volume of the particles over that of a full cell, for the first motion alone: 2 mm spheres in
+6.35 mm cells."""
 
 MOVED = 0.01
 """Change of an rms acceleration from round to round below which motion and damping agree [1]."""
@@ -61,34 +51,12 @@ AGREED = 4
 """Rounds after which motion and damping agree: as many as the paper's panel took from the first
 guess."""
 
-Key = tuple[str, str]
-"""Scenario and patch."""
-
-
-@dataclass(frozen=True)
-class Solved:
-    """What a scenario does with its coupons as they were driven.
-
-    Attributes
-    ----------
-    motions
-        By patch, frequencies (nf,) [Hz] and mean PSD of its acceleration [(m/s²)²/Hz].
-    rms_g
-        Of points and patches [g].
-    relative_error, of_packings
-        Largest standard error of the rms acceleration of a point, and the part of it that more
-        time does not reduce [1]; None without errors.
-    """
-
-    motions: Mapping[str, tuple[Array, Array]]
-    rms_g: dict[str, float]
-    relative_error: float | None
-    of_packings: float | None
-
 
 def first_round(study: Study, panel: PanelInSound) -> RandomRound:
-    """Return round 0: motions on a panel whose coupons have `STARTING_LOSS_FACTOR`."""
-    solved = solve(study, panel, {})
+    """Return round 0: the motions that agree with what inelastic bodies would do."""
+    edges = band_edges(study.response.frequency_hz)
+    expected = {key: partial(bed.reading, edges) for key, bed in beds(study).items()}
+    solved = agreeing(study, panel, expected)
     drives = [
         PatchDrive(
             label=str(number),
@@ -104,11 +72,27 @@ def first_round(study: Study, panel: PanelInSound) -> RandomRound:
     return RandomRound(0, tuple(drives), {label: one.rms_g for label, one in solved.items()})
 
 
+def beds(study: Study) -> dict[Key, ThrownBed]:
+    """Return the inelastic body in the place of every coupon that is driven at random."""
+    found = {}
+    for scenario, filling, coupon in study.random_coupons():
+        fill = _fill(filling.fill_fraction)
+        *across, along = coupon.gravity_direction
+        found[scenario.label, filling.patch] = ThrownBed(
+            mass=BULK * coupon.particles.effective_density(coupon.diameters[0])
+            * coupon.cell.depth * fill,
+            gap=coupon.cell.depth * float(clear_gap(np.array(fill))),
+            gravity=coupon.gravity * abs(along) / math.hypot(*across, along),
+        )  # fmt: skip
+    return found
+
+
 def next_round(
     rounds: Sequence[RandomRound],
     study: Study,
     panel: PanelInSound,
     readings: Mapping[Key, RandomReading],
+    earlier: Mapping[Key, RandomReading] | None = None,
 ) -> RandomRound:
     """Return the round after some others.
 
@@ -120,11 +104,13 @@ def next_round(
         The study, and its panel in the sound.
     readings
         Of every coupon, from the records so far.
+    earlier
+        The same without the records of the last round; none after round 0.
     """
     before, wanted = rounds[-1], study.damping.random
     solved = solve(study, panel, readings)
-    drives = []
     shaken = {drive.scenario for drive in before.wanted}
+    drives, again = [], set()
     for drive in before.drives:
         if drive.scenario not in shaken:  # nothing new is known of it
             drives.append(drive)
@@ -138,6 +124,8 @@ def next_round(
         period = 0.0 if good or not spent[-1] else next_period(wanted, spent, moved)
         if not good and not period:
             print(f"{drive.scenario}, {drive.patch}: {_short(own, moved, wanted)}", file=sys.stderr)
+        if period:
+            again.add(drive.scenario)
         drives.append(
             replace(
                 drive,
@@ -148,8 +136,37 @@ def next_round(
                 reached=good,
             ).with_motion(*own.motions[drive.patch])
         )
+    if again:
+        new = {key: reading for key, reading in readings.items() if key[0] in again}
+        solved |= _ahead(rounds, study, panel, new, earlier or {})
+    drives = [
+        drive.with_motion(*solved[drive.scenario].motions[drive.patch]) if drive.period else drive
+        for drive in drives
+    ]
     rms = {label: one.rms_g for label, one in solved.items()}
     return RandomRound(before.round + 1, tuple(drives), rms)
+
+
+def _ahead(
+    rounds: Sequence[RandomRound],
+    study: Study,
+    panel: PanelInSound,
+    readings: Mapping[Key, RandomReading],
+    earlier: Mapping[Key, RandomReading],
+) -> dict[str, Solved]:
+    """The motions that will agree with what the records said, if C_e follows as expected."""
+    bed, expected = beds(study), {}
+    for drive in rounds[-1].drives:
+        key = drive.scenario, drive.patch
+        if key not in readings:
+            continue
+        driven = [one.drive(drive.label) for one in rounds if one.drive(drive.label).period]
+        now, *before = [rms_velocity(one.motion) for one in reversed(driven)]
+        reading, share = readings[key], 1.0
+        if key in earlier:
+            share = bed[key].share_seen(reading, now, earlier[key], before[0])
+        expected[key] = partial(bed[key].carried, reading, now, share)
+    return agreeing(study, panel, expected)
 
 
 def next_period(wanted: RandomDrive, before: Sequence[float], moved: float) -> float:
@@ -222,89 +239,6 @@ def _short(own: Solved, moved: float, wanted: RandomDrive) -> str:
     if packings > wanted.relative_error:
         return f"{says}; {packings:.1%} is of the packings: raise damping.random.seeds"
     return f"{says}; raise damping.random.max_time_s or max_rounds"
-
-
-def solve(
-    study: Study, panel: PanelInSound, readings: Mapping[Key, RandomReading]
-) -> dict[str, Solved]:
-    """Return what every scenario with a coupon does, by its label."""
-    # with both readings the motion is that of `random`, which coupled runs bear out further
-    name = RANDOM["random" not in study.readings]
-    dampers = {
-        damper: _start(study.all_dampers[damper].coupon)
-        or reading_of_damper(study.all_dampers[damper], None)
-        for damper in study.used_dampers
-    }
-    if not study.response.damper_mass:
-        dampers = {damper: reading.without_mass() for damper, reading in dampers.items()}
-        readings = {key: reading.without_mass() for key, reading in readings.items()}
-    of_all = Readings([name], {}, dampers, readings)
-    solver = panel.solver(rms_only=True)
-    wanted = {scenario.label for scenario, _, _ in study.random_coupons()}
-    return {
-        case.scenario.label: _solved(panel, solver, case)
-        for case in panel.responses(solver, of_all, dead_weight=False)
-        if case.scenario.label in wanted
-    }
-
-
-def _start(coupon: Coupon | None) -> DampingReading | None:
-    if coupon is None:
-        return None
-    mass = coupon.largest_mass_per_area
-    return ConstantDamper(loss_mass=STARTING_LOSS_FACTOR * mass, weight=mass)
-
-
-def _solved(panel: PanelInSound, solver: Solver, case: SolvedScenario) -> Solved:
-    found = case.found
-    if isinstance(found, UnstableDamping):
-        raise LinearisationError(f"{case.scenario.label}: {found}")
-    motions = _patch_motions(panel, solver, case, found)
-    points = found.response.acceleration_rms / STANDARD_GRAVITY
-    rms = dict(zip(panel.basis.point_names, points.tolist(), strict=True))
-    rms = {name: value for name, value in rms.items() if value > 0}  # not of points that are held
-    for patch, (frequency, psd) in motions.items():
-        rms[f"patch {patch}"] = float(np.sqrt(np.trapezoid(psd, frequency))) / STANDARD_GRAVITY
-    error, of_packings = (_error(panel, one, found) for one in (case, _noiseless(case)))
-    return Solved(motions, rms, error, of_packings)
-
-
-def _error(panel: PanelInSound, case: SolvedScenario, found: ScenarioResponse) -> float | None:
-    errors = standard_errors(panel, case, found)
-    return None if errors is None else float(errors.log_rms.max())
-
-
-def _noiseless(case: SolvedScenario) -> SolvedScenario:
-    """The same scenario, only its packings known with an error."""
-    filled = [
-        replace(one, reading=one.reading.of_packings_alone)
-        if isinstance(one.reading, RandomReading)
-        else one
-        for one in case.filled
-    ]
-    return replace(case, filled=filled)
-
-
-def _patch_motions(
-    panel: PanelInSound, solver: Solver, case: SolvedScenario, found: ScenarioResponse
-) -> dict[str, tuple[Array, Array]]:
-    """Mean motion of every filled patch, on the lines of the search."""
-    layout = case.layout
-    lines = solver.search_frequency
-    values = [load.damping(lines, math.nan) for load in layout.loads]
-    motions = panel.with_source(solver, layout).motions(layout.patches)
-    psd = case.pressure_factor * motions.acceleration_psd(
-        np.stack([value for value, _, _ in values]), np.stack([mass for _, mass, _ in values])
-    )
-    patch = np.array([one.patch for one in case.filled])
-    area = panel.load_area(found)
-    return {
-        panel.basis.patch_names[own]: (
-            lines,
-            np.asarray(area[patch == own] @ psd[patch == own] / area[patch == own].sum()),
-        )
-        for own in dict.fromkeys(patch.tolist())
-    }
 
 
 def _fill(fill_fraction: float | None) -> float:
@@ -398,21 +332,23 @@ def write_round(
         return
     rounds = [RandomRound.read(folder / f"round{number}.json") for number in range(before)]
     seeds = range(1, study.damping.random.seeds + 1)
-    readings = {}
+    readings, earlier = {}, {}
     for drive in rounds[0].drives:
+        key = drive.scenario, drive.patch
         driven = [one for one in rounds if one.drive(drive.label).period > 0]
-        readings[drive.scenario, drive.patch] = reading_of_records(
-            [one.drive(drive.label) for one in driven],
-            [
-                [Record.read(folder / record_name(one.round, drive.label, seed)) for seed in seeds]
-                for one in driven
-            ],
-            study.response.frequency_hz,
-        )
+        own = [one.drive(drive.label) for one in driven]
+        records = [
+            [Record.read(folder / record_name(one.round, drive.label, seed)) for seed in seeds]
+            for one in driven
+        ]
+        band = study.response.frequency_hz
+        readings[key] = reading_of_records(own, records, band)
+        if len(own) > 1:
+            earlier[key] = reading_of_records(own[:-1], records[:-1], band)
     rows = [
         row
         for (scenario, patch), reading in readings.items()
         for row in to_rows(reading, {"scenario": scenario, "patch": patch})
     ]
     pd.DataFrame(rows).to_csv(impedance, index=False, float_format="%.8g")
-    next_round(rounds, study, panel, readings).write(output)
+    next_round(rounds, study, panel, readings, earlier).write(output)
