@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.damping.thrown_bed import ThrownBed
+from pidpanel.damping.thrown_bed import FARTHEST, ThrownBed
 from pidpanel.inelastic import at_impacts, impact_rate
 
 EDGES = np.array([50.0, 100.0, 200.0, 400.0])
@@ -92,33 +92,45 @@ def with_damping(reading, factor, error=0.02):
 
 
 def test_what_was_found_is_carried_as_the_body_changes():
-    # red: `** share` left out; `share * (is_[1] - was[1])` → `0`
+    # red: `** exponent` left out; `+ is_[1] - was[1]` left out
     found = with_damping(BED.reading(EDGES, 0.02), 2.0)
-    carried = BED.carried(found, 0.02, 1.0, 0.1).bands
-    there = BED.reading(EDGES, 0.1).bands
+    carried = BED.carried(found, 0.02, 0.0, 0.025).bands
+    there = BED.reading(EDGES, 0.025).bands
     assert carried.equivalent_damping == pytest.approx(2 * there.equivalent_damping)
     assert carried.equivalent_damping_error == pytest.approx(0.02 * carried.equivalent_damping)
     assert carried.apparent_mass == pytest.approx(there.apparent_mass)
-    half = BED.carried(found, 0.02, 0.5, 0.1).bands
-    ratio = np.sqrt(carried.equivalent_damping / found.bands.equivalent_damping)
-    assert half.equivalent_damping / found.bands.equivalent_damping == pytest.approx(ratio)
-    assert BED.carried(found, 0.02, 0.0, 0.1).bands.apparent_mass.tolist() == (
-        found.bands.apparent_mass.tolist()
-    )
+    further = BED.carried(found, 0.02, 2.0, 0.025).bands
+    assert further.equivalent_damping == pytest.approx(1.25**2 * carried.equivalent_damping)
 
 
-@pytest.mark.parametrize(("seen", "about"), [(1.0, 1.0), (0.0, 0.0), (-1.0, -1.0), (-9.0, -2.0)])
-def test_the_share_of_the_change_is_the_one_that_was_seen(seen, about):
-    # red: `told / (…)` → `told`; `(found - was)` → `found`
-    one, other = BED.reading(EDGES, 0.1), BED.reading(EDGES, 0.2)
-    change = (other.bands.equivalent_damping / one.bands.equivalent_damping) ** seen
-    found = with_damping(one, change)
-    share = BED.share_seen(found, 0.2, with_damping(one, 1.0), 0.1)
-    assert share == pytest.approx(about, abs=0.05)
+@pytest.mark.parametrize("away", [2.0, 0.5])
+def test_nothing_is_carried_far(away):
+    # red: `velocity * FARTHEST` → `9`; `velocity / FARTHEST` → `0`
+    found = BED.reading(EDGES, 0.02)
+    carried = BED.carried(found, 0.02, 3.0, 0.02 * away).bands
+    edge = 0.02 * FARTHEST ** np.sign(away - 1)
+    near = BED.carried(found, 0.02, 3.0, edge).bands
+    assert carried.equivalent_damping == pytest.approx(near.equivalent_damping)
+    assert carried.equivalent_damping != pytest.approx(found.bands.equivalent_damping, rel=0.1)
 
 
-def test_equal_motions_tell_nothing_of_the_change():
-    # red: `UNSURE**-2 +` left out of `told`
-    found = BED.reading(EDGES, 0.1)
-    noisy = with_damping(found, np.array([1.2, 0.9, 1.1]), error=0.2)
-    assert BED.share_seen(noisy, 0.1005, found, 0.1) == pytest.approx(1.0, abs=0.05)
+def seen_with(exponent, velocities, error=0.02):
+    """What would be found where C_e changes with a power besides."""
+    return [
+        (with_damping(BED.reading(EDGES, v), 3 * v**exponent, error=error), v) for v in velocities
+    ]
+
+
+@pytest.mark.parametrize(("exponent", "told"), [(0.0, 0.0), (1.0, 1.0), (-1.5, -1.5), (9.0, 4.0)])
+def test_the_exponent_is_the_one_that_was_seen(exponent, told):
+    # red: `(damping - body)` → `damping`; `- np.sum(share * log_velocity, axis=0)` left out
+    found = seen_with(exponent, [0.1, 0.12, 0.15])
+    assert BED.exponent_seen(found) == pytest.approx(told, abs=0.15)
+
+
+def test_motions_that_are_the_same_or_far_away_tell_nothing():
+    # red: `UNSURE**-2 +` left out; `<= NEAR` → `<= 9`
+    other = with_damping(BED.reading(EDGES, 0.1005), np.array([3.6, 2.7, 3.3]), error=0.2)
+    noisy = [*seen_with(0.0, [0.1]), (other, 0.1005)]
+    assert BED.exponent_seen(noisy) == pytest.approx(0.0, abs=0.05)
+    assert BED.exponent_seen(seen_with(1.0, [0.02, 0.1])) == 0.0

@@ -16,13 +16,14 @@ from pidpanel.damping.best_linear import LinearApproximation
 from pidpanel.damping.random_reading import RandomReading, read_random
 from pidpanel.random_round import PatchDrive, RandomRound, record_name, records_of
 from pidpanel.response.from_study import PanelFiles, Readings, read_panel_in_sound
+from pidpanel.response.random_motions import solve
 from pidpanel.response.random_rounds import (
+    Told,
     band_edges,
     expected_legs,
     expected_rounds,
     next_period,
     next_round,
-    solve,
     write_round,
 )
 from pidpanel.study import load_study
@@ -163,7 +164,7 @@ def test_stated_errors_of_rms_accelerations_are_true(made, panel, tmp_path):
 
 
 def test_records_of_another_motion_do_not_count(made, tmp_path):
-    # red: `<= ALIKE` → `<= 10` in reading_of_records
+    # red: `<= ALIKE` → `<= 10` in told_by
     rounds = looped(made, tmp_path)
     first, last = rounds[0].drives[0], rounds[-2].drives[0]
     assert abs(np.log(first.acceleration_rms / last.acceleration_rms)) > 0.1
@@ -181,6 +182,7 @@ def test_a_scenario_that_ran_out_of_time_is_not_found_to_agree_later(made, panel
     # red: without `if drive.scenario not in shaken` in next_round
     study, _ = made
     readings = the_element(study)
+    told = {key: Told(one, 1.0, 0.0) for key, one in readings.items()}
     solved = solve(study, panel, readings)["both"]
     stuck = replace(a_drive(period=0.0), moved=0.2, relative_error=0.1)
     other = a_drive("1").with_motion(*solved.motions["PID-1"])
@@ -189,8 +191,8 @@ def test_a_scenario_that_ran_out_of_time_is_not_found_to_agree_later(made, panel
     )
     # the other scenario is one that this study does not have
     with pytest.raises(KeyError, match="another"):
-        next_round([before], study, panel, readings)
-    after = next_round([replace(before, drives=(stuck,))], study, panel, readings)
+        next_round([before], study, panel, told)
+    after = next_round([replace(before, drives=(stuck,))], study, panel, told)
     assert after.drives == (stuck,)
     assert after.is_last
 

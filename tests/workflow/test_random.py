@@ -22,7 +22,7 @@ def values(**changes):
     found["scenarios"].pop("pots")
     found["damping"] = {
         "readings": READINGS,
-        "random": {"relative_error": 0.3, "time_s": 0.3, "max_time_s": 1.2, "max_rounds": 4}
+        "random": {"relative_error": 0.3, "time_s": 0.3, "max_time_s": 1.5, "max_rounds": 4}
         | changes,
     }
     return found
@@ -54,7 +54,7 @@ def test_panel_and_coupons_agree_in_bounded_rounds(ran):
     assert len(rounds) <= 5
     for drive in rounds[-1].drives:
         spent = sum(one.drive(drive.label).period for one in rounds)
-        assert drive.reached or spent > 1.2 - 0.3 or len(rounds) == 5
+        assert drive.reached or spent > 1.5 - 0.3 or len(rounds) == 5
         # the motion that was driven last is near the one that comes out
         driven = [one.drive(drive.label) for one in rounds if one.drive(drive.label).period][-1]
         assert driven.acceleration_rms == pytest.approx(drive.acceleration_rms, rel=0.25)
@@ -87,7 +87,7 @@ def test_the_response_reads_the_impedance_of_the_last_round(ran):
 def test_nothing_runs_again_and_a_tighter_accuracy_continues(ran):
     # red: `number` → the relative error in next_period
     assert jobs(snakemake(ran, written(ran, values()), psd_file("two"), "-n")) == {}
-    tighter = written(ran, values(relative_error=0.001, max_time_s=2.4, max_rounds=5))
+    tighter = written(ran, values(relative_error=0.001, max_time_s=2.7, max_rounds=5))
     before = len(rounds_of(ran))
     legs = sorted((ran / "results/two/random").glob("leg*/*.npz"))
     times = {path: path.stat().st_mtime_ns for path in legs}

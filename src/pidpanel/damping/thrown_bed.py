@@ -6,6 +6,8 @@ once records have told them at one. No result does.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +20,18 @@ from pidpanel.inelastic import at_impacts, impact_rate
 LEAST_VELOCITY = 1e-6
 """Of a motion [m/s]: slower ones are no motion."""
 
-UNSURE = 0.5
-"""Standard deviation of the share of the inelastic body's change with the motion, before it is
-seen: C_e of beds that ride falls with the motion as told, of those that begin to cross it rises."""
+UNSURE = 0.7
+"""Standard deviation of that power before it is seen: C_e of beds that ride falls with the motion
+nearly as told, of those that begin to cross it rises sooner or later than told."""
 
-SHARES = (-2.0, 2.0)
-"""Least and largest share."""
+NEAR = 0.5
+"""Distance of ln of the velocity up to which motions tell of it."""
+
+FARTHEST = 1.35
+"""Ratio of velocities over which what was found is carried."""
+
+EXPONENTS = (-3.0, 4.0)
+"""Least and largest power."""
 
 NEVER_CLOSER = 0.05
 """Standard deviation of ln C_e of a band beside its stated error."""
@@ -81,58 +89,61 @@ class ThrownBed:
         return RandomReading(bands, weight=self.mass, area=1.0)
 
     def carried(
-        self, reading: RandomReading, velocity: float, share: float, other: float
+        self, reading: RandomReading, velocity: float, exponent: float, other: float
     ) -> RandomReading:
         """Return what was found under one motion as it is expected under another.
 
-        ln C_e and m_a change by a share of what those of the inelastic body do.
+        C_e changes as that of the inelastic body and with a power of the velocity besides, m_a by
+        as much as that of the body. Motions beyond `FARTHEST` are taken to be there.
 
         Parameters
         ----------
         reading, velocity
             What was found, and the rms of its motion [m/s].
-        share
-            See `share_seen`.
+        exponent
+            Of the power; see `exponent_seen`.
         other
             rms of the other motion [m/s].
         """
         bed, bands = replace(self, mass=reading.weight), reading.bands
+        other = min(max(other, velocity / FARTHEST), velocity * FARTHEST)
         was, is_ = (bed.values(bands.frequency, v) for v in (velocity, other))
-        factor = (is_[0] / was[0]) ** share
+        factor = is_[0] / was[0] * (other / velocity) ** exponent
         return replace(
             reading,
             bands=replace(
                 bands,
                 equivalent_damping=bands.equivalent_damping * factor,
                 equivalent_damping_error=bands.equivalent_damping_error * factor,
-                apparent_mass=bands.apparent_mass + share * (is_[1] - was[1]),
+                apparent_mass=bands.apparent_mass + is_[1] - was[1],
             ),
         )
 
-    def share_seen(
-        self, reading: RandomReading, velocity: float, earlier: RandomReading, before: float
-    ) -> float:
-        """Return the share of the expected change of ln C_e that was seen between two motions.
+    def exponent_seen(self, found: Sequence[tuple[RandomReading, float]]) -> float:
+        """Return the power of the velocity with which C_e changes besides that of the body.
 
-        Least squares over the bands, with 1 ± `UNSURE` counted in beforehand: where the motions
-        are nearly the same they tell nothing.
+        Least squares of ln C_e over that of the body, with a constant for each band, and
+        0 ± `UNSURE` counted in beforehand: motions that are nearly the same tell nothing.
 
         Parameters
         ----------
-        reading, velocity
-            What was found, and the rms of its motion [m/s].
-        earlier, before
-            What was found of the same packings under another motion, and its rms [m/s].
+        found
+            Of the same packings under motions, and their rms [m/s]. Those count that are near the
+            last.
         """
-        frequency = reading.bands.frequency
-        now, then = (self.values(frequency, v)[0] for v in (velocity, before))
-        expected = np.log(now / then)
-        found, error = _log_damping(reading, frequency)
-        was, was_error = _log_damping(earlier, frequency)
-        weight = 1 / (error**2 + was_error**2 + NEVER_CLOSER**2)
-        told = UNSURE**-2 + float(weight @ (expected * (found - was)))
-        share = told / (UNSURE**-2 + float(weight @ expected**2))
-        return min(max(share, SHARES[0]), SHARES[1])
+        last, now = found[-1]
+        frequency = last.bands.frequency
+        near = [(one, v) for one, v in found if abs(math.log(v / now)) <= NEAR]
+        log_velocity = np.log([v for _, v in near])[:, None]
+        damping, error = (np.stack(part) for part in zip(
+            *(_log_damping(one, frequency) for one, _ in near), strict=True))  # fmt: skip
+        body = np.stack([np.log(self.values(frequency, v)[0]) for _, v in near])
+        weight = 1 / (error**2 + NEVER_CLOSER**2)
+        share = weight / weight.sum(axis=0)
+        rise = log_velocity - np.sum(share * log_velocity, axis=0)
+        told = float(np.sum(weight * rise * (damping - body)))
+        exponent = told / (UNSURE**-2 + float(np.sum(weight * rise**2)))
+        return min(max(exponent, EXPONENTS[0]), EXPONENTS[1])
 
 
 def _log_damping(reading: RandomReading, frequency: Array) -> tuple[Array, Array]:

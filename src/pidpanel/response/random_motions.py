@@ -9,7 +9,7 @@ with the slope of a closed form.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,9 +32,6 @@ Key = tuple[str, str]
 
 Expected = Callable[[float], RandomReading]
 """Rms velocity of a patch [m/s] → C_e and m_a."""
-
-START = 0.1
-"""Velocity from which the agreeing one is searched [m/s]; where it ends does not depend on it."""
 
 STILL = 1e-6
 """Velocity that is none [m/s]."""
@@ -85,7 +82,10 @@ def solve(
 
 
 def agreeing(
-    study: Study, panel: PanelInSound, expected: Mapping[Key, Expected]
+    study: Study,
+    panel: PanelInSound,
+    expected: Mapping[Key, Expected],
+    start: Mapping[Key, float],
 ) -> dict[str, Solved]:
     """Return what every scenario does where its motion is that of which its damping is expected.
 
@@ -95,14 +95,16 @@ def agreeing(
         The study, and its panel in the sound.
     expected
         Of every coupon.
+    start
+        Velocities near which that motion is looked for [m/s].
     """
     solver = panel.solver(rms_only=True)
-    start = {key: reading(START) for key, reading in expected.items()}
-    readings = {}
-    for label, case in _cases(study, panel, solver, start).items():
-        own = {patch: one for (scenario, patch), one in expected.items() if scenario == label}
-        for patch, velocity in _agreeing_velocity(panel, solver, case, own).items():
-            readings[label, patch] = own[patch](velocity)
+    there = {key: reading(start[key]) for key, reading in expected.items()}
+    readings: dict[Key, RandomReading] = {}
+    for label, case in _cases(study, panel, solver, there).items():
+        own = [key for key in expected if key[0] == label]
+        velocity = _agreeing_velocity(panel, solver, case, own, expected, start)
+        readings |= {key: expected[key](v) for key, v in zip(own, velocity, strict=True)}
     return solve(study, panel, readings)
 
 
@@ -136,26 +138,31 @@ def _cases(
 
 
 def _agreeing_velocity(
-    panel: PanelInSound, solver: Solver, case: SolvedScenario, expected: Mapping[str, Expected]
-) -> dict[str, float]:
-    """Rms velocity [m/s] of each patch at which its motion reproduces itself."""
-    moved, patches = _Moved(panel, solver, case), list(expected)
+    panel: PanelInSound,
+    solver: Solver,
+    case: SolvedScenario,
+    own: Sequence[Key],
+    expected: Mapping[Key, Expected],
+    start: Mapping[Key, float],
+) -> list[float]:
+    """Rms velocity [m/s] of each patch of a scenario at which its motion reproduces itself."""
+    moved = _Moved(panel, solver, case)
     mass = panel.study.response.damper_mass
 
     def log_velocity(log_assumed: Array) -> Array:
         readings = {
-            patch: expected[patch](velocity)
-            for patch, velocity in zip(patches, np.exp(log_assumed).tolist(), strict=True)
+            key[1]: expected[key](velocity)
+            for key, velocity in zip(own, np.exp(log_assumed).tolist(), strict=True)
         }
         if not mass:
             readings = {patch: one.without_mass() for patch, one in readings.items()}
         motions = moved(readings)
-        found = [max(rms_velocity(motions[patch]), STILL) for patch in patches]
-        return np.log(found)
+        return np.log([max(rms_velocity(motions[patch]), STILL) for _, patch in own])
 
-    start = np.full(len(patches), math.log(START))
-    found, _ = iterate(log_velocity, start, AGREES, MOST_STEPS)
-    return dict(zip(patches, np.exp(found).tolist(), strict=True))
+    log_start = np.log([max(start[key], STILL) for key in own])
+    found, _ = iterate(log_velocity, log_start, AGREES, MOST_STEPS)
+    velocities: list[float] = np.exp(found).tolist()
+    return velocities
 
 
 class _Moved:

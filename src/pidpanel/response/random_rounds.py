@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -36,6 +36,9 @@ BULK = 0.46
 """Volume of the particles over that of a full cell, for the first motion alone: 2 mm spheres in
 6.35 mm cells."""
 
+START = 0.1
+"""Velocity from which the first one is searched [m/s]; it does not depend on that."""
+
 MOVED = 0.01
 """Change of an rms acceleration from round to round below which motion and damping agree [1]."""
 
@@ -56,7 +59,7 @@ def first_round(study: Study, panel: PanelInSound) -> RandomRound:
     """Return round 0: the motions that agree with what inelastic bodies would do."""
     edges = band_edges(study.response.frequency_hz)
     expected = {key: partial(bed.reading, edges) for key, bed in beds(study).items()}
-    solved = agreeing(study, panel, expected)
+    solved = agreeing(study, panel, expected, dict.fromkeys(expected, START))
     drives = [
         PatchDrive(
             label=str(number),
@@ -91,8 +94,7 @@ def next_round(
     rounds: Sequence[RandomRound],
     study: Study,
     panel: PanelInSound,
-    readings: Mapping[Key, RandomReading],
-    earlier: Mapping[Key, RandomReading] | None = None,
+    told: Mapping[Key, Told],
 ) -> RandomRound:
     """Return the round after some others.
 
@@ -102,13 +104,11 @@ def next_round(
         All before, in order.
     study, panel
         The study, and its panel in the sound.
-    readings
-        Of every coupon, from the records so far.
-    earlier
-        The same without the records of the last round; none after round 0.
+    told
+        By the records so far, of every coupon.
     """
     before, wanted = rounds[-1], study.damping.random
-    solved = solve(study, panel, readings)
+    solved = solve(study, panel, {key: one.reading for key, one in told.items()})
     shaken = {drive.scenario for drive in before.wanted}
     drives, again = [], set()
     for drive in before.drives:
@@ -137,36 +137,19 @@ def next_round(
             ).with_motion(*own.motions[drive.patch])
         )
     if again:
-        new = {key: reading for key, reading in readings.items() if key[0] in again}
-        solved |= _ahead(rounds, study, panel, new, earlier or {})
+        bed = beds(study)
+        expected = {
+            key: partial(bed[key].carried, one.reading, one.velocity, one.exponent)
+            for key, one in told.items()
+            if key[0] in again
+        }
+        solved |= agreeing(study, panel, expected, {key: told[key].velocity for key in expected})
     drives = [
         drive.with_motion(*solved[drive.scenario].motions[drive.patch]) if drive.period else drive
         for drive in drives
     ]
     rms = {label: one.rms_g for label, one in solved.items()}
     return RandomRound(before.round + 1, tuple(drives), rms)
-
-
-def _ahead(
-    rounds: Sequence[RandomRound],
-    study: Study,
-    panel: PanelInSound,
-    readings: Mapping[Key, RandomReading],
-    earlier: Mapping[Key, RandomReading],
-) -> dict[str, Solved]:
-    """The motions that will agree with what the records said, if C_e follows as expected."""
-    bed, expected = beds(study), {}
-    for drive in rounds[-1].drives:
-        key = drive.scenario, drive.patch
-        if key not in readings:
-            continue
-        driven = [one.drive(drive.label) for one in rounds if one.drive(drive.label).period]
-        now, *before = [rms_velocity(one.motion) for one in reversed(driven)]
-        reading, share = readings[key], 1.0
-        if key in earlier:
-            share = bed[key].share_seen(reading, now, earlier[key], before[0])
-        expected[key] = partial(bed[key].carried, reading, now, share)
-    return agreeing(study, panel, expected)
 
 
 def next_period(wanted: RandomDrive, before: Sequence[float], moved: float) -> float:
@@ -250,10 +233,32 @@ def _fill(fill_fraction: float | None) -> float:
 # --------------------------------------------------------------------------------- records
 
 
-def reading_of_records(
-    drive: Sequence[PatchDrive], records: Sequence[Sequence[Record]], band: tuple[float, float]
-) -> RandomReading:
-    """Return what the records of one patch say whose motion was about that of the last.
+@dataclass(frozen=True)
+class Told:
+    """What the records of one patch say.
+
+    Attributes
+    ----------
+    reading
+        C_e and m_a, of those whose motion was about that of the last.
+    velocity
+        Mean rms of these motions [m/s].
+    exponent
+        See `thrown_bed.ThrownBed.exponent_seen`.
+    """
+
+    reading: RandomReading
+    velocity: float
+    exponent: float
+
+
+def told_by(
+    drive: Sequence[PatchDrive],
+    records: Sequence[Sequence[Record]],
+    band: tuple[float, float],
+    bed: ThrownBed,
+) -> Told:
+    """Return what the records of one patch say.
 
     Parameters
     ----------
@@ -263,20 +268,32 @@ def reading_of_records(
         Of each of these rounds those of all packings.
     band
         Lowest and highest frequency [Hz].
+    bed
+        The inelastic body in the place of its particles.
     """
-    last = drive[-1].acceleration_rms
-    alike = [
-        own
-        for one, own in zip(drive, records, strict=True)
-        if abs(math.log(one.acceleration_rms / last)) <= ALIKE
-    ]
+    last, edges = drive[-1].acceleration_rms, band_edges(band)
+    alike = [abs(math.log(one.acceleration_rms / last)) <= ALIKE for one in drive]
+    velocity = [rms_velocity(one.motion) for one in drive]
+    each = [_reading([own], edges) for own in records]
+    mean = np.average(
+        np.log(velocity), weights=[a * d.period for a, d in zip(alike, drive, strict=True)]
+    )
+    return Told(
+        _reading([own for own, one in zip(records, alike, strict=True) if one], edges),
+        math.exp(mean),
+        bed.exponent_seen(list(zip(each, velocity, strict=True))),
+    )
+
+
+def _reading(records: Sequence[Sequence[Record]], edges: Array) -> RandomReading:
+    """What the records of all packings of some rounds say."""
     legs = [
         Leg(own[0].frequency, own[0].velocity, np.stack([one.force for one in own]))
-        for own in alike
+        for own in records
     ]
-    newest = alike[-1]
+    newest = records[-1]
     return RandomReading(
-        approximate(legs, band_edges(band)),
+        approximate(legs, edges),
         weight=float(np.mean([one.mass_per_area for one in newest])),
         area=newest[0].area,
     )
@@ -332,23 +349,20 @@ def write_round(
         return
     rounds = [RandomRound.read(folder / f"round{number}.json") for number in range(before)]
     seeds = range(1, study.damping.random.seeds + 1)
-    readings, earlier = {}, {}
+    bed, told = beds(study), {}
     for drive in rounds[0].drives:
         key = drive.scenario, drive.patch
         driven = [one for one in rounds if one.drive(drive.label).period > 0]
-        own = [one.drive(drive.label) for one in driven]
         records = [
             [Record.read(folder / record_name(one.round, drive.label, seed)) for seed in seeds]
             for one in driven
         ]
-        band = study.response.frequency_hz
-        readings[key] = reading_of_records(own, records, band)
-        if len(own) > 1:
-            earlier[key] = reading_of_records(own[:-1], records[:-1], band)
+        own = [one.drive(drive.label) for one in driven]
+        told[key] = told_by(own, records, study.response.frequency_hz, bed[key])
     rows = [
         row
-        for (scenario, patch), reading in readings.items()
-        for row in to_rows(reading, {"scenario": scenario, "patch": patch})
+        for (scenario, patch), one in told.items()
+        for row in to_rows(one.reading, {"scenario": scenario, "patch": patch})
     ]
     pd.DataFrame(rows).to_csv(impedance, index=False, float_format="%.8g")
-    next_round(rounds, study, panel, readings, earlier).write(output)
+    next_round(rounds, study, panel, told).write(output)
