@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from scripts import panel as panel_script
 from scripts import sound as sound_script
 
@@ -161,6 +162,27 @@ def test_stated_errors_of_rms_accelerations_are_true(made, panel, tmp_path):
     assert np.sqrt(np.mean(np.square(z))) < 1.6
     assert np.sqrt(np.mean(np.square(z))) > 0.4
     assert max(stated) < 0.03
+
+
+def test_a_table_beside_a_coupon_is_read_at_its_own_motion(made, tmp_path, write_study):
+    # red: `found.acceleration_g` → NaN of it in _Moved
+    _, files = made
+    values = yaml.safe_load((files.modes.parent / "law.yaml").read_text())
+    values["dampers"] = {"foil": {"table": "lab.csv"}, "beads": {"coupon": values.pop("coupon")}}
+    both = values["scenarios"]["both"]["layout"]
+    both["PID-1"]["damper"], both["Left wing"]["damper"] = "beads", "foil"
+    mixed = load_study(write_study(tmp_path, "mixed", values))
+    write_round(mixed, files, tmp_path, 0, tmp_path / "round0.json", tmp_path / "impedance0.csv")
+    first = RandomRound.read(tmp_path / "round0.json")
+    (drive,) = first.drives
+    assert drive.damper == "beads" and 1 < drive.acceleration_rms < 1000
+    assert set(first.acceleration_rms_g["both"]) == {
+        "centre",
+        "Edge",
+        "patch PID-1",
+        "patch Left wing",
+    }
+    assert np.isfinite(list(first.acceleration_rms_g["both"].values())).all()
 
 
 def test_records_of_another_motion_do_not_count(made, tmp_path):
