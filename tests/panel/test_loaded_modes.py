@@ -73,6 +73,20 @@ def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
     assert modes.shape[1] == np.sum(value < (2 * np.pi * 150.0) ** 2)
 
 
+def test_shapes_that_rest_at_all_vertices_are_as_large_as_the_others(tmp_path):
+    # sin(5πx/a) on five elements: scaled by what rounding leaves at the vertices, it was 1e13 times
+    # the others, and cut them all off from the patch (g rms of a whole panel full as of a bare one)
+    # red: HIDDEN = 0
+    mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (5, 4), {"all": PATCHES["all"]}, {})
+    coarse = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
+    shapes = panel_shapes(coarse, 900.0, damper_mass={"all": 60.0})
+    at_vertices = np.abs(coarse.at_vertices @ shapes.vectors).max(axis=0)
+    between = np.abs(coarse.at_quadrature @ shapes.vectors).max(axis=0)
+    assert np.any(at_vertices < 1e-6)  # the case is one
+    largest = np.maximum(at_vertices, between)
+    assert largest.min() > 0.99 and largest.max() <= 10  # what HIDDEN allows
+
+
 def test_the_plate_comes_back_from_its_file(plate, tmp_path):
     # red: in read_plate, return found without its lower triangle
     shapes = panel_shapes(plate, 300.0)

@@ -31,6 +31,7 @@ def chain(ends_held, patches=()):
             "mass": sp.csr_array(MASS * np.eye(COUNT)),
             "patch_overlap": {str(k): sp.csr_array(np.diag(w)) for k, w in enumerate(patches)},
             "at_vertices": sp.csr_array(np.eye(COUNT)),
+            "at_quadrature": sp.csr_array((0, COUNT)),
         }
     )
 

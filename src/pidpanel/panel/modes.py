@@ -65,6 +65,8 @@ RIGID = 1e-12
 MOST_RIGID = 16
 # Columns of which the energies are computed together, so that no copy of all is made.
 COLUMNS_AT_ONCE = 64
+# A shape whose w at the vertices is below this share of that between them is not seen by them.
+HIDDEN = 0.1
 # Of the elastic energy of a static answer: what the modes leave below it is rounding.
 ROUNDING = 1e-16
 
@@ -83,6 +85,10 @@ class Matrices(Protocol):
     @property
     def at_vertices(self) -> sp.csr_array:
         """(n_vertices, n) w at the vertices."""
+
+    @property
+    def at_quadrature(self) -> sp.csr_array:
+        """(n_quadrature, n) w at the quadrature points."""
 
 
 class Plate(Matrices, Protocol):
@@ -108,10 +114,6 @@ class Plate(Matrices, Protocol):
     def quadrature_weight(self) -> Array:
         """(n_quadrature,) [m²]."""
 
-    @property
-    def at_quadrature(self) -> sp.csr_array:
-        """(n_quadrature, n)."""
-
 
 @dataclass(frozen=True)
 class Loaded:
@@ -120,6 +122,7 @@ class Loaded:
     stiffness: sp.csr_array
     mass: sp.csr_array
     at_vertices: sp.csr_array
+    at_quadrature: sp.csr_array
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,8 @@ class Shapes:
     residual_frequency
         (n_residual,) of the others [Hz], ascending.
     vectors
-        (n_free, n_modes + n_residual) max |w| = 1 over the vertices; M and K are diagonal.
+        (n_free, n_modes + n_residual) max |w| = 1 over the vertices, or at the quadrature points
+        where the vertices rest; M and K are diagonal.
     """
 
     frequency: Array
@@ -425,19 +429,31 @@ def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit
     mass = plate.mass
     for name, value in damper_mass.items():
         mass = mass + value * plate.patch_overlap[name]
-    heavy = Loaded(plate.stiffness, sp.csr_array(mass), plate.at_vertices)
+    heavy = Loaded(plate.stiffness, sp.csr_array(mass), plate.at_vertices, plate.at_quadrature)
     return normal_modes(heavy, frequency_limit)[1]
 
 
 def _normalise(plate: Matrices, vectors: Array) -> Array:
     """Scale each column to max |w| = 1 over the vertices, w > 0 there.
 
-    A symmetric shape has several vertices with the same |w|; the first of them, to within
-    rounding, carries the sign.
+    A shape whose half-waves are the elements rests at all vertices, but for rounding: one that
+    hardly moves there is scaled by w at the quadrature points.
     """
     at_vertices = plate.at_vertices @ vectors
-    size = np.abs(at_vertices)
-    peak = size.max(axis=0)
-    first = np.argmax(size > (1 - 1e-6) * peak, axis=0)
-    sign = np.sign(at_vertices[first, np.arange(vectors.shape[1])])
-    return vectors * (sign / peak)
+    peak = _peaks(at_vertices)
+    step = max(1, plate.at_quadrature.shape[0] // (2 * len(at_vertices)))
+    between = np.abs(plate.at_quadrature[::step] @ vectors).max(axis=0, initial=0.0)
+    hidden = np.abs(peak) < HIDDEN * between
+    if hidden.any():
+        peak[hidden] = _peaks(plate.at_quadrature @ vectors[:, hidden])
+    return vectors / peak
+
+
+def _peaks(w: Array) -> Array:
+    """Return of each column the w (n,) of largest |w|.
+
+    A symmetric shape has several with the same |w|: the first of them, to within rounding.
+    """
+    size = np.abs(w)
+    first = np.argmax(size > (1 - 1e-6) * size.max(axis=0), axis=0)
+    return np.sign(w[first, np.arange(w.shape[1])]) * size.max(axis=0)
