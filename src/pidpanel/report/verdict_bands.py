@@ -101,7 +101,7 @@ def level_psd_figure(
     point
         Where.
     """
-    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     for number, (label, title) in enumerate(scenarios):
         colour = style.place_colour(label, [one for one, _ in scenarios])
@@ -117,5 +117,6 @@ def level_psd_figure(
     for axes in panels:
         axes.set_xlabel("Frequency, Hz")
     panels[0].set_ylabel(f"Acceleration PSD at {point}, g²/Hz")
-    panels[1].legend(fontsize="small")
+    handles, names = panels[1].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3)
     return figure
