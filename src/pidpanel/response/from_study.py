@@ -6,7 +6,7 @@ files of the stage, `rounds` the rounds of a target.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -504,7 +504,12 @@ class PanelInSound:
         return self.field, lines, motion, self.coarse_frequency
 
     def responses(
-        self, solver: Solver, readings: Readings, *, dead_weight: bool = True
+        self,
+        solver: Solver,
+        readings: Readings,
+        *,
+        dead_weight: bool = True,
+        only: Collection[str] | None = None,
     ) -> list[SolvedScenario]:
         """Return every scenario in every reading of the damping.
 
@@ -512,12 +517,14 @@ class PanelInSound:
         ----------
         solver
             From `solver`.
-        readings, dead_weight
+        readings, dead_weight, only
             As of `asked`.
         """
-        return self.solved(solver, self.asked(readings, dead_weight=dead_weight))
+        return self.solved(solver, self.asked(readings, dead_weight=dead_weight, only=only))
 
-    def asked(self, readings: Readings, *, dead_weight: bool = True) -> Asked:
+    def asked(
+        self, readings: Readings, *, dead_weight: bool = True, only: Collection[str] | None = None
+    ) -> Asked:
         """Return what is to be solved for every scenario in every reading.
 
         Parameters
@@ -527,10 +534,13 @@ class PanelInSound:
         dead_weight
             Whether the same masses without damping are wanted too, once for each distinct set of
             patches, masses and level.
+        only
+            Labels of the scenarios that are wanted; None for all.
         """
         rows = [
             (scenario, name, self.pressure_factor(scenario), self._filled(scenario, readings, name))
             for scenario in self.study.all_scenarios()
+            if only is None or scenario.label in only
             for name in readings.names
         ]
         # the bare panel once a level, dead weight once for each set of masses and level

@@ -132,8 +132,7 @@ def _cases(
     wanted = {scenario for scenario, _ in readings}
     return {
         case.scenario.label: case
-        for case in panel.responses(solver, of_all, dead_weight=False)
-        if case.scenario.label in wanted
+        for case in panel.responses(solver, of_all, dead_weight=False, only=wanted)
     }
 
 
