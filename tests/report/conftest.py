@@ -162,6 +162,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "power_balance_error": 1e-9,
                         "basis_error": 1e-3,
                         "motion_residual": 0.0,
+                        "agreed": True,
                         "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
                         "added_mass_percent": 0.0 if scenario.is_bare else np.nan,
                         "dead_weight_acceleration_rms_g": np.nan,

@@ -125,7 +125,7 @@ def exact(study, panel, common=0.0, own=0.0):
 
 
 def test_the_loop_ends_at_the_response_with_the_element_itself(made, panel, tmp_path):
-    # red: `omega * cross.imag` → `cross.imag` in best_linear._fit; MOVED = 1
+    # red: `omega * cross.imag` → `cross.imag` in best_linear._fit; MOVED = 1; without `agreed=`
     rounds = looped(made, tmp_path)
     last = rounds[-1]
     assert all(drive.reached for drive in last.drives)
@@ -134,8 +134,9 @@ def test_the_loop_ends_at_the_response_with_the_element_itself(made, panel, tmp_
     # C_e of a band holds at its mean frequency, m_a besides: 1e-3 of the search's lines
     expected = exact(made[0], panel)["both"].rms_g
     assert last.acceleration_rms_g["both"] == pytest.approx(expected, rel=1e-3)
-    for key, reading in read_random(tmp_path / "impedance2.csv").items():
-        assert key[0] == "both"
+    assert not any(one.agreed for one in read_random(tmp_path / "impedance1.csv").values())
+    for key, reading in read_random(tmp_path / "impedance3.csv").items():
+        assert key[0] == "both" and reading.agreed
         assert reading.bands.equivalent_damping == pytest.approx(DAMPING, rel=1e-6)
         assert reading.bands.apparent_mass == pytest.approx(MASS, rel=1e-6)
         assert reading.weight == 4.0

@@ -78,6 +78,10 @@ def test_the_response_reads_the_impedance_of_the_last_round(ran):
             )
             # lines of the result lie beside the frequencies of the bands
             assert np.exp(at) == pytest.approx(expected.to_numpy(), rel=0.05)
+        summary = pd.read_csv(ran / "results/two/response/summary.csv")
+        reached = all(drive.reached for drive in rounds_of(ran)[-1].drives)
+        assert set(summary.loc[summary["scenario"] == "both", "agreed"]) == {reached}
+        assert summary.loc[summary["scenario"] == "bare", "agreed"].all()
         power = psd["acceleration_psd"].sel(scenario="both").integrate("frequency")
         plain, source = (power.sel(reading=name).to_numpy() for name in READINGS)
         assert (source > plain).all()

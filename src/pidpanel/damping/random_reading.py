@@ -50,12 +50,15 @@ class RandomReading:
         Of the coupon [m²].
     with_mass
         Whether m_a counts.
+    agreed
+        Whether that motion is the one which the panel then has, and known as well as is wanted.
     """
 
     bands: LinearApproximation
     weight: float
     area: float
     with_mass: bool = True
+    agreed: bool = True
     depends_on_acceleration = False
 
     @property
@@ -166,6 +169,7 @@ def to_rows(reading: RandomReading, what: dict[str, Any]) -> list[dict[str, Any]
         "particle_mass_per_area_kg_m2": reading.weight,
         "coupon_area_m2": reading.area,
         "packing_error": values.pop("packing_error"),
+        "agreed": reading.agreed,
     }
     count = len(reading.bands.frequency)
     return [
@@ -183,6 +187,7 @@ def from_rows(rows: pd.DataFrame) -> RandomReading:
         bands,
         weight=float(rows["particle_mass_per_area_kg_m2"].iloc[0]),
         area=float(rows["coupon_area_m2"].iloc[0]),
+        agreed=bool(rows["agreed"].iloc[0]),
     )
 
 
@@ -195,7 +200,7 @@ def read_random(path: Path) -> dict[tuple[str, str], RandomReading]:
         With the file, if a column is missing.
     """
     table = pd.read_csv(path)
-    missing: Sequence[str] = sorted(set(UNITS.values()) - set(table.columns))
+    missing: Sequence[str] = sorted({*UNITS.values(), "agreed"} - set(table.columns))
     if missing:
         raise DampingError(f"{path}: no column {missing[0]}")
     return {

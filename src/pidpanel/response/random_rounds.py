@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -359,10 +360,11 @@ def write_round(
         ]
         own = [one.drive(drive.label) for one in driven]
         told[key] = told_by(own, records, study.response.frequency_hz, bed[key])
-    rows = [
-        row
-        for (scenario, patch), one in told.items()
-        for row in to_rows(one.reading, {"scenario": scenario, "patch": patch})
-    ]
+    found = next_round(rounds, study, panel, told)
+    rows: list[dict[str, Any]] = []
+    for drive in found.drives:
+        reading = told[drive.scenario, drive.patch].reading
+        patch = {"scenario": drive.scenario, "patch": drive.patch}
+        rows += to_rows(replace(reading, agreed=drive.reached), patch)
     pd.DataFrame(rows).to_csv(impedance, index=False, float_format="%.8g")
-    next_round(rounds, study, panel, told).write(output)
+    found.write(output)

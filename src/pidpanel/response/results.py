@@ -13,6 +13,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.random_reading import RandomReading
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
@@ -284,6 +285,9 @@ def _summary(
         full=full,
         read_at_g=read_at,
         patch_motion_g=motion,
+        agreed=all(
+            one.reading.agreed for one in case.filled if isinstance(one.reading, RandomReading)
+        ),
     )
     beside = dead_weight_columns(
         case.bare, case.dead_weight, case.masses(panel.load_area(one)), panel_mass

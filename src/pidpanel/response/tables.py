@@ -25,6 +25,7 @@ def summary_rows(
     full: Response,
     read_at_g: float,
     patch_motion_g: float,
+    agreed: bool,
 ) -> list[dict[str, Any]]:
     """Rms values of a scenario, a row per point.
 
@@ -43,6 +44,8 @@ def summary_rows(
         diagonal form was asked for.
     read_at_g, patch_motion_g
         Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
+    agreed
+        Whether damping that was measured under a motion agrees with that of the scenario.
     """
     rows = []
     outside = 1 - float(found.inside.all(axis=0).mean()) if len(found.inside) else 0.0
@@ -66,6 +69,7 @@ def summary_rows(
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
                 "motion_residual": found.residual,
+                "agreed": agreed,
             }
         )
     return rows
