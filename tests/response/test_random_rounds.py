@@ -265,12 +265,12 @@ def test_what_a_study_will_take_grows_with_its_accuracy_and_is_nothing_once_done
         expected_rounds(RandomDrive(relative_error=error, max_time_s=500, max_rounds=30), CELLS)
         for error in (0.05, 0.001)
     )
-    assert rough == (4, 8.0)
+    assert rough == (3, 7.0)
     assert fine[1] >= (0.03 / 0.001) ** 2 / (2 * CELLS)
     study, _ = made
     legs, rounds = expected_legs(study, tmp_path)
-    assert len(legs) == 4 and rounds == 4
-    assert {time for _, time in legs} == {8.0}
+    assert len(legs) == 4 and rounds == 3
+    assert {time for _, time in legs} == {7.0}
     assert {run.bed.fill_fraction for run, _ in legs} == {0.5, 0.35}
     folder = tmp_path / study.name / "random"
     folder.mkdir(parents=True)

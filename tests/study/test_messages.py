@@ -122,6 +122,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a file beside the study, or one of acrylic_2mm.csv"),
         (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
         (SMOKE, "damping.random", {"seeds": 3}, "damping.random", "damping.random = {seeds: 3}: only allowed with the reading random or random_with_source"),
+        (AT_RANDOM, "response.frequency_hz", [100, 104], "damping.random.time_s", "damping.random.time_s = 1: must be at least 2.5 for 10 lines in response.frequency_hz = [100, 104]"),
         (AT_RANDOM, "damping.random.max_time_s", 1.5, "damping.random.max_time_s", "damping.random.max_time_s = 1.5: must be at least twice time_s = 1"),
         (AT_RANDOM, "damping.random.seeds", 1, "damping.random.seeds", "damping.random.seeds = 1: must be from 2 to 50"),
         (PANEL_ALONE, "damping.readings", ["random"], "damping.readings", "damping.readings = [random]: a section coupon or a damper with a coupon is required to drive it at random"),

@@ -110,7 +110,8 @@ class RandomDrive(Model):
     seeds: Annotated[int, whole(2, 50)] = 2
     """Packings that are driven alike; two and more tell what of their force they share."""
     time_s: Annotated[float, Quantity(0.2, 60, units=MILLISECONDS)] = 1.0
-    """Record of the first round, of each packing [s]; its inverse is from line to line."""
+    """Record of the first round, of each packing [s]; its inverse is from line to line, and the
+    range of the response must hold ten lines."""
     max_time_s: Annotated[float, Quantity(0.2, 1000)] = 20.0
     """Most record of all rounds together, of each packing [s]."""
     max_rounds: Annotated[int, whole(2, 30)] = 8

@@ -35,6 +35,9 @@ NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter 
 RESERVED = ("coupon", "verification")
 """Folders of the results that belong to all studies."""
 
+FEWEST_LINES = 10
+"""Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e."""
+
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
 
@@ -224,11 +227,28 @@ class Study(CouponStudy):
         if "random" in self.damping.model_fields_set and not set(self.readings) & set(RANDOM):
             says = f"only allowed with the reading {' or '.join(RANDOM)}"
             yield Mistake(("damping", "random"), says)
+        yield from self._mistakes_of_lines()
         yield from self._mistakes_of_coupled()
         if self.damping.target is not None and "dem" not in self.readings:
             yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
             yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
+
+    def _mistakes_of_lines(self) -> Iterator[Mistake]:
+        """Yield records that have too few lines in the range of the response, 1/T apart."""
+        low, high = self.response.frequency_hz
+        least = FEWEST_LINES / (high - low)
+        random, coupled = self.damping.random, self.damping.coupled
+        for wanted, key, name, time in (
+            (bool(set(self.readings) & set(RANDOM)), "random", "time_s", random.time_s),
+            (self.is_coupled, "coupled", "duration_s", coupled.duration_s),
+        ):
+            if wanted and time < least:
+                says = (
+                    f"must be at least {least:.3g} for {FEWEST_LINES} lines in "
+                    f"response.frequency_hz = [{low:g}, {high:g}]"
+                )
+                yield Mistake(("damping", key, name), says)
 
     def _mistakes_of_coupled(self) -> Iterator[Mistake]:
         """Yield what panel and particles cannot be integrated with."""
