@@ -235,6 +235,32 @@ def test_a_scenario_that_ran_out_of_time_is_not_found_to_agree_later(made, panel
     assert after.is_last
 
 
+def test_a_scenario_that_agrees_stays_as_it_is_beside_one_that_goes_on(made, tmp_path, write_study):
+    # red: `readings` → `{}` in the call of agreeing; without `if label not in labels`
+    _, files = made
+    values = yaml.safe_load((files.modes.parent / "law.yaml").read_text())
+    layout = values["scenarios"]["both"]["layout"]
+    values["scenarios"]["calm"] = {"layout": layout, "oaspl_db": 120}
+    study = load_study(write_study(tmp_path, "two_levels", values))
+    told = {key: Told(one, 0.3, 0.0) for key, one in the_element(study).items()}
+    panel = read_panel_in_sound(study, files, "none")
+    found = solve(study, panel, {key: one.reading for key, one in told.items()})
+    drives = [
+        replace(a_drive(str(n), 1.0), scenario=scenario, patch=patch).with_motion(
+            *found[scenario].motions[patch]
+        )
+        for n, (scenario, patch) in enumerate(told)
+    ]
+    was = {label: dict(one.rms_g) for label, one in found.items()}
+    was["both"]["centre"] *= 1.3
+    after = next_round([RandomRound(0, tuple(drives), was)], study, panel, told)
+    going = {drive.scenario: drive.period > 0 for drive in after.drives}
+    assert going == {"both": True, "calm": False}
+    assert after.acceleration_rms_g["calm"] == found["calm"].rms_g
+    # the next motion of the other is that of a bed, which damps less as it moves more
+    assert after.acceleration_rms_g["both"] != pytest.approx(found["both"].rms_g, rel=1e-3)
+
+
 def test_times_double_once_the_motion_is_near_whatever_the_accuracy():
     # red: `moved <= ALIKE` → `moved <= 1`; `sum(before)` → 0 in next_period
     wanted = RandomDrive(time_s=0.5, max_time_s=6.2, max_rounds=20)
