@@ -4,6 +4,7 @@ import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -198,3 +199,22 @@ def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
         )
     late = replace(read.damping, start=11, drift=0.5)  # not steady, though it drifts little
     assert summary.error_of(replace(read, damping=late)) == late.error
+
+
+def test_runs_that_are_not_steady_count_by_their_error():
+    """Sixty cycles of noise with memory, on which a transient of fifteen dies away."""
+    # red: `max(1.0, abs(damping.drift))` → `1.0` in error_of
+    rng, count, memory = np.random.default_rng(0), 60, 0.3
+    transient = 0.5 * np.exp(-np.arange(count) / 15)
+    off = []
+    for _ in range(300):
+        drawn = rng.standard_normal(count + 20)
+        noise = np.convolve(drawn, memory ** np.arange(20))[20 : 20 + count]
+        series = 1 + 0.15 * noise + transient * rng.choice([-1, 1])
+        found = cycles.estimate(series)
+        if not rows.is_steady(found, count):
+            read = SimpleNamespace(damping=found, found=SimpleNamespace(cycles=count))
+            off.append((found.mean - 1) / summary.error_of(read))
+    assert len(off) > 40
+    assert np.sqrt(np.mean(np.square(off))) < 1.6  # 1.8 without what they drift
+    assert np.mean(np.abs(off) < 2) > 0.75
