@@ -84,33 +84,28 @@ def solve(
 def agreeing(
     study: Study,
     panel: PanelInSound,
-    readings: Mapping[Key, RandomReading],
     expected: Mapping[Key, Expected],
     start: Mapping[Key, float],
 ) -> dict[str, Solved]:
-    """Return what scenarios do where their motion is that of which their damping is expected.
+    """Return what every scenario does where its motion is that of which its damping is expected.
 
     Parameters
     ----------
     study, panel
         The study, and its panel in the sound.
-    readings
-        Of the coupons of other scenarios, which are not looked at.
     expected
-        Of every coupon of some scenarios.
+        Of every coupon.
     start
         Velocities near which that motion is looked for [m/s].
     """
     solver = panel.solver(rms_only=True)
-    found = {**readings, **{key: reading(start[key]) for key, reading in expected.items()}}
-    labels = {label for label, _ in expected}
-    for label, case in _cases(study, panel, solver, found).items():
-        if label not in labels:
-            continue
+    there = {key: reading(start[key]) for key, reading in expected.items()}
+    readings: dict[Key, RandomReading] = {}
+    for label, case in _cases(study, panel, solver, there).items():
         own = [key for key in expected if key[0] == label]
         velocity = _agreeing_velocity(panel, solver, case, own, expected, start)
-        found |= {key: expected[key](v) for key, v in zip(own, velocity, strict=True)}
-    return {label: one for label, one in solve(study, panel, found).items() if label in labels}
+        readings |= {key: expected[key](v) for key, v in zip(own, velocity, strict=True)}
+    return solve(study, panel, readings)
 
 
 def rms_velocity(motion: tuple[Array, Array]) -> float:

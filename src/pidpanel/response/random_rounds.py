@@ -60,7 +60,7 @@ def first_round(study: Study, panel: PanelInSound) -> RandomRound:
     """Return round 0: the motions that agree with what inelastic bodies would do."""
     edges = band_edges(study.response.frequency_hz)
     expected = {key: partial(bed.reading, edges) for key, bed in beds(study).items()}
-    solved = agreeing(study, panel, {}, expected, dict.fromkeys(expected, START))
+    solved = agreeing(study, panel, expected, dict.fromkeys(expected, START))
     drives = [
         PatchDrive(
             label=str(number),
@@ -109,8 +109,7 @@ def next_round(
         By the records so far, of every coupon.
     """
     before, wanted = rounds[-1], study.damping.random
-    readings = {key: one.reading for key, one in told.items()}
-    solved = solve(study, panel, readings)
+    solved = solve(study, panel, {key: one.reading for key, one in told.items()})
     shaken = {drive.scenario for drive in before.wanted}
     drives, again = [], set()
     for drive in before.drives:
@@ -145,8 +144,7 @@ def next_round(
             for key, one in told.items()
             if key[0] in again
         }
-        start = {key: told[key].velocity for key in expected}
-        solved |= agreeing(study, panel, readings, expected, start)
+        solved |= agreeing(study, panel, expected, {key: told[key].velocity for key in expected})
     drives = [
         drive.with_motion(*solved[drive.scenario].motions[drive.patch]) if drive.period else drive
         for drive in drives
