@@ -193,7 +193,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         )
     if answer.candidates and not answer.is_coupled and answer.reading in RANDOM:
         said.append(
-            "Driven at random, g rms was within 5 % of panel and particles in one time integration "
+            "Driven at random, g rms was within 7 % of panel and particles in one time integration "
             "where both were tried (one panel, up to 142 dB); the stated errors do not hold that."
         )
     if inputs.radiation is not None and answer.candidates:
