@@ -64,7 +64,7 @@ def test_a_gain_within_its_error_is_none(study, respond):
     assert said.endswith("no reduction beyond its error.")
 
 
-@pytest.mark.parametrize("doubt", ["NOT_AGREED", "NEAR_GAP"])
+@pytest.mark.parametrize("doubt", ["NOT_AGREED", "NEAR_GAP", "HEAVY"])
 def test_a_scenario_that_random_drive_does_not_tell_is_not_trusted(
     study, respond, monkeypatch, doubt
 ):

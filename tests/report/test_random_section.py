@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pidpanel.damping.best_linear import LinearApproximation
@@ -19,8 +20,9 @@ from pidpanel.report.random_section import (
     random_section,
     random_warnings,
     stroke_per_gap,
+    too_heavy,
 )
-from pidpanel.report.read import read_rounds_at_random
+from pidpanel.report.read import panel_mass_of, read_rounds_at_random
 
 BANDS = LinearApproximation(
     low=np.array([20.0, 100.0]),
@@ -90,6 +92,23 @@ def test_particles_that_come_near_to_cross_their_gap_are_named_with_their_stroke
     assert "PID-1, 142 dB (W/L = 0.15)" in said and "122 dB" not in said
 
 
+def test_particles_that_are_heavy_beside_the_panel_are_named(results):
+    # red: HEAVY = 8; `/ results.panel_mass` → `* …`; without `too_heavy` in random_warnings
+    assert too_heavy(results) == [] and too_heavy(replace(results, panel_mass=1.7)) == []
+    thin = replace(results, panel_mass=1.28)
+    assert [one.scenario for one in too_heavy(thin)] == ["low", "high"]
+    *_, said = random_warnings(thin, NAMES)
+    assert "PID-1, 122 dB (5.00 times)" in said and "PID-1, 142 dB (5.00 times)" in said
+
+
+def test_the_mass_of_the_panel_is_that_of_its_section():
+    # red: `== "mass_per_area"` → `== "mass"`
+    section = pd.DataFrame(
+        {"quantity": ["bending", "mass_per_area", "mass"], "value": [26.3, 4.32, 0.4]}
+    )
+    assert panel_mass_of(section) == 4.32
+
+
 def test_the_table_has_rounds_time_and_what_was_reached(results):
     # red: in rounds_table, `period > 0` -> `period >= 0`
     section = random_section(results, NAMES)
@@ -122,7 +141,7 @@ def test_rounds_after_the_last_are_not_read(results, tmp_path):
         "scenario,patch,particle_mass_per_area_kg_m2,coupon_area_m2,packing_error,low_hz,high_hz,"
         "frequency_hz,equivalent_damping_n_s_m3,equivalent_damping_error_n_s_m3,"
         "apparent_mass_kg_m2,apparent_mass_error_kg_m2,coherence,common_force_psd_pa2_hz,"
-        "own_force_psd_pa2_hz\nhigh,PID-1,6.4,1e-4,0.03,20,100,50,400,40,3,0.3,0.9,10,2\n"
+        "own_force_psd_pa2_hz,agreed\nhigh,PID-1,6.4,1e-4,0.03,20,100,50,400,40,3,0.3,0.9,10,2,False\n"
     )
     found = read_rounds_at_random(tmp_path, DEPTH)
     assert len(found.rounds) == 3 and list(found.readings) == [("high", "PID-1")]

@@ -35,6 +35,7 @@ SAME_LEVEL = 0.05
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 NOT_AGREED = "motion and damping not agreed"
 NEAR_GAP = "particles near to cross their gap"
+HEAVY = "particles heavy beside the panel"
 CARRIED = "carried from another level"
 
 PREFERRED = (
@@ -187,6 +188,7 @@ def answer_of(
     coupled: CoupledResults | None = None,
     not_agreed: Collection[str] = (),
     near_gap: Collection[str] = (),
+    heavy: Collection[str] = (),
 ) -> Answer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
@@ -202,6 +204,8 @@ def answer_of(
         Labels of the scenarios whose rounds at random ended early.
     near_gap
         Labels of those whose particles, driven at random, come near to cross their gap.
+    heavy
+        Labels of those whose particles, driven at random, are heavy beside the panel.
 
     Returns
     -------
@@ -220,7 +224,8 @@ def answer_of(
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     known = candidates_of(of, reading, steady, points)
-    doubted = {NOT_AGREED: not_agreed, NEAR_GAP: near_gap} if reading in RANDOM else {}
+    doubted = {NOT_AGREED: not_agreed, NEAR_GAP: near_gap, HEAVY: heavy}
+    doubted = doubted if reading in RANDOM else {}
     found = [_doubted(one, doubted) for one in known]
     if coupled is not None:
         still = {point: by_key[bare.label, point]["acceleration_rms_g"] for point in points}

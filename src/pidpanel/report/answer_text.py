@@ -12,6 +12,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
     CARRIED,
     EXTRAPOLATED,
+    HEAVY,
     NEAR_GAP,
     NO_ERROR,
     NOT_AGREED,
@@ -158,6 +159,10 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         )
     for doubt, text in (
         (NEAR_GAP, "the particles come near to cross their gap, where no reading is known to hold"),
+        (
+            HEAVY,
+            "the particles are heavy beside the panel, where random drive is not known to hold",
+        ),
         (NOT_AGREED, "driven at random, motion and damping do not agree to the accuracy wanted"),
         (CARRIED, "not run itself: what the runs at other levels found is carried to this one"),
         (

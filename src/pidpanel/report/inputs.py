@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -77,11 +78,14 @@ class RandomResults:
         By scenario and patch, from the impedances of the last round.
     depth
         Of the cells of each damper [m].
+    panel_mass
+        Of the bare panel per area [kg/m²].
     """
 
     rounds: Sequence[RandomRound]
     readings: Mapping[tuple[str, str], RandomReading]
     depth: Mapping[str, float] = field(default_factory=dict)
+    panel_mass: float = math.inf
 
 
 @dataclass(frozen=True)

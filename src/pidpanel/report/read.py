@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -80,13 +81,21 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         random=read_rounds_at_random(
             folder / "random",
             {str(of.damper): one.cell.depth for _, of, one in study.random_coupons()},
+            panel_mass_of(pd.read_csv(panel / "section.csv")),
         )
         if study.random_coupons()
         else None,
     )
 
 
-def read_rounds_at_random(folder: Path, depth: Mapping[str, float]) -> RandomResults:
+def panel_mass_of(section: pd.DataFrame) -> float:
+    """Return the mass per area of the bare panel [kg/m²], from ``panel/section.csv``."""
+    return float(section.loc[section["quantity"] == "mass_per_area", "value"].iloc[0])
+
+
+def read_rounds_at_random(
+    folder: Path, depth: Mapping[str, float], panel_mass: float = math.inf
+) -> RandomResults:
     """Read ``random/round*.json`` up to the last, and the impedances that it found.
 
     Files of more rounds than that are of an older run, and are not looked at.
@@ -97,11 +106,14 @@ def read_rounds_at_random(folder: Path, depth: Mapping[str, float]) -> RandomRes
         ``random``.
     depth
         Of the cells of each damper [m].
+    panel_mass
+        Of the bare panel per area [kg/m²].
     """
     rounds = [RandomRound.read(folder / "round0.json")]
     while not rounds[-1].is_last:
         rounds.append(RandomRound.read(folder / f"round{len(rounds)}.json"))
-    return RandomResults(rounds, read_random(folder / f"impedance{len(rounds) - 1}.csv"), depth)
+    readings = read_random(folder / f"impedance{len(rounds) - 1}.csv")
+    return RandomResults(rounds, readings, depth, panel_mass)
 
 
 def _read_by_point(path: Path) -> pd.DataFrame:

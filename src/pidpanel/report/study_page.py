@@ -25,7 +25,7 @@ from pidpanel.report.names import names_of, with_names
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
-from pidpanel.report.random_section import near_gap, not_agreed, random_section
+from pidpanel.report.random_section import near_gap, not_agreed, random_section, too_heavy
 from pidpanel.report.response_section import response_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
@@ -47,12 +47,14 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     study = inputs.study
     ended = not_agreed(inputs.random.rounds) if inputs.random else []
     crossing = near_gap(inputs.random) if inputs.random else []
+    heavy = too_heavy(inputs.random) if inputs.random else []
     answer = answer_of(
         study,
         inputs.summary,
         inputs.coupled,
         {one.scenario for one in ended},
         {one.scenario for one in crossing},
+        {one.scenario for one in heavy},
     )
     return Page(
         title=study.title or study.name,
