@@ -26,12 +26,17 @@ from pidpanel.plane_mesh import cell_areas
 from pidpanel.response.as_coupled import read_coupled
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
 from pidpanel.response.linearisation import DampingOfMotion
-from pidpanel.response.lines import frequency_grid
+from pidpanel.response.lines import (
+    LINES_PER_BANDWIDTH,
+    frequency_grid,
+    smallest_damping_ratio,
+)
 from pidpanel.response.modal import MatrixInput
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.power import power_balance
 from pidpanel.response.radiation import Air
 from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
+from pidpanel.response.sharpness import least_damping_ratio
 from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
 from pidpanel.response.source import force_psd, patch_integrals
 from pidpanel.sound.field import wavenumber
@@ -45,6 +50,12 @@ from pidpanel.study.response import Radiation
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
 """Of the search for Γ: rms of the patch within 1e-3."""
+
+ENOUGH_LINES = 4.0
+"""To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`."""
+
+MOTIONS_G, MASS_LINES = (1.0, 10.0, 100.0, 1000.0), 12
+"""Γ, and how many lines, at which a damper's mass is looked up before its motion is known."""
 
 BALANCE_LINES = (3, 12)
 """Fewest and most lines on which the power balance of each scenario is checked."""
@@ -138,6 +149,15 @@ class Filled:
     def mass_per_area(self) -> float:
         """What it weighs [kg/m²]; NaN where that is not known."""
         return self.reading.mass_per_area(self.fill_fraction)
+
+    def largest_mass(self, frequency: Array) -> float:
+        """Return the largest of its weight and its apparent mass over frequency [kg/m²]."""
+        motions = MOTIONS_G if self.reading.depends_on_acceleration else MOTIONS_G[:1]
+        moved = [
+            self.reading(frequency, self.fill_fraction, gamma).apparent_mass.max()
+            for gamma in motions
+        ]
+        return float(np.nanmax([self.mass_per_area, *moved]))
 
     @property
     def load_damping(self) -> DampingOfMotion:
@@ -354,6 +374,8 @@ class PanelInSound:
         The air that the panel moves; None where it is left out.
     elements
         Elements of the patches; None where they are not looked at.
+    least_damping_ratio
+        Of the resonances that the lines must resolve; None for that of the bare panel.
     """
 
     study: Study
@@ -362,6 +384,7 @@ class PanelInSound:
     force_table: WavenumberTable
     air: Air | None
     elements: PatchElements | None = None
+    least_damping_ratio: float | None = None
 
     # ------------------------------------------------------------------ arrays
 
@@ -381,17 +404,42 @@ class PanelInSound:
     def frequency(self) -> Array:
         """(nf,) lines of the result [Hz]."""
         modes = self.basis.natural_frequency[~self.basis.is_residual]
-        ratio = self.study.panel.damping_ratio
-        return frequency_grid(
-            *self.study.response.frequency_hz, ratio, modes, self.spectrum.edge_frequency
+        edges = self.spectrum.edge_frequency
+        return frequency_grid(*self.study.response.frequency_hz, self.resolved_ratio, modes, edges)
+
+    @property
+    def resolved_ratio(self) -> float:
+        """ζ that the lines resolve."""
+        return self.least_damping_ratio or self.study.panel.damping_ratio
+
+    def resolving(self, readings: Readings) -> PanelInSound:
+        """Return the panel with lines for the resonances that the masses of its dampers make.
+
+        A mass that is light beside the panel leaves the lines as they are: of their eight to a
+        bandwidth `ENOUGH_LINES` do.
+        """
+        extent = self.study.response.frequency_hz
+        mass, lines = np.zeros(len(self.patch_area)), np.geomspace(*extent, MASS_LINES)
+        found = {
+            (one.patch, one.source, one.fill_fraction): one
+            for *_, fillings in self.asked(readings, dead_weight=False).rows
+            for one in fillings
+        }
+        for one in found.values():
+            mass[one.patch] = max(mass[one.patch], one.largest_mass(lines))
+        least = least_damping_ratio(self.modal, self.basis.patch_overlap, mass, extent)
+        ratio = max(
+            min(self.study.panel.damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES),
+            smallest_damping_ratio(*extent),
         )
+        return replace(self, least_damping_ratio=min(ratio, self.study.panel.damping_ratio))
 
     @cached_property
     def coarse_frequency(self) -> Array:
         """(nf,) fewer lines, for rms values within 1e-3 [Hz]."""
         return frequency_grid(
             *self.study.response.frequency_hz,
-            self.study.panel.damping_ratio,
+            self.resolved_ratio,
             lines_per_bandwidth=COARSE_LINES_PER_BANDWIDTH,
         )
 

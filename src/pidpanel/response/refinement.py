@@ -21,6 +21,7 @@ from pidpanel.response.basis_error import (
     lines_to_try,
 )
 from pidpanel.response.from_study import (
+    Asked,
     PanelInSound,
     Readings,
     SolvedScenario,
@@ -28,10 +29,15 @@ from pidpanel.response.from_study import (
 )
 from pidpanel.response.model import UnstableDamping
 from pidpanel.response.scenarios import ScenarioResponse, Solver
+from pidpanel.response.sharpness import flanks
 from pidpanel.sound.from_study import modal_force_at
 
 ATTEMPTS = 4
 """Bases that are tried: each further one holds what the one before left out."""
+
+SHARP = 5e-3
+"""Damping ratio of the sharpest resonance below which lines are tried on flanks too: between
+resonances that far apart a shifted one is not seen."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
-    stored = read_plate(plate)
+    stored, panel = read_plate(plate), panel.resolving(readings)
     left_out = np.zeros((stored.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widened(panel, stored, left_out)
@@ -84,8 +90,11 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
             panel.study.response.frequency_hz, stored.stiffness.shape[0], columns, attempt
         )
         # the search for the motions is done here, once for all lines
-        few = wider.solver().on(lines, wider.deflection_at_points)
-        tried = wider.solved(few, asked.response_alone())
+        solver, alone = wider.solver(rms_only=True), asked.response_alone()
+        if wider.resolved_ratio < SHARP:
+            lines = _with_flanks(lines, wider, solver, alone)
+        few = solver.on(lines, wider.deflection_at_points)
+        tried = wider.solved(few, alone)
         check, of_case = _check(panel, wider, stored, left_out, tried, lines)
         if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
             break
@@ -102,6 +111,19 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
         )
     solver = few.on(wider.frequency, wider.motion_at_points)
     return CheckedResponses(wider, solver, wider.solved(solver, asked), worst, left_out)
+
+
+def _with_flanks(lines: Array, panel: PanelInSound, solver: Solver, asked: Asked) -> Array:
+    """Return the lines with as many on the flanks of resonances."""
+    found = panel.solved(solver, asked)
+    answers = [
+        one.response.acceleration_psd
+        for case in found
+        for one in (case.found, case.bare, case.dead_weight)
+        if isinstance(one, ScenarioResponse)
+    ]
+    beside = flanks(solver.frequency, answers, panel.resolved_ratio, len(lines))
+    return np.unique(np.concatenate([lines, beside]))
 
 
 def write_left_out(path: Path, left_out: Array, attributes: dict[str, str]) -> None:

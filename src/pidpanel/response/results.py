@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -153,9 +154,9 @@ def write_response(
     _write_csv(output.summary_csv, pd.DataFrame(rows))
     _write_csv(output.layouts_csv, pd.DataFrame(layout_rows, columns=list(PATCH_COLUMNS)))
     psds = uncertainty.with_errors(psd_dataset(found, dead, *axes, basis.patch_names), errors)
-    psds.assign_attrs(stamp(study), level=study.damping.level.kind).to_netcdf(
-        output.psd_nc, engine="scipy"
-    )
+    psds.assign_attrs(
+        stamp(study), level=study.damping.level.kind, resolved_damping_ratio=panel.resolved_ratio
+    ).to_netcdf(output.psd_nc, engine="scipy")
     _write_csv(output.stress_csv, pd.DataFrame(strain_rows))
     stress_dataset(strained, *axes, layers.names, stress.QUANTITIES).assign_attrs(
         stamp(study)
@@ -164,6 +165,7 @@ def write_response(
     if output.radiation_csv is not None:
         other = read_panel_in_sound(study, files, study.response.radiation_beside)
         other = widened(other, read_plate(plate), checked.left_out)
+        other = replace(other, least_damping_ratio=panel.least_damping_ratio)
         _write_csv(output.radiation_csv, with_other_radiation(other, readings))
 
 
@@ -451,6 +453,7 @@ def write_maps(
     panel = read_panel_in_sound(study, files, study.response.radiation)
     panel = widened(panel, read_plate(plate), read_left_out(left_out))
     psd, basis, layers = read_psd(psd_nc), panel.basis, _layers(panel)
+    panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, Scenario]]] = {}
     for scenario in study.mapped_scenarios():
         for reading in study.readings[: 1 if scenario.is_bare else None]:

@@ -1,0 +1,84 @@
+"""Resonances that a mass without damping sharpens: their damping ratio, lines that resolve them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import write_panel
+from pidpanel.response.from_study import PanelFiles
+from pidpanel.response.lines import line_count
+from pidpanel.response.model import ModalBasis
+from pidpanel.response.results import ResponseFiles, write_response
+from pidpanel.response.sharpness import flanks, least_damping_ratio
+from pidpanel.sound.from_study import write_sound
+from pidpanel.study import load_study
+
+STUDY = """
+panel:
+  outline_m: [1.0, 0.8]
+  section: {kind: thin, mass_per_area_kg_m2: 4, bending_stiffness_n_m: 3273.07}
+  damping_ratio: 0.01
+  mesh: {kind: quadrilaterals, elements: [10, 8]}
+  patches: {A: {centre_m: [0.5, 0.4], size_m: [1.0, 0.8]}}
+  points: {p: [0.5, 0.4]}
+sound: {spectrum: smc_s_016_2014_min_third.csv}
+response: {frequency_hz: [30, 120]}
+dampers: {d: {equivalent_damping_n_s_m3: 0, apparent_mass_kg_m2: MASS}}
+scenarios: {s: {layout: {A: {damper: d}}}}
+"""
+
+
+@pytest.mark.parametrize("mass", [0.0, 12.0, 96.0])
+def test_mass_all_over_sharpens_every_resonance_alike(mass):
+    # red: modal.damping / 2; loaded without the modal mass
+    modal = ModalBasis([30.0, 55.0, 90.0], [0.5, 2.0, 1.0], 0.01)
+    whole = np.diag([0.5, 2.0, 1.0])[None] / 4.0  # m″ = 4 kg/m²
+    found = least_damping_ratio(modal, whole, np.array([mass]), (1.0, 100.0))
+    np.testing.assert_allclose(found, 0.01 / np.sqrt(1 + mass / 4), rtol=1e-12)
+
+
+def test_a_shape_out_of_range_does_not_count():
+    # red: inside = np.ones_like(found, bool)
+    modal = ModalBasis([30.0, 55.0], [1.0, 1.0], 0.01)
+    second = np.diag([0.0, 1.0])[None]
+    found = [
+        least_damping_ratio(modal, second, np.array([3.0]), extent)
+        for extent in ((20.0, 40.0), (20.0, 27.0))
+    ]
+    np.testing.assert_allclose(found, [0.005, 0.01])  # the second has come down to 27.5 Hz
+
+
+def test_lines_stand_on_the_flanks_of_the_highest_peaks_in_turns():
+    # red: [::-1] left out; 1 + damping_ratio of the last peak, beyond the range; no np.pad
+    f = np.linspace(50.0, 200.0, 15_001)
+
+    def resonances(*at):
+        return sum(1 / ((f - one) ** 2 + (1e-3 * one) ** 2) for one in at)[:, None]
+
+    found = flanks(f, [resonances(60.0, 120.0), resonances(90.0, 199.9)], 1e-3, 3)
+    np.testing.assert_allclose(found, [120.0 * 1.001, 199.9 * 0.999, 60.0 * 1.001], rtol=1e-4)
+    # one beyond the range shows at its end
+    np.testing.assert_allclose(flanks(f, [resonances(60.0, 201.0)], 1e-3, 1), [199.8])
+    assert flanks(f, [resonances(60.0, 120.0)], 1e-3, 0).size == 0
+
+
+@pytest.mark.parametrize(("mass", "ratio"), [(3.0, 0.01), (96.0, 0.004)])
+def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_path):
+    # ζ/√25 = 0.2 % at 4 lines to a bandwidth as 0.4 % at 8
+    # red: in checked_responses, no panel.resolving(readings)
+    (tmp_path / "s.yaml").write_text(STUDY.replace("MASS", str(mass)))
+    study = load_study(tmp_path / "s.yaml")
+    panel = [tmp_path / name for name in
+             ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
+    write_panel(study, *panel)
+    force = tmp_path / "force.nc"
+    write_sound(study, read_basis(panel[0]), tmp_path / "spectrum.csv", force)
+    names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
+    files = PanelFiles(panel[0], force, None)
+    output = ResponseFiles(*(tmp_path / name for name in names))
+    write_response(study, files, panel[5], panel[4], None, output)
+    with xr.open_dataset(output.psd_nc, engine="scipy") as psd:
+        lines, resolved = psd.sizes["frequency"], psd.attrs["resolved_damping_ratio"]
+    assert resolved == pytest.approx(ratio, rel=1e-3)
+    assert 0 <= lines - line_count(30.0, 120.0, ratio) < 40  # modes and edges of bands
