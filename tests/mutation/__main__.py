@@ -53,8 +53,8 @@ FORMULAS = {
     "coupled": "carried estimation identification integration linear panel_motion results sound_record "
     "stations tables",
     "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
-    "in_air model motions power radiation scenarios search solvers source stress tabdmp1 tables "
-    "uncertainty verdict",
+    "in_air model motions power radiation scenarios search sharpness solvers source stress "
+    "tabdmp1 tables uncertainty verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""
 
