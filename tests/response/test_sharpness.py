@@ -6,6 +6,8 @@ import xarray as xr
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
+from pidpanel.response import refinement
+from pidpanel.response.basis_error import LINES, check_basis
 from pidpanel.response.from_study import PanelFiles
 from pidpanel.response.lines import line_count
 from pidpanel.response.model import ModalBasis
@@ -64,9 +66,16 @@ def test_lines_stand_on_the_flanks_of_the_highest_peaks_in_turns():
 
 
 @pytest.mark.parametrize(("mass", "ratio"), [(3.0, 0.01), (96.0, 0.004)])
-def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_path):
+def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_path, monkeypatch):
     # ζ/√25 = 0.2 % at 4 lines to a bandwidth as 0.4 % at 8
-    # red: in checked_responses, no panel.resolving(readings)
+    # red: in checked_responses, no panel.resolving(readings); no _with_flanks
+    tried = []
+
+    def spied(*values):
+        tried.append(values[8])
+        return check_basis(*values)
+
+    monkeypatch.setattr(refinement, "check_basis", spied)
     (tmp_path / "s.yaml").write_text(STUDY.replace("MASS", str(mass)))
     study = load_study(tmp_path / "s.yaml")
     panel = [tmp_path / name for name in
@@ -80,5 +89,6 @@ def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_p
     write_response(study, files, panel[5], panel[4], None, output)
     with xr.open_dataset(output.psd_nc, engine="scipy") as psd:
         lines, resolved = psd.sizes["frequency"], psd.attrs["resolved_damping_ratio"]
+    assert all((len(one) > LINES[1]) == (ratio < refinement.SHARP) for one in tried)
     assert resolved == pytest.approx(ratio, rel=1e-3)
     assert 0 <= lines - line_count(30.0, 120.0, ratio) < 40  # modes and edges of bands
