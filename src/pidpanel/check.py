@@ -166,16 +166,20 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
 
 
 def _check_layouts(study: Study) -> Iterator[Mistake]:
-    """Yield patches of one layout that share cells."""
+    """Yield patches of one layout that fill the same cells; a blanket may lie on filled ones."""
     for name, layout in study.layouts.items():
-        shapes = {patch: study.panel.patches[patch].shape for patch in layout.layout}
+        shapes = {
+            patch: study.panel.patches[patch].shape
+            for patch, filled in layout.layout.items()
+            if filled.fill_fraction is not None
+        }
         for (one, shape), (other, own) in itertools.combinations(shapes.items(), 2):
             if shape is None or own is None:  # a mesh file has no element in two groups
                 continue
             least = min(float(np.ptp(one.corners, axis=0).min()) for one in (shape, own))
             if overlap(shape.corners, own.corners, 1e-3 * least):
                 keys = ("scenarios", name, "layout", other)
-                yield Mistake(keys, f"covers cells of {one} too; a cell has one damper")
+                yield Mistake(keys, f"covers cells of {one} too; a cell has one fill")
 
 
 def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:

@@ -62,11 +62,14 @@ OVERLAP_CUTOFF = 1e-8
 LINES_AT_ONCE = 32
 """Frequency lines solved together, so that memory does not grow with the number of lines."""
 
-CHUNK_BYTES = 12e6
-"""Most of one real matrix of all shapes on the lines solved together.
+CHUNK_BYTES = 20e6
+"""Of one real matrix of all shapes on the lines solved together.
 
 Beyond 32 MB the system clears the pages of every new array, which takes longer than the sums.
 """
+
+LEAST_LINES = 8
+"""Lines solved together at least: a table of G is read whole for them."""
 
 
 @dataclass(frozen=True)
@@ -397,7 +400,7 @@ def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
         Rows of the square matrices that are made for each line.
     """
     most = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
-    size = max(2, min(LINES_AT_ONCE, most))
+    size = max(LEAST_LINES, min(LINES_AT_ONCE, most))
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 

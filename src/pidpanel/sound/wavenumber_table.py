@@ -162,9 +162,11 @@ class WavenumberTable:
         if band not in self._rows:  # lines come in order: one band is enough
             odd = whole.odd_over_wavenumber
             self._rows.clear()
+            # as numpy picks rows they would be copied for every line
             self._rows[band] = WavenumberTable(
                 whole.wavenumber_max, whole.wavenumber,
-                whole.even[:, pivots], None if odd is None else odd[:, pivots],
+                np.ascontiguousarray(whole.even[:, pivots]),
+                None if odd is None else np.ascontiguousarray(odd[:, pivots]),
             )  # fmt: skip
         rows = self._rows[band]
         weights = even_interpolation(k, rows.wavenumber_max, rows.wavenumber.size)
