@@ -43,7 +43,7 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "cells inelastic plane_mesh plane_waves polygon sizes third_octaves",
+    "": "cells chebyshev inelastic plane_mesh plane_waves polygon sizes third_octaves",
     "coupon": "balance contact cycles drive geometry multisine packings rows states",
     "damping": "best_linear constants design fit forms gaussian_process interpolation jump laws "
     "random_reading readings sides surface surface_cases tables thinned thrown_bed",

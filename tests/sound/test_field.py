@@ -184,7 +184,7 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
 
 
 def test_the_table_returns_its_nodes_exactly(panel):
-    # red: no `on_node` in `even_interpolation` (nan from 0/0)
+    # red: no `on_node` in `chebyshev.interpolation` (nan from 0/0)
     table = tabulate_diffuse(5.0, panel)
     index = np.arange(table.wavenumber.size)
     np.testing.assert_allclose(table.at(table.wavenumber), table.even[index], atol=1e-14)

@@ -21,7 +21,8 @@ LEAST_VELOCITY = 1e-6
 """Of a motion [m/s]: slower ones are no motion."""
 
 UNSURE = 0.7
-"""Standard deviation of that power before it is seen: C_e of beds that ride falls with the motion
+"""Standard deviation of the power of the velocity by which what was found departs from the inelastic
+body, before it is seen: C_e of beds that ride falls with the motion
 nearly as told, of those that begin to cross it rises sooner or later than told."""
 
 NEAR = 0.5
@@ -31,7 +32,7 @@ FARTHEST = 1.35
 """Ratio of velocities over which what was found is carried."""
 
 EXPONENTS = (-3.0, 4.0)
-"""Least and largest power."""
+"""Least and largest such power."""
 
 NEVER_CLOSER = 0.05
 """Standard deviation of ln C_e of a band beside its stated error."""

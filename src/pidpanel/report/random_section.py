@@ -24,12 +24,11 @@ NEAR_GAP = 0.14
 which no reading is known to hold: on the paper's panel `random` agrees with panel and particles in
 one time integration at 0.12 (142 dB) and is 30 % off at 0.18 (152 dB)."""
 
-
 HEAVY = 4.0
 """Particles over panel, mass per area, from which `random` is not known to hold: on the paper's
 panel it does at 1.7 (within 5 % of g rms), and with steel at 10 it is 9 and 18 % low at two points,
-where 1.4 % are stated: each impact then stops the panel below, which a motion that is prescribed
-leaves out."""
+where 1.4 % are stated. Presumably each impact then stops the panel below, which a motion that is
+prescribed leaves out."""
 
 
 def not_agreed(rounds: Sequence[RandomRound]) -> list[PatchDrive]:

@@ -23,6 +23,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
+from pidpanel.chebyshev import interpolation, last_coefficients, unit_nodes
 from pidpanel.response.model import ModalBasis
 
 NODES = 12
@@ -71,8 +72,8 @@ class _Band:
 
     Attributes
     ----------
-    nodes
-        (m,) [Hz].
+    middle, half_width
+        Of its lines [Hz].
     near, far
         The shapes in the window and the others.
     stiffness
@@ -83,7 +84,8 @@ class _Band:
         (m, n_o, n_w) Y_w and (m, n_o, nw) Y_W.
     """
 
-    nodes: Array
+    middle: float
+    half_width: float
     near: Index
     far: Index
     stiffness: Complexes
@@ -163,7 +165,7 @@ class PanelInAir:
 
     def _read(self, band: _Band, lines: Array, observed: Array) -> Complexes:
         """X from the polynomials of a band."""
-        weights = _interpolation(lines, band.nodes)
+        weights = interpolation((lines - band.middle) / band.half_width, band.pushed.shape[0])
         stiffness, pushed, coupled, moved = (
             _weighted(weights, values)
             for values in (band.stiffness, band.pushed, band.coupled, band.moved)
@@ -205,10 +207,11 @@ class PanelInAir:
     def _interpolated(self, start: int, stop: int, observed: Array) -> _Band | None:
         """Return the polynomials of a band; None where they do not hold."""
         low, high = self.frequency[start], self.frequency[stop - 1]
-        nodes = (low + high) / 2 + (high - low) / 2 * _unit_nodes(self._nodes(start, stop))
+        middle, half = (low + high) / 2, (high - low) / 2
+        nodes = middle + half * unit_nodes(self._nodes(start, stop))
         inside = self._resonates(start, stop)
         near, far = np.flatnonzero(inside), np.flatnonzero(~inside)
-        if 2 * far.size < inside.size:
+        if 2 * far.size < inside.size:  # little is eliminated: halved, or line by line
             return None
         n_w, n_o, width = near.size, far.size, observed.shape[1]
         stiffness = np.empty((nodes.size, n_w, n_w), dtype=np.complex128)
@@ -235,7 +238,9 @@ class PanelInAir:
             and _rows_hold(moved / unit)
             and _rows_hold(coupled)
         )
-        return _Band(nodes, near, far, stiffness, pushed, coupled, moved) if holds else None
+        if not holds:
+            return None
+        return _Band(middle, half, near, far, stiffness, pushed, coupled, moved)
 
     def _bands(self, width: int) -> list[tuple[int, int]]:
         """Return the first line of each band and that after its last."""
@@ -296,35 +301,9 @@ def _rows_hold(values: Array | Complexes) -> bool:
     return bool(np.all(left <= TAIL * largest))
 
 
-def _unit_nodes(count: int) -> Array:
-    """Chebyshev nodes of the first kind on [−1, 1], (count,) falling."""
-    nodes: Array = np.cos(np.pi * (2 * np.arange(count) + 1) / (2 * count))
-    return nodes
-
-
 def _tail(values: Array | Complexes) -> Complexes:
     """Last two Chebyshev coefficients (2, …) of values (m, …) at the nodes."""
-    count = len(values)
-    angle = np.pi * (2 * np.arange(count) + 1) / (2 * count)
-    order = np.array([count - 2, count - 1])
-    return _weighted(2 / count * np.cos(order[:, None] * angle), values)
-
-
-def _interpolation(frequency: Array, nodes: Array) -> Array:
-    """Return the matrix (n_lines, m) from values at Chebyshev nodes to values on lines.
-
-    Barycentric (Berrut and Trefethen 2004, Eq. 5.3).
-    """
-    count = nodes.size
-    angle = np.pi * (2 * np.arange(count) + 1) / (2 * count)
-    distance = frequency[:, None] - nodes
-    at_node = distance == 0
-    distance[at_node] = 1.0
-    matrix: Array = (-1.0) ** np.arange(count) * np.sin(angle) / distance
-    matrix /= matrix.sum(axis=1, keepdims=True)
-    on_node = at_node.any(axis=1)
-    matrix[on_node] = at_node[on_node]
-    return matrix
+    return _weighted(last_coefficients(len(values)), values)
 
 
 def _weighted(weights: Array, values: Array | Complexes) -> Complexes:

@@ -87,14 +87,14 @@ def agreeing(
     expected: Mapping[Key, Expected],
     start: Mapping[Key, float],
 ) -> dict[str, Solved]:
-    """Return what every scenario does where its motion is that of which its damping is expected.
+    """Return what some scenarios do where their motion is that of which their damping is expected.
 
     Parameters
     ----------
     study, panel
         The study, and its panel in the sound.
     expected
-        Of every coupon.
+        Of every coupon of the scenarios that are wanted.
     start
         Velocities near which that motion is looked for [m/s].
     """
@@ -117,7 +117,7 @@ def rms_velocity(motion: tuple[Array, Array]) -> float:
 def _cases(
     study: Study, panel: PanelInSound, solver: Solver, readings: Mapping[Key, RandomReading]
 ) -> dict[str, SolvedScenario]:
-    """Every scenario with a coupon, by its label."""
+    """The scenarios of these readings, by their labels."""
     # with both readings the motion is that of `random`, which coupled runs bear out further
     name = RANDOM["random" not in study.readings]
     dampers = {

@@ -13,6 +13,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.chebyshev import interpolation, unit_nodes
 
 SPARE_NODES = 14
 """Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table.
@@ -244,22 +245,12 @@ def node_count(wavenumber_max: float, diameter: float) -> int:
 
 def chebyshev_nodes(k_max: float, count: int) -> Array:
     """Return the positive nodes of the Chebyshev rule with 2·count nodes on [−k_max, k_max]."""
-    nodes: Array = k_max * np.cos(np.pi * (2 * np.arange(count) + 1) / (4 * count))
-    return nodes
+    return k_max * unit_nodes(2 * count)[:count]
 
 
 def even_interpolation(k: Array, k_max: float, count: int) -> Array:
     """Return the matrix (k.size, count) from node values to values at k, for even functions.
 
-    With t = 2(k/k_max)² − 1 the nodes are Chebyshev's of the first kind in t, whose barycentric
-    weights are (−1)^j sin((2j + 1)π/(2·count)) (Berrut and Trefethen 2004, Eq. 5.3).
+    The nodes are Chebyshev's of the first kind in 2(k/k_max)² − 1.
     """
-    angle = np.pi * (2 * np.arange(count) + 1) / (2 * count)
-    distance = (2 * (k / k_max) ** 2 - 1)[:, None] - np.cos(angle)
-    at_node = distance == 0
-    distance[at_node] = 1.0
-    matrix = (-1.0) ** np.arange(count) * np.sin(angle) / distance
-    matrix /= matrix.sum(axis=1, keepdims=True)
-    on_node = at_node.any(axis=1)
-    matrix[on_node] = at_node[on_node]
-    return matrix
+    return interpolation(2 * (k / k_max) ** 2 - 1, count)

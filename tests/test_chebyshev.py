@@ -1,0 +1,29 @@
+"""Polynomials through Chebyshev nodes."""
+
+import numpy as np
+import pytest
+from numpy.polynomial import chebyshev
+
+from pidpanel.chebyshev import interpolation, last_coefficients, unit_nodes
+
+
+def test_nodes_are_the_zeros_of_the_polynomial():
+    # red: `2 * count` → `count` in _angles
+    nodes = unit_nodes(7)
+    assert np.all(np.diff(nodes) < 0)
+    assert nodes == pytest.approx(chebyshev.chebpts1(7)[::-1], abs=1e-15)
+
+
+def test_polynomials_are_exact_between_the_nodes_and_on_them():
+    # red: without np.sin; without `matrix[on_node]` (nan)
+    polynomial = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0, -1.0])
+    x = np.concatenate([np.linspace(-1, 1, 9), unit_nodes(5)])
+    found = interpolation(x, 5) @ polynomial(unit_nodes(5))
+    assert found == pytest.approx(polynomial(x), abs=1e-14)
+
+
+def test_last_coefficients_are_those_of_the_series():
+    # red: `count - 2` → `count - 3`
+    series = np.random.default_rng(1).standard_normal(6)
+    found = last_coefficients(6) @ chebyshev.chebval(unit_nodes(6), series)
+    assert found == pytest.approx(series[-2:], abs=1e-14)
