@@ -23,10 +23,10 @@ OF_THE_MACHINE = {
 }  # fmt: skip
 """Errors that are no fault of pidpanel."""
 
-MALLOPT = {-3: 32 << 20, -1: 256 << 20}
-"""M_MMAP_THRESHOLD and M_TRIM_THRESHOLD of glibc [bytes]: memory of arrays up to 32 MB is used
-again for the next ones. Handed back to the system, its pages are cleared each time, a tenth of the
-CPU time of the response of a wing."""
+MALLOPT = {-4: 0, -1: 256 << 20}
+"""M_MMAP_MAX and M_TRIM_THRESHOLD [bytes] of glibc: memory of arrays is used again for the next
+ones. Handed back to the system, its pages are cleared each time: a tenth of the CPU time of the
+response of a wing, a fourth of that of a large one."""
 
 NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 """What an import says where there is no memory for its library."""

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from pidpanel.sound.wavenumber_table import (
-    FACTOR_TOLERANCE,
+    FACTOR_TOLERANCES,
     SLACK,
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
+    node_count,
+    spare_nodes,
 )
 
 K_MAX, SHAPES = 20.0, 60
@@ -45,7 +47,9 @@ def test_the_factors_are_g_to_their_tolerance(odd):
         widths.append(L.shape[2])
         diagonal = np.sqrt(np.einsum("fii->fi", G).real)
         left = np.abs(G - L @ L.conj().swapaxes(1, 2))
-        assert np.all(left <= SLACK * FACTOR_TOLERANCE * diagonal[:, :, None] * diagonal[:, None])
+        assert np.all(
+            left <= SLACK * FACTOR_TOLERANCES[0] * diagonal[:, :, None] * diagonal[:, None]
+        )
     assert widths == sorted(widths)
     assert widths[0] < SHAPES / 5  # long waves push in few ways
 
@@ -77,18 +81,37 @@ def test_nothing_is_extrapolated():
 
 
 @pytest.mark.parametrize("odd", [False, True])
-def test_long_waves_are_read_from_a_shorter_table_of_the_same_values(odd):
-    # red: in _up_to, k_max = self.wavenumber_max / NARROWER ** (band + 1); or SPARE_NODES = 6
+def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
+    # red: in _rows_up_to, `2 * k_max`; `values[:, rows[:1]]`; SPARE_NODES = 6
     of = table(odd)
-    for k in (0.0, 0.05, 1.0, 5.0, 9.0, 16.5, 20.0):
-        assert of._up_to(k).wavenumber.size <= (30 if k < 10 else 40)
-        whole, read = of._at(np.array([k])), of.at([k])
-        assert np.max(np.abs(read - whole)) <= 1e-11 * np.max(np.abs(whole))
+    rows = np.arange(0, SHAPES, 3)
+    for k_max in (0.5, 2.0, 9.0, 20.0):
+        few = of._rows_up_to(k_max, rows)
+        assert few.wavenumber.size <= (30 if k_max < 10 else 40)
+        lines = k_max * np.array([0.0, 0.3, 0.9, 1.0])
+        whole = of.at(lines)[:, rows]
+        assert np.max(np.abs(few.at(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
 
 
-def test_shorter_tables_follow_one_another_in_any_order():
-    # red: in _up_to, if not self._shorter
-    of = table()
-    first = of.at([2.0])
-    of.at([9.0])
-    np.testing.assert_array_equal(of.at([2.0]), first)
+def test_what_the_table_rounds_off_sets_the_tolerance():
+    # red: FACTOR_TOLERANCES = (1e-10,); or (1e-7,)
+    for noise, tolerance in ((0.0, 1e-10), (1e-13, 1e-9)):
+        of = table(noise=noise)
+        (L,), (whole,) = of.factors_at([2.0]), of.at([2.0])
+        scale = np.sqrt(np.diag(whole))
+        left = (np.abs(whole - L @ L.T) / scale[:, None] / scale).max()
+        assert tolerance / 100 < left <= SLACK * tolerance
+
+
+@pytest.mark.parametrize("reach", [1.0, 66.0, 90.0, 172.0, 400.0])
+def test_a_table_knows_the_panel_that_it_was_made_for(reach):
+    # red: `spare_nodes(reach)` → SPARE_NODES in diameter
+    nodes = chebyshev_nodes(20.0, node_count(20.0, reach / 20.0))
+    made = WavenumberTable(20.0, nodes, np.zeros((nodes.size, 1, 1)))
+    assert 20.0 * made.diameter == pytest.approx(reach, abs=4.0)
+    assert 20.0 * made.diameter >= reach - 1e-9
+
+
+def test_longer_panels_have_more_nodes_to_spare():
+    # red: `1 / 3` → `1 / 30`
+    assert [spare_nodes(reach) for reach in (5.0, 66.0, 172.0, 528.0)] == [14, 14, 20, 28]

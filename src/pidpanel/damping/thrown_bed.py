@@ -21,9 +21,9 @@ LEAST_VELOCITY = 1e-6
 """Of a motion [m/s]: slower ones are no motion."""
 
 UNSURE = 0.7
-"""Standard deviation of the power of the velocity by which what was found departs from the inelastic
-body, before it is seen: C_e of beds that ride falls with the motion
-nearly as told, of those that begin to cross it rises sooner or later than told."""
+"""Standard deviation of the power of the velocity by which what is found departs from the inelastic
+body, before it is seen: C_e of beds that ride falls with the motion nearly as told, of those that
+begin to cross it rises sooner or later than told."""
 
 NEAR = 0.5
 """Distance of ln of the velocity up to which motions tell of it."""

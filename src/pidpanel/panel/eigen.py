@@ -21,6 +21,9 @@ SLICE = 150
 """Eigenvalues sought from one shift, at most about: those of a wing from two shifts take 16 % less
 time than from three, and from one no less."""
 
+ROOM = 3 * SLICE
+"""Vectors for which memory is kept: those of a slice are about 2.6 times its eigenvalues."""
+
 CONVERGED = 1e-9
 """Residual of an eigenvalue 1/(λ − σ), over that eigenvalue; λ errs by its square."""
 
@@ -102,7 +105,7 @@ def _near(
     count, next_check = 0, 4 * BLOCK
     while True:  # `_orthonormal` refuses more vectors than there are
         if count + BLOCK > basis.shape[1]:
-            room = min(size, count + 2 * SLICE)
+            room = min(size, count + ROOM)
             basis, of_mass = _wider(basis, room), _wider(of_mass, room)
             projected = np.pad(projected, (0, room - len(projected)))
         last = slice(count, count + BLOCK)

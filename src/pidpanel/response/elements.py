@@ -22,6 +22,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
@@ -153,45 +154,72 @@ class Elements:
 
     @cached_property
     def _pushed(self) -> Array:
-        """(n_free, n_modes) M φ/m."""
-        modes = ~self.is_residual
-        pushed = self.plate.mass @ self.shapes[:, modes] / self.basis.modal_mass[modes]
+        """(n_free, n) M V/m, so that (M V/m)ᵀ x is what the shapes have of a motion."""
+        pushed = self.plate.mass @ self.shapes / self.basis.modal_mass
         return np.asarray(pushed, dtype=self.shapes.dtype)
+
+    @cached_property
+    def _modal_damping(self) -> Array:
+        """(n_modes,) of the modes beyond what is proportional to the stiffness [kg/s]."""
+        modes = ~self.is_residual
+        own, cutoff = self.basis.angular_frequency[modes], 2 * np.pi * self.cutoff
+        damping: Array = (
+            2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
+        )
+        return damping
+
+    @cached_property
+    def _on_patches(self) -> list[tuple[Index, sp.csr_array, Array]]:
+        """Coordinates that each patch moves, D and the shapes there: a small part of the panel."""
+        found = []
+        for D in self.overlap:
+            rows = np.unique(D.nonzero()[0])
+            found.append((rows, D[rows][:, rows], self.shapes[rows].astype(np.float64)))
+        return found
 
     @cached_property
     def _overlap_of_basis(self) -> Array:
         """(n_patches, n, n) VᵀD V."""
         found = np.empty((len(self.overlap), *(self.shapes.shape[1],) * 2))
-        for patch, D in enumerate(self.overlap):
-            rows = np.unique(D.nonzero()[0])  # a patch is a small part of the panel
-            few = self.shapes[rows].astype(np.float64)
-            found[patch] = few.T @ (D[rows][:, rows] @ few)
+        for patch, (_, D, few) in enumerate(self._on_patches):
+            found[patch] = few.T @ (D @ few)
         return found
 
     def _applied(
-        self, pulls: Sequence[Pull], which: Index, x: Complexes, pushed: Complexes | None = None
+        self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
-        """Z x, column by column of its own pull; with K x where it is known."""
-        omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])[which]
-        s = np.array([pull.stiffness for pull in pulls])[which]  # (columns, n_patches)
+        """Z x, column by column of its own pull, of x and what the shapes have of it."""
+        omega, s = _of_columns(pulls, which)
         cutoff = 2 * np.pi * self.cutoff
-        K, M = self.plate.stiffness, self.plate.mass
-        moved = _times(M, x)
-        if pushed is None:
-            pushed = _times(K, x)
-        result = pushed * (1 + 2j * self.damping_ratio * omega / cutoff)
-        result -= moved * omega**2
-        for index, D in enumerate(self.overlap):
+        result = _times(self.plate.stiffness, x)
+        result *= 1 + 2j * self.damping_ratio * omega / cutoff
+        result -= _times(self.plate.mass, x) * omega**2
+        for index, (rows, D, _) in enumerate(self._on_patches):
             if np.any(s[:, index]):
-                result += _times(D, x) * s[:, index]
-        modes = ~self.is_residual
-        own = self.basis.angular_frequency[modes]
-        factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
-        in_modes = _times(self._pushed.T, x) * factor[:, None] * (1j * omega)
-        return result + _times(self._pushed, in_modes)
+                result[rows] += _times(D, x[rows]) * s[:, index]
+        count = self._modal_damping.size
+        lost = in_shapes[:count] * self._modal_damping[:, None] * (1j * omega)
+        result += _times(self._pushed[:, :count], lost)
+        return result
 
-    def _of_basis(self, pulls: Sequence[Pull]) -> Complexes:
-        """(n_pulls, n, n) VᵀZ V, inverted."""
+    def _on_shapes(
+        self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
+    ) -> Complexes:
+        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and what the shapes have of it; VᵀM V is diagonal."""
+        omega, s = _of_columns(pulls, which)
+        result = in_shapes * self.basis.modal_mass[:, None]
+        # with a mass that holds the panel, K x = r − `_shift` M x
+        stiff = 1 + 2j * self.damping_ratio * omega / (2 * np.pi * self.cutoff)
+        result *= -(omega**2) - self._shift * stiff
+        for index, (rows, D, few) in enumerate(self._on_patches):
+            if np.any(s[:, index]):
+                result += _times(few.T, _times(D, x[rows])) * s[:, index]
+        count = self._modal_damping.size
+        result[:count] += in_shapes[:count] * self._modal_damping[:, None] * (1j * omega)
+        return result
+
+    def _of_basis(self, pulls: Sequence[Pull]) -> list[tuple[Complexes, Index]]:
+        """VᵀZ V of each pull, factorised."""
         frequency = np.array([pull.frequency for pull in pulls])
         diagonal = self.basis.dynamic_stiffness(frequency)
         stiffness = np.zeros((*diagonal.shape, diagonal.shape[1]), complex)
@@ -199,39 +227,41 @@ class Elements:
         stiffness[:, index, index] = diagonal
         for p, overlap in enumerate(self._overlap_of_basis):
             stiffness += np.array([pull.stiffness[p] for pull in pulls])[:, None, None] * overlap
-        return np.asarray(np.linalg.inv(stiffness))
+        return [la.lu_factor(one, overwrite_a=True) for one in stiffness]
 
     # ------------------------------------------------------------------- solutions
 
     def _together(self, pulls: Sequence[Pull]) -> list[Motion]:
         count = self.points.shape[0]
         which = np.repeat(np.arange(len(pulls)), count)
-        inverse = self._of_basis(pulls)
+        factorised = self._of_basis(pulls)
 
-        def in_shapes(right: Complexes) -> Complexes:
-            small = _times(self.shapes.T, right).reshape(-1, len(pulls), count).transpose(1, 0, 2)
-            answer: Complexes = (inverse @ small).transpose(1, 0, 2).reshape(-1, len(which))
-            return answer
+        def solved(right: Complexes) -> Complexes:
+            answers = [
+                la.lu_solve(one, right[:, which == index]) for index, one in enumerate(factorised)
+            ]
+            return np.concatenate(answers, axis=1)
 
-        def preconditioned(right: Complexes) -> Complexes:
+        def preconditioned(right: Complexes) -> tuple[Complexes, Complexes]:
             # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
             rest = self._static(right)
-            known = right if self._shift == 0.0 else None
-            in_basis = in_shapes(self._applied(pulls, which, rest, known))
-            return rest - _times(self.shapes, in_basis)
+            in_shapes = _times(self._pushed.T, rest)
+            taken = solved(self._on_shapes(pulls, which, rest, in_shapes))
+            return rest - _times(self.shapes, taken), in_shapes - taken
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
-        of_basis = in_shapes(pull)
+        at_points = (self.points @ self.shapes).T.astype(complex)
+        of_basis = solved(np.tile(at_points, len(pulls)))
         start = _times(self.shapes, of_basis)
         found = np.zeros_like(start)
         steps: list[tuple[Complexes, Complexes]] = []
-        residual = pull - self._applied(pulls, which, start)
+        residual = pull - self._applied(pulls, which, start, of_basis)
         size = first = self._size(residual)
         for _ in range(MOST_STEPS):
             if np.all(size <= ENOUGH * first):
                 break
-            direction = preconditioned(residual)
-            image = self._applied(pulls, which, direction)
+            direction, in_shapes = preconditioned(residual)
+            image = self._applied(pulls, which, direction, in_shapes)
             for earlier, earlier_image in steps:
                 share = np.sum(earlier_image.conj() * image, axis=0)
                 direction, image = direction - share * earlier, image - share * earlier_image
@@ -269,10 +299,8 @@ class Elements:
         Z = K * (1 + 2j * self.damping_ratio * omega / cutoff) - omega**2 * M
         for s, D in zip(pull.stiffness, self.overlap, strict=True):
             Z = Z + s * D
-        modes = ~self.is_residual
-        own = self.basis.angular_frequency[modes]
-        factor = 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
-        kept = factor != 0
+        factor = self._modal_damping
+        kept = np.flatnonzero(factor)
         B = self._pushed[:, kept]
         answer = _solved(Z, np.hstack([right, B]).astype(complex))
         x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
@@ -287,6 +315,12 @@ def _solved(matrix: sp.csr_array, right: Complexes) -> Complexes:
     if np.all(left <= EXACT * np.linalg.norm(right, axis=0)):
         return np.asarray(answer)
     return np.asarray(spla.splu(sp.csc_matrix(matrix)).solve(right))
+
+
+def _of_columns(pulls: Sequence[Pull], which: Index) -> tuple[Array, Complexes]:
+    """ω (columns,) and s (columns, n_patches) of columns that belong to some pulls."""
+    omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])
+    return omega[which], np.array([pull.stiffness for pull in pulls])[which]
 
 
 def _as_real(x: Complexes) -> Array:

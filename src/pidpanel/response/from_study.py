@@ -31,7 +31,6 @@ from pidpanel.response.lines import (
     frequency_grid,
     smallest_damping_ratio,
 )
-from pidpanel.response.modal import MatrixInput
 from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.response.power import power_balance
 from pidpanel.response.radiation import Air
@@ -57,7 +56,7 @@ ENOUGH_LINES = 4.0
 MOTIONS_G, MASS_LINES = (1.0, 10.0, 100.0, 1000.0), 12
 """Γ, and how many lines, at which a damper's mass is looked up before its motion is known."""
 
-BALANCE_LINES = (3, 12)
+BALANCE_LINES = (2, 12)
 """Fewest and most lines on which the power balance of each scenario is checked."""
 
 BALANCE_WORK = 1e8
@@ -472,7 +471,7 @@ class PanelInSound:
         return pressure_psd(self.spectrum, frequency, sound.pressure_reference, sound.loaded_sides)
 
     @property
-    def air_stiffness(self) -> MatrixInput | None:
+    def air_stiffness(self) -> Air | None:
         """iωR − ω²M_air over frequency; None where the air is left out."""
         return self.air
 
@@ -720,6 +719,16 @@ class PanelInSound:
         stated = self.study.damping.level.acceleration_g
         return Layout(loads, factor, stated, with_slope, source=self._source(filled))
 
+    @cached_property
+    def _at_balance(self) -> tuple[slice, Array | Complexes, Complexes | None]:
+        """Lines on which the power balance is checked, G (n_lines, n, n) and the air on them."""
+        shapes = self.modal.natural_frequency.size
+        count = int(np.clip(BALANCE_WORK / shapes**3, *BALANCE_LINES))
+        step = max(1, len(self.frequency) // count)
+        lines = slice(step // 2, None, step)
+        frequency, air = self.frequency[lines], self.air_stiffness
+        return lines, self.force(frequency), None if air is None else air(frequency)
+
     def power_balance_error(self, one: ScenarioResponse, factor: float) -> float:
         """Return the largest error of the power balance of a scenario over some lines [1].
 
@@ -730,19 +739,16 @@ class PanelInSound:
         factor
             S_p over that of the study.
         """
-        shapes = self.modal.natural_frequency.size
-        count = int(np.clip(BALANCE_WORK / shapes**3, *BALANCE_LINES))
-        step = max(1, len(self.frequency) // count)
-        lines = slice(step // 2, None, step)
+        lines, force, air = self._at_balance
         balance = power_balance(
             self.frequency[lines],
             self.modal,
             self.field.patches.only(one.loads.tolist()),
             factor * self.psd(self.frequency[lines]),
-            self.force,
+            force,
             one.equivalent_damping[:, lines],
             one.apparent_mass[:, lines],
-            self.air_stiffness,
+            air,
         )
         return float(balance.error.max())
 
@@ -819,22 +825,31 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
     ValueError
         Where the air's own file is not given though it counts.
     """
-    force = read_table(files.modal_force, MODAL_FORCE)
-    air = None
-    if radiation != "none":
-        if files.air is None:
-            raise ValueError(f"radiation = {radiation}: the file of the air is required")
-        air = Air(
-            study.sound.air_density_kg_m3,
-            study.sound.speed_m_s,
-            WETTED_SIDES[radiation],
-            force if study.sound.field == "diffuse" else read_table(files.air, DIFFUSE),
-            read_table(files.air, ADDED_VOLUME) if study.response.air_mass else None,
-        )
-    return PanelInSound(
+    panel = PanelInSound(
         study,
         read_basis(files.modes),
         spectrum_of(study.sound),
-        force,
-        air,
+        read_table(files.modal_force, MODAL_FORCE),
+        None,
     )
+    return with_air(panel, files, radiation)
+
+
+def with_air(panel: PanelInSound, files: PanelFiles, radiation: Radiation) -> PanelInSound:
+    """Return a panel that `read_panel_in_sound` read, with other sides in the air.
+
+    Parameters and errors are those of `read_panel_in_sound`.
+    """
+    if radiation == "none":
+        return replace(panel, air=None)
+    if files.air is None:
+        raise ValueError(f"radiation = {radiation}: the file of the air is required")
+    study, force = panel.study, panel.force_table
+    air = Air(
+        study.sound.air_density_kg_m3,
+        study.sound.speed_m_s,
+        WETTED_SIDES[radiation],
+        force if study.sound.field == "diffuse" else read_table(files.air, DIFFUSE),
+        read_table(files.air, ADDED_VOLUME) if study.response.air_mass else None,
+    )
+    return replace(panel, air=air)

@@ -106,6 +106,18 @@ class BarePanel:
     point_psd: Complexes
     damping_norm: Array
 
+    def without_patches(self, none: Patches) -> "BarePanel":
+        """Return the same with its points alone, to carry no damper."""
+        width = self.receptance.shape[2]
+        return replace(
+            self,
+            patches=none,
+            coordinates=none.coordinates(OVERLAP_CUTOFF),
+            receptance=self.receptance[:, width:, :0],
+            patch_psd=self.patch_psd[:, width:, :0],
+            damping_norm=self.damping_norm[:0],
+        )
+
     def with_fewer(self, overlap_cutoff: float) -> "BarePanel":
         """Return the same without the columns of E below a share of the largest eigenvalue of D."""
         columns = self.coordinates.columns

@@ -61,10 +61,11 @@ class Air:
         resistance = air_resistance(
             frequency, self.diffuse.at(k), self.density, self.speed_of_sound, self.wetted_sides
         )
-        stiffness: Complexes = 1j * omega * resistance
+        stiffness = np.zeros(resistance.shape, dtype=np.complex128)
+        np.multiply(omega, resistance, out=stiffness.imag)
         if self.added_volume is not None:
-            mass = self.wetted_sides * self.density * self.added_volume.at(k)
-            stiffness -= omega**2 * mass
+            mass = -(omega**2) * self.wetted_sides * self.density
+            np.multiply(mass, self.added_volume.at(k), out=stiffness.real)
         return stiffness
 
 

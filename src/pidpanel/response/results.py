@@ -29,6 +29,7 @@ from pidpanel.response.from_study import (
     read_panel_in_sound,
     readings_of,
     widened,
+    with_air,
 )
 from pidpanel.response.map_files import map_dataset, write_paraview
 from pidpanel.response.maps import layer_maps, modal_covariances, rms_map
@@ -163,9 +164,12 @@ def write_response(
     ).to_netcdf(output.stress_nc, engine="scipy")
     write_left_out(output.left_out_nc, checked.left_out, stamp(study))
     if output.radiation_csv is not None:
-        other = read_panel_in_sound(study, files, study.response.radiation_beside)
-        other = widened(other, read_plate(plate), checked.left_out)
-        other = replace(other, least_damping_ratio=panel.least_damping_ratio)
+        other = with_air(start, files, study.response.radiation_beside)
+        if checked.left_out.shape[1]:
+            other = widened(other, read_plate(plate), checked.left_out)
+            other = replace(other, least_damping_ratio=panel.least_damping_ratio)
+        else:
+            other = replace(panel, air=other.air)
         _write_csv(output.radiation_csv, with_other_radiation(other, readings))
 
 

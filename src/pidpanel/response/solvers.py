@@ -332,6 +332,10 @@ class PanelSolver(PanelWithLayouts):
         missing = [key for key in keys if key not in direct and (key, number) not in self._held]
         panel, sound = self.panel, self._sound[lines]
         made: dict[Loaded, BarePanel] = {}
+        held = [key for key in keys if (key, number) in self._held]
+        if () in missing and held:
+            missing.remove(())
+            made[()] = self._held[held[0], number].without_patches(self.carrier(()))
         if missing or direct:
             n, frequency = panel.patches.shapes, self.frequency
             force, air = panel.modal_force, panel.air_stiffness
@@ -347,8 +351,8 @@ class PanelSolver(PanelWithLayouts):
                 self.frequency[lines], panel.basis, carriers, self._points, sound, force,
                 self._in_air or air,
             )  # fmt: skip
-            made = dict(zip(missing, bare, strict=True))
-            for key, one in made.items():
+            made |= zip(missing, bare, strict=True)
+            for key, one in zip(missing, bare, strict=True):
                 if self._has_room(key, one):
                     self._held[key, number] = one
         reduced = {

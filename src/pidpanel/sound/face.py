@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.plane_waves import condensed
-from pidpanel.sound.wavenumber_table import SPARE_NODES, FieldError
+from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,8 @@ class FoldedFace:
         Waves along (α) and (π − α) differ in the sign of their parts odd along x, so that cross
         terms of parities cancel and a quarter of the circle is enough.
         """
-        count = int(np.ceil((wavenumber * diameter / 2 + SPARE_NODES) / 2))
+        reach = wavenumber * diameter
+        count = int(np.ceil((reach / 2 + spare_nodes(reach)) / 2))
         azimuth = np.pi / 2 * (np.arange(count) + 0.5) / count
         along_x = wavenumber * np.cos(azimuth)[:, None] * self.x
         along_y = wavenumber * np.sin(azimuth)[:, None] * self.y

@@ -29,7 +29,6 @@ from pidpanel.plane_mesh import cell_areas
 from pidpanel.progress import tracked
 from pidpanel.sound.face import FoldedFace, PanelQuadrature
 from pidpanel.sound.wavenumber_table import (
-    SPARE_NODES,
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
@@ -37,6 +36,7 @@ from pidpanel.sound.wavenumber_table import (
     checked_wavenumber,
     even_interpolation,
     node_count,
+    spare_nodes,
 )
 
 TABLE_TOLERANCE = 1e-9
@@ -329,14 +329,14 @@ def _check_table(
 
 def _half_gauss(k: float, diameter: float) -> tuple[Array, Array]:
     """Return nodes and weights in μ on (0, 1), exact for even polynomials of degree 4·count − 1."""
-    count = int(np.ceil(k * diameter / 4)) + SPARE_NODES
+    count = int(np.ceil(k * diameter / 4)) + spare_nodes(k * diameter)
     node, weight = np.polynomial.legendre.leggauss(2 * count)
     return node[count:], weight[count:]
 
 
 def half_circle(k: float, diameter: float) -> Array:
     """Return equally spaced azimuths on [0, π) [rad]."""
-    count = int(np.ceil(k * diameter / 2)) + SPARE_NODES
+    count = int(np.ceil(k * diameter / 2)) + spare_nodes(k * diameter)
     return np.pi * np.arange(count) / count
 
 

@@ -16,19 +16,24 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.chebyshev import interpolation, unit_nodes
 
 SPARE_NODES = 14
-"""Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table.
+"""Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table, up to kL = 66.
 
 The series of Bessel functions behind each sum ends faster than exponentially once its order
-exceeds kL. With 14 nodes the modal forces of smooth shapes err by less than 1e-12 of the largest
-up to kL = 66. The coherence of two points a diameter apart errs by 6e-12 at kL = 40, 2e-10 at 66
-and 3e-7 at 200.
+exceeds kL, over a width that grows with its cube root (`spare_nodes`). With 14 nodes the modal
+forces of smooth shapes err by less than 1e-12 of the largest up to kL = 66, the coherence of two
+points a diameter apart by 6e-12 at kL = 40, 2e-10 at 66 and 3e-7 at 200.
 """
 
-FACTOR_TOLERANCE = 1e-10
-"""What the factors of G leave out of the force on a shape, as a share of its mean square."""
+SPARE_UP_TO = 66.0
+"""kL up to which `SPARE_NODES` will do."""
+
+FACTOR_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7)
+"""What the factors of G leave out of the force on a shape, as a share of its mean square: the
+least that the rounding of the table allows. At 30 Hz that of a wing of 4 m × 2.5 m to 2 kHz, where
+sound pushes many shapes 10⁻¹⁰ times as much as a few, allows the last."""
 
 SLACK = 10.0
-"""The same at lower wavenumbers of a band, where the pivots are not the best ones."""
+"""Times as much at lower wavenumbers of a band, where the pivots are not the best ones."""
 
 LEAST_FORCE = 1e-10
 """Of the largest mean square of a force: what the table knows of smaller ones is rounding."""
@@ -36,16 +41,10 @@ LEAST_FORCE = 1e-10
 BAND = 1.1
 """Ratio of wavenumbers for which the same shapes stand for all."""
 
-NARROWER = 1.25
-"""Ratio of wavenumbers for which the same shorter table is read, see `WavenumberTable.at`."""
+ROWS_AT_ONCE = 16
+"""Rows of G that are read together, so that they stay in the processor's own memory."""
 
-MOST_NARROW = 20
-"""Bands of that ratio: below a hundredth of k_max the last shorter table is read."""
-
-FEWER_NODES = 0.8
-"""Share of the nodes from which on a shorter table saves less than it costs."""
-
-FACTOR_SHARE = 0.7
+FACTOR_SHARE = 0.5
 """Share of the shapes from which on a factor of G is no cheaper than G."""
 
 
@@ -75,20 +74,19 @@ class WavenumberTable:
     wavenumber: Array
     even: Array
     odd_over_wavenumber: Array | None = None
-    _pivots: dict[int, Index] = field(default_factory=dict, repr=False, compare=False)
+    _pivots: dict[int, tuple[Index, float]] = field(default_factory=dict, repr=False, compare=False)
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
-    _shorter: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def diameter(self) -> float:
         """Diameter of the panel [m] for which the table has its nodes (`node_count`)."""
-        return 2 * max(self.wavenumber.size - SPARE_NODES, 0) / self.wavenumber_max
+        count, reach = self.wavenumber.size, 0.0
+        for _ in range(4):
+            reach = 2.0 * max(count - spare_nodes(reach), 0)
+        return reach / self.wavenumber_max
 
     def at(self, wavenumber: ArrayLike) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n).
-
-        A line costs a run through all nodes. Longer waves need fewer of them, so lines of low
-        frequency are read from a shorter table, itself read from this one once.
 
         Raises
         ------
@@ -96,7 +94,7 @@ class WavenumberTable:
             Where a wavenumber lies outside 0 to k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
-        return self._up_to(k.max(initial=0.0))._at(k)
+        return self._at(k)
 
     def _at(self, k: Array) -> Array | Complexes:
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
@@ -105,29 +103,6 @@ class WavenumberTable:
             return even
         odd = np.tensordot(k[:, None] * weights, self.odd_over_wavenumber, axes=1)
         return even + 1j * odd
-
-    def _up_to(self, wavenumber: float) -> "WavenumberTable":
-        """Return the table that reaches to a wavenumber with the fewest nodes that it needs."""
-        share = min(wavenumber / self.wavenumber_max, 1.0)
-        band = int(-np.log(share) / np.log(NARROWER)) if share > 0 else MOST_NARROW
-        band = min(band, MOST_NARROW)
-        count = self.wavenumber.size
-        # `node_count` of the same panel; SPARE_NODES stay
-        needed = SPARE_NODES + int(np.ceil((count - SPARE_NODES) / NARROWER**band))
-        if band == 0 or needed >= FEWER_NODES * count:
-            return self
-        if band not in self._shorter:  # lines come in order: one band is enough
-            k_max = self.wavenumber_max / NARROWER**band
-            nodes = chebyshev_nodes(k_max, needed)
-            weights = even_interpolation(nodes, self.wavenumber_max, count)
-            odd = self.odd_over_wavenumber
-            self._shorter.clear()
-            self._shorter[band] = WavenumberTable(
-                k_max, nodes,
-                np.tensordot(weights, self.even, axes=1),
-                None if odd is None else np.tensordot(weights, odd, axes=1),
-            )  # fmt: skip
-        return self._shorter[band]
 
     def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
         """Return L (nf, n, r) with the matrix equal to L Lᴴ at the wavenumbers (nf,) [rad/m].
@@ -143,7 +118,7 @@ class WavenumberTable:
         Returns
         -------
         None where so many shapes are needed that the matrix is as cheap, or where more than
-        `SLACK` times `FACTOR_TOLERANCE` of the mean square of a force would be left.
+        `SLACK` times the last of `FACTOR_TOLERANCES` of the mean square of a force would be left.
 
         Raises
         ------
@@ -155,35 +130,61 @@ class WavenumberTable:
             return None
         band = max(0, int(np.log(self.wavenumber_max / k.max()) / np.log(BAND)))
         if band not in self._pivots:
-            self._pivots[band] = self._stand_for_all(self.wavenumber_max / BAND**band)
-        pivots = self._pivots[band]
+            self._pivots[band] = self._stand_for_all(band)
+        pivots, tolerance = self._pivots[band]
         if not 0 < pivots.size <= FACTOR_SHARE * self.even.shape[1]:
             return None
-        whole = self._up_to(self.wavenumber_max / BAND**band)
         if band not in self._rows:  # lines come in order: one band is enough
-            odd = whole.odd_over_wavenumber
             self._rows.clear()
-            # as numpy picks rows they would be copied for every line
-            self._rows[band] = WavenumberTable(
-                whole.wavenumber_max, whole.wavenumber,
-                np.ascontiguousarray(whole.even[:, pivots]),
-                None if odd is None else np.ascontiguousarray(odd[:, pivots]),
-            )  # fmt: skip
-        rows = self._rows[band]
-        weights = even_interpolation(k, rows.wavenumber_max, rows.wavenumber.size)
-        square = weights @ np.diagonal(whole.even, axis1=1, axis2=2)
-        return _factors(rows._at(k), pivots, square)
+            self._rows[band] = self._rows_up_to(self.wavenumber_max / BAND**band, pivots)
+        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
+        return _factors(self._rows[band]._at(k), pivots, square, tolerance)
 
-    def _stand_for_all(self, wavenumber: float) -> Index:
-        """Return the shapes (r,) whose forces tell those of all at a wavenumber."""
-        (matrix,) = self.at([min(wavenumber, self.wavenumber_max)])
+    def _rows_up_to(self, k_max: float, rows: Index) -> "WavenumberTable":
+        """Return some rows up to a lower wavenumber, for which fewer nodes will do."""
+        count = self.wavenumber.size
+        needed = min(node_count(k_max, self.diameter), count)
+        nodes = chebyshev_nodes(k_max, needed)
+        weights = even_interpolation(nodes, self.wavenumber_max, count)
+
+        def read(values: Array) -> Array:
+            found = np.empty((needed, rows.size, values.shape[2]))
+            for some in range(0, rows.size, ROWS_AT_ONCE):
+                block = slice(some, some + ROWS_AT_ONCE)
+                found[:, block] = np.tensordot(weights, values[:, rows[block]], axes=1)
+            return found
+
+        odd = self.odd_over_wavenumber
+        return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
+
+    def _stand_for_all(self, band: int) -> tuple[Index, float]:
+        """Return the shapes (r,) whose forces tell those of all in a band, and how well.
+
+        None are returned where there are none.
+        """
+        nothing = np.zeros(0, dtype=np.int64), 0.0
+        top = self.wavenumber_max / BAND**band
+        below, matrix = self._at(np.array([top / BAND, top]))
         square = np.diagonal(matrix).real
         scale = np.sqrt(np.maximum(square, LEAST_FORCE * square.max(initial=0.0)))
         if not np.all(scale > 0):
-            return np.zeros(0, dtype=np.int64)
+            return nothing
         pivoted = la.lapack.zpstrf if np.iscomplexobj(matrix) else la.lapack.dpstrf
-        _, order, rank, _ = pivoted(matrix / scale[:, None] / scale, tol=FACTOR_TOLERANCE, lower=1)
-        return np.asarray(order[:rank] - 1, dtype=np.int64)
+        scaled = matrix / scale[:, None] / scale
+        for tolerance in FACTOR_TOLERANCES:
+            _, order, rank, _ = pivoted(scaled, tol=tolerance, lower=1)
+            pivots = np.asarray(order[:rank] - 1, dtype=np.int64)
+            if rank > FACTOR_SHARE * len(matrix):
+                return nothing
+            holds = (
+                _factors(one[None, pivots], pivots, np.diagonal(one).real[None], tolerance)
+                is not None
+                for one in (matrix, below)
+            )
+            if all(holds):
+                return pivots, tolerance
+        return nothing
 
     def _checked(self, wavenumber: ArrayLike) -> Array:
         k = checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
@@ -194,7 +195,9 @@ class WavenumberTable:
         return k
 
 
-def _factors(rows: NDArray[Any], pivots: Index, square: Array) -> NDArray[Any] | None:
+def _factors(
+    rows: NDArray[Any], pivots: Index, square: Array, tolerance: float
+) -> NDArray[Any] | None:
     """Return L (nf, n, r) of rows (nf, r, n) of G and its diagonal (nf, n); see `factors_at`."""
     least = LEAST_FORCE * square.max(axis=1, keepdims=True)
     scale = np.sqrt(np.maximum(square, least))[:, pivots]
@@ -208,7 +211,7 @@ def _factors(rows: NDArray[Any], pivots: Index, square: Array) -> NDArray[Any] |
         turned = la.solve_triangular(triangle, scaled, lower=True, check_finite=False)
         factors[line] = turned.conj().T
     left = square - np.sum(np.abs(factors) ** 2, axis=2)
-    if np.any(np.abs(left) > SLACK * FACTOR_TOLERANCE * np.maximum(square, least)):
+    if np.any(np.abs(left) > SLACK * tolerance * np.maximum(square, least)):
         return None
     return factors
 
@@ -240,7 +243,13 @@ def checked_maximum(wavenumber_max: float) -> float:
 
 def node_count(wavenumber_max: float, diameter: float) -> int:
     """Return the nodes that a table to k_max [rad/m] of a panel of that diameter [m] needs."""
-    return int(np.ceil(wavenumber_max * diameter / 2)) + SPARE_NODES
+    reach = wavenumber_max * diameter
+    return int(np.ceil(reach / 2)) + spare_nodes(reach)
+
+
+def spare_nodes(reach: float) -> int:
+    """Return the nodes that are needed beyond those that grow with kL, of a kL."""
+    return int(np.ceil(SPARE_NODES * max(reach / SPARE_UP_TO, 1.0) ** (1 / 3)))
 
 
 def chebyshev_nodes(k_max: float, count: int) -> Array:
