@@ -106,13 +106,34 @@ def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
 
 
 def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):
-    # red: in _factors, shift = 0.0
+    # red: in preconditioned, `in_shapes` without `- taken`
     found = panel(tmp_path, "free")
     for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
         points = found.elements.points
         computed = points @ (motion.whole)
         left = 1e-2 * np.abs(points @ motion.left_out).max() + 1e-9 * np.abs(computed).max()
         np.testing.assert_allclose(computed, points @ found.dense(one), rtol=0, atol=left)
+
+
+@pytest.mark.parametrize("support", ["simply_supported", "free"])
+@pytest.mark.parametrize("mass", [None, {"left": 30.0}])
+def test_what_a_static_answer_pulls_at_the_shapes_is_known_from_what_they_have_of_it(
+    tmp_path, support, mass
+):
+    # red: in _on_shapes, without self._shift; without the dampers
+    found = panel(tmp_path, support, mass).elements
+    V, M = found.shapes, found.plate.mass
+    random = np.random.default_rng(2)
+    which = np.repeat(np.arange(len(PULLS)), 2)
+    right = random.standard_normal((len(V), which.size)) + 1j * random.standard_normal(
+        (len(V), which.size)
+    )
+    right -= V @ np.linalg.solve(V.T @ V, V.T @ right)  # has no part in the shapes
+    x = found._static(right)
+    of_x = V.T @ (M @ x) / found.basis.modal_mass[:, None]
+    known = found._on_shapes(PULLS, which, x, of_x)
+    whole = V.T @ found._applied(PULLS, which, x, of_x)
+    np.testing.assert_allclose(known, whole, rtol=0, atol=1e-7 * np.abs(whole).max())
 
 
 def test_what_the_basis_leaves_out_joins_it(tmp_path):

@@ -344,6 +344,16 @@ def test_the_bare_panel_knows_the_motion_of_every_patch(panel, places, kind, in_
     assert found.acceleration_g.size == found.fixed_points == 0
 
 
+def test_the_bare_panel_is_that_of_patches_that_are_held(panel):
+    # red: `point_psd=2 * self.point_psd` in without_patches
+    patches = patches_at(panel, SMALL)
+    held, fresh = solver_of(panel, patches), solver_of(panel, patches)
+    held.prepare([(1,)])
+    assert any(key == (1,) for key, _ in held._held)
+    after, alone = solve_bare(held, FACTOR), solve_bare(fresh, FACTOR)
+    np.testing.assert_allclose(psd(after), psd(alone), rtol=1e-12)
+
+
 # ------------------------------------------------------------------ by element
 
 

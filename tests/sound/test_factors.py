@@ -82,7 +82,7 @@ def test_nothing_is_extrapolated():
 
 @pytest.mark.parametrize("odd", [False, True])
 def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
-    # red: in _rows_up_to, `2 * k_max`; `values[:, rows[:1]]`; SPARE_NODES = 6
+    # red: in _rows_up_to, `chebyshev_nodes(2 * k_max, …)`; `rows[block] + 1`
     of = table(odd)
     rows = np.arange(0, SHAPES, 3)
     for k_max in (0.5, 2.0, 9.0, 20.0):

@@ -205,7 +205,7 @@ class Elements:
     def _on_shapes(
         self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
-        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and what the shapes have of it; VᵀM V is diagonal."""
+        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and what the shapes have of it: the modes nothing."""
         omega, s = _of_columns(pulls, which)
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x
@@ -214,8 +214,6 @@ class Elements:
         for index, (rows, D, few) in enumerate(self._on_patches):
             if np.any(s[:, index]):
                 result += _times(few.T, _times(D, x[rows])) * s[:, index]
-        count = self._modal_damping.size
-        result[:count] += in_shapes[:count] * self._modal_damping[:, None] * (1j * omega)
         return result
 
     def _of_basis(self, pulls: Sequence[Pull]) -> list[tuple[Complexes, Index]]:

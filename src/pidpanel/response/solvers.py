@@ -332,7 +332,7 @@ class PanelSolver(PanelWithLayouts):
         missing = [key for key in keys if key not in direct and (key, number) not in self._held]
         panel, sound = self.panel, self._sound[lines]
         made: dict[Loaded, BarePanel] = {}
-        held = [key for key in keys if (key, number) in self._held]
+        held = [key for key in self._held_bytes if (key, number) in self._held]
         if () in missing and held:
             missing.remove(())
             made[()] = self._held[held[0], number].without_patches(self.carrier(()))
