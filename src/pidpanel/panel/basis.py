@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.modes import Plate, Shapes, panel_shapes
+from pidpanel.panel.modes import Plate, Shapes, coordinates_of, panel_shapes
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.plane_mesh import cell_areas
 
@@ -164,7 +165,7 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
         "is_residual": np.arange(vectors.shape[1]) >= len(shapes.frequency),
         "shape_at_points": at_vertices[points],
         "patch_overlap": np.array(
-            [vectors.T @ (overlap @ vectors) for overlap in plate.patch_overlap.values()]
+            [_overlap_of(vectors, overlap) for overlap in plate.patch_overlap.values()]
         ).reshape(-1, vectors.shape[1], vectors.shape[1]),
         "quadrature_position": plate.quadrature_position,
         "quadrature_weight": plate.quadrature_weight,
@@ -177,6 +178,14 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
         "curvature_at_points": curvature[points],
         "shear_at_points": shear[points],
     }
+
+
+def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
+    """VᵀD V (n, n) of a patch."""
+    on = coordinates_of(overlap)
+    few = vectors[on]
+    product: Array = few.T @ (overlap[on][:, on] @ few)
+    return product
 
 
 def patch_areas(basis: PanelBasis) -> Array:

@@ -34,7 +34,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.eigen import eigenpairs, factors
 from pidpanel.panel.plate import AssembledPlate
 
@@ -400,13 +400,19 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
 
 
+def coordinates_of(overlap: sp.csr_array) -> Index:
+    """Return the coordinates (k,) of a patch, of its D (n_free, n_free): few of a large panel."""
+    found: Index = np.unique(overlap.nonzero()[0])
+    return found
+
+
 def _forces(overlap: sp.csr_array, modes: Array) -> Array:
     """Return the forces D Φ of a patch on the modes, (n_free, n), as few as there are.
 
     D Φ = U diag(s) Vᵀ; what follows does not ask for V. A patch is small beside most waves, so that
     many forces are nearly sums of others.
     """
-    on = np.unique(overlap.nonzero()[0])
+    on = coordinates_of(overlap)
     U, s, _ = la.svd(overlap[on] @ modes, full_matrices=False)
     kept = s > FORCES * s[:1]
     forces = np.zeros((len(modes), int(kept.sum())))

@@ -8,6 +8,7 @@ dampers together at u with −S u, S = Σ_p s_p Δ_p (Woodbury's identity):
 The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,20 +85,61 @@ def attach_dampers(
     check_stable(damping, bare.damping_norm, allow_negative_damping)
 
     n_points, m = bare.point_psd.shape[1:3]
-    width = bare.receptance.shape[2]
     cross_psd = np.empty_like(bare.point_psd)
+    for lines, Y, B in _updates(bare, damping, mass):
+        by_point = (len(B), n_points, m, B.shape[2])
+        taken = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
+        cross_psd[lines] = bare.point_psd[lines] - taken - taken.conj().swapaxes(2, 3)
+    return Response(bare.frequency, cross_psd)
+
+
+def covariance_taken(
+    bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, weight: Array
+) -> Array:
+    """Return what dampers take from sums of Re S_ww over frequency.
+
+    Parameters
+    ----------
+    bare, equivalent_damping, apparent_mass
+        As of `attach_dampers`; the motions are those of one point.
+    weight
+        (k, nf) of the lines in each sum.
+
+    Returns
+    -------
+    (k, m, m) Σ_f weight Re(Y Bᴴ + B Yᴴ).
+    """
+    damping, mass = checked_dampers(
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
+    )
+    check_stable(damping, bare.damping_norm, False)
+    m = bare.point_psd.shape[2]
+    total = np.zeros((len(weight), m, m))
+    for lines, Y, B in _updates(bare, damping, mass):
+        # all lines in one product, real and imaginary parts side by side
+        right = np.ascontiguousarray(B.swapaxes(0, 1)).reshape(m, -1).view(np.float64)
+        for own, each in zip(total, weight[:, lines], strict=True):
+            left = np.ascontiguousarray((each[:, None, None] * Y).swapaxes(0, 1))
+            product = left.reshape(m, -1).view(np.float64) @ right.T
+            own += product + product.T
+    return total
+
+
+def _updates(
+    bare: BarePanel, damping: Array, mass: Array
+) -> Iterator[tuple[slice, Complexes, Complexes]]:
+    """Yield Y and B (nf, nw, r) on some lines after others: S_ww falls by Y Bᴴ + B Yᴴ.
+
+    S_ww − B S_uw − S_wu Bᴴ + B S_uu Bᴴ = S_ww − (Y Bᴴ + B Yᴴ) with Y = S_wu − B S_uu/2.
+    """
+    width = bare.receptance.shape[2]
     for lines in chunks_of_lines(bare.frequency.size, 2 * width):
         s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
         loop = _pulled(bare, s, bare.receptance[lines, :width])  # Z₀, and so R_uu, is symmetric
         loop[:, range(width), range(width)] += 1
         from_points = _pulled(bare, s, bare.receptance[lines, width:].swapaxes(1, 2))
         B = np.linalg.solve(loop, from_points).swapaxes(1, 2)
-        # S_ww − B S_uw − S_wu Bᴴ + B S_uu Bᴴ = S_ww − (Y Bᴴ + B Yᴴ), Y = S_wu − B S_uu/2
-        Y = bare.patch_psd[lines, width:] - B @ bare.patch_psd[lines, :width] / 2
-        by_point = (len(B), n_points, m, width)
-        taken = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
-        cross_psd[lines] = bare.point_psd[lines] - taken - taken.conj().swapaxes(2, 3)
-    return Response(bare.frequency, cross_psd)
+        yield lines, bare.patch_psd[lines, width:] - B @ bare.patch_psd[lines, :width] / 2, B
 
 
 def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:

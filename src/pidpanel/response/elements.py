@@ -28,6 +28,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
+from pidpanel.panel.modes import coordinates_of
 from pidpanel.response.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-2
@@ -173,7 +174,7 @@ class Elements:
         """Coordinates that each patch moves, D and the shapes there: a small part of the panel."""
         found = []
         for D in self.overlap:
-            rows = np.unique(D.nonzero()[0])
+            rows = coordinates_of(D)
             found.append((rows, D[rows][:, rows], self.shapes[rows].astype(np.float64)))
         return found
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.progress import tracked
-from pidpanel.response.dampers import attach_dampers
+from pidpanel.response.dampers import covariance_taken
 from pidpanel.response.modal import MatrixInput, bare_panels, chunks_of_lines
 from pidpanel.response.model import ModalBasis, Patches
 from pidpanel.response.stress import VON_MISES, Layers
@@ -60,25 +60,27 @@ def modal_covariances(
     weight = np.zeros(frequency.size)  # of the trapezoidal rule
     weight[1:] += np.diff(frequency) / 2
     weight[:-1] += np.diff(frequency) / 2
-    omega4 = (2 * np.pi * frequency) ** 4
-    total = np.zeros((len(dampers), 2, n, n))
+    weights = np.stack([weight * (2 * np.pi * frequency) ** 4, weight])
+    of_bare, of_dampers = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
     chunks = list(chunks_of_lines(frequency.size, n))
     for lines in tracked(chunks, "parts of the frequency range"):
         (bare,) = bare_panels(
             frequency[lines],
             basis,
             [patches],
-            np.eye(n)[None],
+            None,
             pressure_psd[lines],
             modal_force,
             air_stiffness,
             MAP_CUTOFF,
         )
-        for index, (damping, mass, factor) in enumerate(dampers):
-            modal_psd = attach_dampers(bare, damping[:, lines], mass[:, lines]).cross_psd[:, 0].real
-            both = factor * np.stack([weight[lines] * omega4[lines], weight[lines]])
-            total[index] += np.tensordot(both, modal_psd, axes=1)
-    return [ModalCovariance(*one) for one in total]
+        of_bare += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
+        for taken, (damping, mass, _) in zip(of_dampers, dampers, strict=True):
+            taken += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
+    return [
+        ModalCovariance(*(factor * (of_bare - taken)))
+        for taken, (_, _, factor) in zip(of_dampers, dampers, strict=True)
+    ]
 
 
 def rms_map(covariance: Array, motion: Array) -> Array:

@@ -151,7 +151,7 @@ def bare_panels(
     frequency: ArrayLike,
     basis: ModalBasis,
     carriers: Sequence[Patches],
-    motion_at_points: ArrayLike,
+    motion_at_points: ArrayLike | None,
     pressure_psd: ArrayLike,
     modal_force: MatrixInput,
     air_stiffness: MatrixInput | PanelInAir | None = None,
@@ -169,7 +169,8 @@ def bare_panels(
         Sets of patches; each makes one `BarePanel`. The panel is solved once for all.
     motion_at_points
         (n_points, m, n) m motions at each point as rows over the shapes, the deflection φ [1]
-        first, then such as curvatures [1/m]; or (n_points, n), φ alone.
+        first, then such as curvatures [1/m]; or (n_points, n), φ alone; or None for the shapes
+        themselves, as one point of n motions.
     pressure_psd
         (nf,) one-sided S_p on the face [Pa²/Hz].
     modal_force
@@ -193,7 +194,8 @@ def bare_panels(
     frequency = checked_frequency(frequency)
     pressure_psd = checked_pressure_psd(pressure_psd, frequency)
     n = basis.natural_frequency.size
-    points = checked_motions(motion_at_points, n)
+    of_shapes = motion_at_points is None
+    points = np.eye(n)[None] if motion_at_points is None else checked_motions(motion_at_points, n)
     for patches in carriers:
         check_patches(patches, n)
 
@@ -215,7 +217,9 @@ def bare_panels(
     for lines in chunks_of_lines(count, n):
         moved: _Moved
         if air_stiffness is None:
-            moved = _InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
+            moved = (_ShapesInVacuum if of_shapes else _InVacuum)(
+                basis.dynamic_stiffness(frequency[lines]), observed
+            )
         elif isinstance(air_stiffness, PanelInAir):
             moved = _InAir(air_stiffness.motion(frequency[lines], observed), observed)
         else:
@@ -336,6 +340,27 @@ class _InVacuum(_Moved):
 
     def in_parts(self, factors: Matrices) -> Complexes:
         return _seen_by(self.observed, self._transfer * factors)
+
+
+class _ShapesInVacuum(_InVacuum):
+    """The shapes themselves are the first n motions W."""
+
+    def psd(self, force: MatrixInput, frequency: Array, lines: slice) -> Psd:
+        n, transfer = len(self.observed), self._transfer
+        G = matrices_at(force, frequency, lines, n)
+        whole = transfer * G * transfer.conj().swapaxes(1, 2)
+
+        def psd(left: slice, right: slice) -> Complexes:
+            seen = whole if right.start == 0 else whole @ self.observed[:, right]
+            return seen if left.start == 0 else _seen_by(self.observed[:, left], seen)
+
+        return psd
+
+    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+        if seen.start == 0:
+            moved: Complexes = self._transfer * self.observed[:, pulled]
+            return moved
+        return super().receptance(seen, pulled)
 
 
 class _InAir(_Moved):

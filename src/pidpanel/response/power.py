@@ -96,7 +96,7 @@ def power_balance(
             frequency[lines],
             basis,
             [patches],
-            np.eye(n)[None],
+            None,
             pressure_psd[lines],
             force,
             air,

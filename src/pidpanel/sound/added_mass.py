@@ -48,7 +48,10 @@ FALL = (3.0, 7.0)
 """Exponents p between which the fall of Ā is read: that of a jump, that of a clamped edge."""
 
 NODES_AT_ONCE = 16
-"""Values of Ā that are summed together."""
+"""Nodes at which Ā is summed together."""
+
+VALUES_AT_ONCE = 2**14
+"""Values of Ā of those nodes that are, so that they stay in the processor's own memory."""
 
 
 def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> WavenumberTable:
@@ -100,9 +103,10 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     starts = range(0, count, NODES_AT_ONCE)
     for start in tracked(starts, "parts of the air's wavenumbers"):
         some = slice(start, start + NODES_AT_ONCE)
-        means = [face.azimuthal_mean(one, panel.diameter).ravel() for one in nodes[some]]
-        for row, weights in enumerate(of_nodes[:, some]):
-            sums[row] += weights @ np.array(means)
+        means = np.array([face.azimuthal_mean(one, panel.diameter).ravel() for one in nodes[some]])
+        for first in range(0, n * n, VALUES_AT_ONCE):
+            values = slice(first, first + VALUES_AT_ONCE)
+            sums[:, values] += of_nodes[:, some] @ means[:, values]
     volume = sums[:-2].reshape(-1, n, n)
     nearer, beyond = (panel.product_integral - one.reshape(n, n) for one in sums[-2:])
     for volume_at, one in zip(volume, k, strict=True):
