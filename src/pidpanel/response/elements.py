@@ -186,6 +186,12 @@ class Elements:
             found[patch] = few.T @ (D @ few)
         return found
 
+    @cached_property
+    def _at_points(self) -> Array:
+        """(n_points, n) the shapes at the points."""
+        some = np.unique(self.points.nonzero()[1])
+        return np.asarray(self.points[:, some] @ self.shapes[some])
+
     def _applied(
         self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
@@ -249,7 +255,7 @@ class Elements:
             return rest - _times(self.shapes, taken), in_shapes - taken
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
-        at_points = (self.points @ self.shapes).T.astype(complex)
+        at_points = self._at_points.T.astype(complex)
         of_basis = solved(np.tile(at_points, len(pulls)))
         start = _times(self.shapes, of_basis)
         found = np.zeros_like(start)

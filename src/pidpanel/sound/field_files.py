@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.io import netcdf_file
 
 from pidpanel.arrays import Array
 from pidpanel.sound.wavenumber_table import WavenumberTable
@@ -72,14 +73,15 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     KeyError
         Where the file has no such table.
     """
-    with xr.open_dataset(path, engine="scipy") as dataset:
+    # a copy at a time: of a large panel a table has a gigabyte
+    with netcdf_file(path, mmap=True) as file:
 
         def values(of: str) -> Array:
-            return dataset[of].to_numpy().astype(np.float64)
+            return np.array(file.variables[of].data, dtype=np.float64)
 
         return WavenumberTable(
-            float(dataset[name].attrs["wavenumber_max_rad_m"]),
+            float(file.variables[name].wavenumber_max_rad_m),
             values(f"{name}_wavenumber"),
             values(name),
-            values(f"{name}_odd") if f"{name}_odd" in dataset else None,
+            values(f"{name}_odd") if f"{name}_odd" in file.variables else None,
         )
