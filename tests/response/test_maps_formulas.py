@@ -84,3 +84,30 @@ def test_a_mean_square_over_hundreds_of_lines_is_that_of_miles():
     damping = 2 * 0.05 * 2.0 * omega + 30.0
     expected = np.sqrt(4.0 / (4 * damping * 2.0 * omega**2))
     assert rms_map(found.displacement, [[1.0]])[0] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("with_air", [False, True])
+def test_covariances_are_sums_of_the_psds_of_all_shapes(with_air):
+    # red: `own += 2 * product` in covariance_taken; transfer * G * transfer in _ShapesInVacuum.psd
+    n, frequency = 12, np.array([40.0, 55.0, 71.0, 90.0])
+    omega = 2 * np.pi * frequency
+    basis = ModalBasis(np.linspace(20.0, 110.0, n), np.linspace(1.0, 2.0, n), 0.02)
+    factors = RNG.normal(size=(3, n, n))
+    G, overlap = factors[0] @ factors[0].T, (factors[1, :, :3] @ factors[1, :, :3].T)[None]
+    air = (0.1 + 0.05j) * omega[:, None, None] ** 2 * (factors[2] @ factors[2].T) / n
+    damping, mass = RNG.uniform(1.0, 9.0, (2, 1, frequency.size))
+    pressure = RNG.uniform(1.0, 2.0, frequency.size)
+    (found,) = modal_covariances(
+        frequency, basis, Patches(overlap, np.array([0.1])), pressure, G, [(damping, mass, 3.0)],
+        air if with_air else None,
+    )  # fmt: skip
+    psd = np.empty((frequency.size, n, n))
+    for line, w in enumerate(omega):
+        Z = np.diag(basis.dynamic_stiffness(frequency[line : line + 1])[0])
+        Z = Z + (1j * w * damping[0, line] - w**2 * mass[0, line]) * overlap[0]
+        H = np.linalg.inv(Z + air[line] * with_air)
+        psd[line] = (3.0 * pressure[line] * H @ G @ H.conj().T).real
+    acceleration = np.trapezoid(omega[:, None, None] ** 4 * psd, frequency, axis=0)
+    np.testing.assert_allclose(found.acceleration, acceleration, atol=1e-9 * acceleration.max())
+    displacement = np.trapezoid(psd, frequency, axis=0)
+    np.testing.assert_allclose(found.displacement, displacement, atol=1e-9 * displacement.max())
