@@ -1,8 +1,8 @@
 """About what the stages of a study take: time and memory, from sizes known before the run.
 
 One thread of a 2.5 GHz core. Coefficients are fitted to runs in ``benchmarks/README.md``: ``wing``
-(57 000 coordinates, 371 shapes; response 81 s) and ``big_wing`` (186 000, 1073), and to a sandwich
-door of 13 000 coordinates (30 s). Within a factor of 2.
+(57 000 coordinates, 371 shapes; response 58 s) and ``big_wing`` (186 000, 1073; 300 s), and to a
+sandwich door of 13 000 coordinates (30 s). Within a factor of 2.
 """
 
 from __future__ import annotations
@@ -74,10 +74,10 @@ def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[
     per_line = lines * shapes * shapes
     # of the basis against all elements, which takes fewer lines of larger panels
     check = min(CHECK, 36 * coordinates * solves)
-    response = 4 + 2.6e-9 * per_line * solves + 2e-6 * check
+    response = 4 + 1.8e-9 * per_line * solves + 2e-6 * check
     return [
         Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
-        Cost("sound", 2 + 2 * (shapes / 371) ** 2, IMPORTS + 2.5e3 * shapes**2),
-        Cost("response", response, IMPORTS + 1.2e9 * (shapes / 371) ** 2),
-        Cost("report", 20 + 0.5 * solves, 3 * IMPORTS),
+        Cost("sound", 2 + 2 * (shapes / 371) ** 3, IMPORTS + 4e3 * shapes**2),
+        Cost("response", response, IMPORTS + 1.5e9 * (shapes / 371) ** 1.55),
+        Cost("report", 20 + 0.3 * solves, 3 * IMPORTS),
     ]
