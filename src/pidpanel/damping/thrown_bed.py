@@ -32,7 +32,7 @@ FARTHEST = 1.35
 """Ratio of velocities over which what was found is carried."""
 
 EXPONENTS = (-3.0, 4.0)
-"""Least and largest such power."""
+"""Least and largest power of the velocity by which what is found departs from that body."""
 
 NEVER_CLOSER = 0.05
 """Standard deviation of ln C_e of a band beside its stated error."""

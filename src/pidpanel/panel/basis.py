@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.modes import Plate, Shapes, coordinates_of, panel_shapes
+from pidpanel.panel.modes import Plate, Shapes, on_patch, panel_shapes
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.plane_mesh import cell_areas
 
@@ -182,9 +182,8 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
     """VᵀD V (n, n) of a patch."""
-    on = coordinates_of(overlap)
-    few = vectors[on]
-    product: Array = few.T @ (overlap[on][:, on] @ few)
+    _, D, few = on_patch(overlap, vectors)
+    product: Array = few.T @ (D @ few)
     return product
 
 

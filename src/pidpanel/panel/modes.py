@@ -400,10 +400,18 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     return np.sqrt(eigenvalue) / (2 * np.pi), _normalise(plate, Q @ rotation)
 
 
-def coordinates_of(overlap: sp.csr_array) -> Index:
-    """Return the coordinates (k,) of a patch, of its D (n_free, n_free): few of a large panel."""
-    found: Index = np.unique(overlap.nonzero()[0])
-    return found
+def on_patch(overlap: sp.csr_array, vectors: Array) -> tuple[Index, sp.csr_array, Array]:
+    """Return the coordinates (k,) of a patch, few of a large panel, and D and vectors there.
+
+    Parameters
+    ----------
+    overlap
+        (n_free, n_free) D.
+    vectors
+        (n_free, n); they come back in double precision.
+    """
+    rows: Index = np.unique(overlap.nonzero()[0])
+    return rows, overlap[rows][:, rows], vectors[rows].astype(np.float64)
 
 
 def _forces(overlap: sp.csr_array, modes: Array) -> Array:
@@ -412,8 +420,8 @@ def _forces(overlap: sp.csr_array, modes: Array) -> Array:
     D Φ = U diag(s) Vᵀ; what follows does not ask for V. A patch is small beside most waves, so that
     many forces are nearly sums of others.
     """
-    on = coordinates_of(overlap)
-    U, s, _ = la.svd(overlap[on] @ modes, full_matrices=False)
+    on, D, few = on_patch(overlap, modes)
+    U, s, _ = la.svd(D @ few, full_matrices=False)
     kept = s > FORCES * s[:1]
     forces = np.zeros((len(modes), int(kept.sum())))
     forces[on] = U[:, kept] * s[kept]

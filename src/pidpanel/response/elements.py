@@ -28,7 +28,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
-from pidpanel.panel.modes import coordinates_of
+from pidpanel.panel.modes import on_patch
 from pidpanel.response.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-2
@@ -156,8 +156,11 @@ class Elements:
     @cached_property
     def _pushed(self) -> Array:
         """(n_free, n) M V/m, so that (M V/m)ᵀ x is what the shapes have of a motion."""
-        pushed = self.plate.mass @ self.shapes / self.basis.modal_mass
-        return np.asarray(pushed, dtype=self.shapes.dtype)
+        pushed = np.empty_like(self.shapes)
+        for first in range(0, pushed.shape[1], COLUMNS_AT_ONCE):
+            some = slice(first, first + COLUMNS_AT_ONCE)
+            pushed[:, some] = self.plate.mass @ self.shapes[:, some] / self.basis.modal_mass[some]
+        return pushed
 
     @cached_property
     def _modal_damping(self) -> Array:
@@ -172,11 +175,7 @@ class Elements:
     @cached_property
     def _on_patches(self) -> list[tuple[Index, sp.csr_array, Array]]:
         """Coordinates that each patch moves, D and the shapes there: a small part of the panel."""
-        found = []
-        for D in self.overlap:
-            rows = coordinates_of(D)
-            found.append((rows, D[rows][:, rows], self.shapes[rows].astype(np.float64)))
-        return found
+        return [on_patch(D, self.shapes) for D in self.overlap]
 
     @cached_property
     def _overlap_of_basis(self) -> Array:
@@ -212,7 +211,7 @@ class Elements:
     def _on_shapes(
         self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
-        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and what the shapes have of it: the modes nothing."""
+        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x: 0 of the modes, so these damp nothing."""
         omega, s = _of_columns(pulls, which)
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x

@@ -836,12 +836,19 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
 
 
 def with_air(panel: PanelInSound, files: PanelFiles, radiation: Radiation) -> PanelInSound:
-    """Return a panel that `read_panel_in_sound` read, with other sides in the air.
+    """Return a panel with other sides in the air.
 
-    Parameters and errors are those of `read_panel_in_sound`.
+    Parameters
+    ----------
+    panel
+        In the sound. The air is read where it has none, for the basis of the panel stage.
+    files, radiation
+        As of `read_panel_in_sound`, whose errors it has.
     """
     if radiation == "none":
         return replace(panel, air=None)
+    if panel.air is not None:
+        return replace(panel, air=replace(panel.air, wetted_sides=WETTED_SIDES[radiation]))
     if files.air is None:
         raise ValueError(f"radiation = {radiation}: the file of the air is required")
     study, force = panel.study, panel.force_table

@@ -67,7 +67,7 @@ def power_balance(
 
     The two are equal for the exact solution. What is lost comes from `bare_panels` and
     `attach_dampers` with every modal coordinate looked at; what is put in comes from a dense
-    solve of the whole Z, so that the balance judges the solver that made the results. A dense
+    solve of the whole Z, so that the balance judges how the dampers are attached. A dense
     solve per line is slow: give it a few lines. What is left of the balance is the
     eigenvalues of D that were dropped: about 1e-7 with the default cutoff, 1e-11 with 1e-14.
 

@@ -164,12 +164,12 @@ def write_response(
     ).to_netcdf(output.stress_nc, engine="scipy")
     write_left_out(output.left_out_nc, checked.left_out, stamp(study))
     if output.radiation_csv is not None:
-        other = with_air(start, files, study.response.radiation_beside)
-        if checked.left_out.shape[1]:
+        if panel.air is None and checked.left_out.shape[1]:
+            other = with_air(start, files, study.response.radiation_beside)
             other = widened(other, read_plate(plate), checked.left_out)
             other = replace(other, least_damping_ratio=panel.least_damping_ratio)
         else:
-            other = replace(panel, air=other.air)
+            other = with_air(panel, files, study.response.radiation_beside)
         _write_csv(output.radiation_csv, with_other_radiation(other, readings))
 
 

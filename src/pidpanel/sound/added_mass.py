@@ -51,7 +51,8 @@ NODES_AT_ONCE = 16
 """Nodes at which Ā is summed together."""
 
 VALUES_AT_ONCE = 2**14
-"""Values of Ā of those nodes that are, so that they stay in the processor's own memory."""
+"""Values of Ā at those nodes that are summed together, so that they stay in the processor's own
+memory."""
 
 
 def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> WavenumberTable:
