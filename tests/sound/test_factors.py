@@ -105,10 +105,10 @@ def test_what_the_table_rounds_off_sets_the_tolerance():
 
 @pytest.mark.parametrize("reach", [1.0, 66.0, 80.3, 98.1, 172.0, 400.0])
 def test_a_table_knows_the_panel_that_it_was_made_for(reach):
-    # red: `spare_nodes(reach)` → SPARE_NODES in diameter
+    # red: without the loop in diameter; or `node_count(1.0, reach)` in it
     nodes = chebyshev_nodes(20.0, node_count(20.0, reach / 20.0))
     made = WavenumberTable(20.0, nodes, np.zeros((nodes.size, 1, 1)))
-    assert 20.0 * made.diameter == pytest.approx(reach, abs=4.0)
+    assert 20.0 * made.diameter == pytest.approx(reach, abs=2.0)
     assert 20.0 * made.diameter >= reach - 1e-9
 
 

@@ -79,10 +79,10 @@ class WavenumberTable:
 
     @property
     def diameter(self) -> float:
-        """Diameter of the panel [m] for which the table has its nodes (`node_count`)."""
+        """Largest diameter of a panel [m] for which the table has its nodes (`node_count`)."""
         count = self.wavenumber.size
         reach = 2 * max(count - SPARE_NODES, 0)
-        while reach > 0 and node_count(1.0, reach) > count:
+        while reach > 0 and node_count(1.0, reach - 1) > count:
             reach -= 1
         return reach / self.wavenumber_max
 
