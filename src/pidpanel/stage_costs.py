@@ -1,7 +1,7 @@
 """About what the stages of a study take: time and memory, from sizes known before the run.
 
 One thread of a 2.5 GHz core. Coefficients are fitted to runs in ``benchmarks/README.md``: ``wing``
-(57 000 coordinates, 371 shapes; response 58 s) and ``big_wing`` (186 000, 1073; 300 s), and to a
+(57 000 coordinates, 371 shapes; response 54 s) and ``big_wing`` (186 000, 1073; 250 s), and to a
 sandwich door of 13 000 coordinates (30 s). Within a factor of 2.
 """
 
