@@ -115,3 +115,35 @@ def test_a_table_knows_the_panel_that_it_was_made_for(reach):
 def test_longer_panels_have_more_nodes_to_spare():
     # red: `1 / 3` → `1 / 30`
     assert [spare_nodes(reach) for reach in (5.0, 66.0, 172.0, 528.0)] == [14, 14, 20, 28]
+
+
+def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():
+    # red: k.max() → k.min() in factors_at
+    of = table()
+    lines = np.array([9.0, 10.0, 11.0])
+    L, G = of.factors_at(lines), of.at(lines)
+    diagonal = np.sqrt(np.einsum("fii->fi", G))
+    largest = np.maximum(diagonal, 1e-5 * diagonal.max(axis=1, keepdims=True))
+    left = np.abs(G - L @ L.swapaxes(1, 2)) / largest[:, :, None] / largest[:, None]
+    assert np.all(left <= SLACK * FACTOR_TOLERANCES[0])
+
+
+def test_shapes_of_any_size_are_factored_to_their_own_size():
+    # red: square.max → square.min, or `/` for `*`, in _stand_for_all
+    of = table()
+    size = np.resize([1.0, 1e-3, 30.0, 0.0], SHAPES)  # every fourth is not pushed at all
+    scaled = WavenumberTable(K_MAX, of.wavenumber, of.even * size[:, None] * size)
+    (L,), (G,) = scaled.factors_at([3.0]), scaled.at([3.0])
+    own = np.sqrt(np.maximum(np.diag(G), 1e-10 * np.diag(G).max()))
+    assert np.all(np.abs(G - L @ L.T) <= SLACK * FACTOR_TOLERANCES[0] * own[:, None] * own)
+    assert np.all(L[size == 0] == 0)
+    assert L.shape[1] <= of.factors_at([3.0]).shape[2]
+
+
+def test_a_field_without_force_has_no_factors():
+    # red: k.max() > 0 → k.max() > 5 in factors_at
+    nodes = chebyshev_nodes(K_MAX, 4)
+    assert WavenumberTable(K_MAX, nodes, np.zeros((4, 3, 3))).factors_at([3.0]) is None
+    assert table().factors_at([0.0]) is None
+    assert table().factors_at([]) is None
+    assert table().factors_at([0.5]) is not None
