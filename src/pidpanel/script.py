@@ -26,7 +26,7 @@ OF_THE_MACHINE = {
 MALLOPT = {-4: 0, -1: 256 << 20}
 """M_MMAP_MAX and M_TRIM_THRESHOLD [bytes] of glibc: memory of arrays is used again for the next
 ones. Handed back to the system, its pages are cleared each time: a tenth of the CPU time of the
-response of a wing, a fourth of that of a large one. It stays with the process until that ends."""
+response of a wing, more of that of a large one. It stays with the process until that ends."""
 
 NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 """What an import says where there is no memory for its library."""

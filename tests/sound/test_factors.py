@@ -118,7 +118,7 @@ def test_longer_panels_have_more_nodes_to_spare():
 
 
 def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():
-    # red: k.max() → k.min() in factors_at
+    # red: k.max() → k.min() in the band of factors_at
     of = table()
     lines = np.array([9.0, 10.0, 11.0])
     L, G = of.factors_at(lines), of.at(lines)

@@ -26,7 +26,7 @@ ROOM = 3 * SLICE
 """Vectors for which memory is kept: those of a slice are up to 2.6 times its eigenvalues."""
 
 LOST = 1e-6
-"""Part of a block within earlier ones, beyond which no block is left to the recurrence any more.
+"""Share of a block that may lie within earlier ones; above it all blocks are orthogonalised.
 On a wing it is 2e-7, and eigenvalues err by its square: they are the same within 4e-12, in 11.8
 CPU-s in place of 13.8."""
 

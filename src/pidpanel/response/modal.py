@@ -65,7 +65,7 @@ LINES_AT_ONCE = 32
 CHUNK_BYTES = 20e6
 """Of one real matrix of all shapes on the lines solved together.
 
-Three times as much takes no less time and more memory.
+Three times as much takes no less time.
 """
 
 LEAST_LINES = 8

@@ -123,7 +123,7 @@ def tabulate_diffuse(
     panel
         Shapes at quadrature points.
     nodes_in_k
-        By default k_max L/2 + 14.
+        By default `node_count`.
 
     Returns
     -------

@@ -29,8 +29,7 @@ SPARE_UP_TO = 66.0
 
 FACTOR_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 """What the factors of G leave out of the force on a shape, as a share of its mean square: the
-least that the rounding of the table allows. At 30 Hz that of a wing of 4 m × 2.5 m to 2 kHz, where
-sound pushes many shapes 10⁻¹⁰ times as much as a few, allows the last."""
+least that the rounding of the table allows, for a wing of 4 m × 2.5 m to 2 kHz the first."""
 
 SLACK = 10.0
 """Times as much at lower wavenumbers of a band, where the pivots are not the best ones."""
