@@ -1,17 +1,17 @@
 """Do the stated errors of coupled runs hold? Many short runs of a small panel, counted.
 
-A simply supported plate of 15 shapes with eight cells of spheres, the whole in LIGGGHTS, is run
-many times, each with packings and a sound of its own. Groups of so few runs as a study has state
-values with errors; the mean of all other runs is what they should have found. Printed is, by
-kind of number, the root mean square of the difference over its stated error and how often it is
-within one and two of them.
+A simply supported plate of 15 shapes with eight cells of spheres in LIGGGHTS is run many times,
+each time with packings and a sound of its own. Groups of as few runs as a study has state values
+with errors; the mean of all other runs is what they should have found. Printed is, by kind of
+number, the root mean square of the difference over its stated error and how often it is within
+one and two of them.
 
     python benchmarks/coupled_errors.py [folder] [runs]
 
-Then four runs are made once more under their own sounds, with half the time step and with twice
-the cells, and what they find is set beside what they found.
+Then the first four runs are repeated under their own sounds, with half the time step and with
+twice the cells, and compared.
 
-About five CPU-minutes for 48 runs. Records are kept in the folder and not made again.
+About eight CPU-minutes for 32 runs. Records are kept in the folder and not made again.
 """
 
 from __future__ import annotations
@@ -22,17 +22,21 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.coupled import pieces, sound_record
+from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
+from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.integration import Integration, PanelShapes
-from pidpanel.coupled.record_files import read_record, write_record
-from pidpanel.coupled.results import CoupledPanel, CoupledPatch, SettledRecord, coupled_result
+from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
+from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
-from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.from_study import bed_of
+from pidpanel.response.bands import band_rms, whole_third_octaves
+from pidpanel.response.model import ModalBasis
+from pidpanel.response.source import PatchParts
 from pidpanel.study.coupon import Coupon
-from pidpanel.third_octaves import edge_frequency
 
 LOW, HIGH, PRESSURE = 30.0, 400.0, 3.0
-SETTLE_S, DURATION_S, MODULUS, STEPS = 0.2, 0.6, 10e6, 16
+SETTLE_S, DURATION_S, MODULUS = 0.2, 1.6, 10e6
+ROW_S, INTERVALS = 1 / (10 * HIGH), 10  # a step of 25 µs, a third of the Rayleigh time
 PACKINGS, CELLS = 16, 8
 COUPON = Coupon.model_validate(
     {
@@ -45,6 +49,9 @@ ORDER = [(m, n) for m in range(1, 6) for n in range(1, 4)]
 STATIONS = np.array([[x, y] for x in (0.35, 0.45, 0.55, 0.65) for y in (0.3, 0.4)])
 POINTS = np.array([[0.5, 0.35], [0.2, 0.1], [0.35, 0.35]])
 AREA = np.full(len(STATIONS), 0.01)
+MODAL = ModalBasis(
+    [20.0 * (m**2 + (n / 0.7) ** 2) for m, n in ORDER], [4.0 * 0.7 / 4] * len(ORDER), 0.02
+)
 
 
 def shapes_at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -53,28 +60,21 @@ def shapes_at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.array(rows).T
 
 
-FREQUENCY = np.array([20.0 * (m**2 + (n / 0.7) ** 2) for m, n in ORDER])
-SHAPES = PanelShapes(
-    angular_frequency=2 * np.pi * FREQUENCY,
-    damping_ratio=np.full(len(ORDER), 0.02),
-    modal_mass=np.full(len(ORDER), 4.0 * 0.7 / 4),
-    at_stations=shapes_at(*STATIONS.T),
-    at_points=shapes_at(*POINTS.T),
-)
-
-
-def panel(cell_area: float) -> CoupledPanel:
+def panel(cells: int) -> CoupledPanel:
     """Return the plate under a sound that pushes its shapes alike, partly together."""
-
-    def stiffness(f: np.ndarray) -> np.ndarray:
-        omega, own = 2 * np.pi * f[:, None], SHAPES.angular_frequency
-        return SHAPES.modal_mass * (own**2 - omega**2 + 2j * SHAPES.damping_ratio * own * omega)
-
-    felt, n = SHAPES.at_stations, len(ORDER)
+    felt, n, each = shapes_at(*STATIONS.T), len(ORDER), cells // len(AREA)
+    patch = CoupledPatch(
+        shape=np.repeat(felt, each, axis=0),
+        area=np.repeat(AREA / each, each),
+        position=np.repeat(STATIONS, each, axis=0),
+        cell_area=bed_of(COUPON, 0.5, cells=cells, seed=1).packing.cell_area,
+        overlap=(AREA * felt.T) @ felt,
+        parts=PatchParts(felt, AREA, STATIONS),
+    )
     return CoupledPanel(
-        stiffness=stiffness,
-        points=SHAPES.at_points,
-        patches=[CoupledPatch(felt, AREA, cell_area, (AREA * felt.T) @ felt)],
+        modal=MODAL,
+        points=shapes_at(*POINTS.T),
+        patches=[patch],
         pressure_psd=lambda f: np.full(f.shape, PRESSURE),
         modal_force=lambda f: np.broadcast_to(0.05 * (np.eye(n) + 0.5), (len(f), n, n)),
     )
@@ -84,62 +84,60 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
     """Return one run, made where it is not there yet."""
     name = f"run{seed}{'_half' * halvings}" + (f"_{cells}cells" if cells != CELLS else "")
     file = folder / f"{name}.nc"
-    if file.exists():
-        return read_record(file)
+    if (stored := read_record(file, name)) is not None:
+        return stored
     bed = bed_of(COUPON, 0.5, cells=cells, seed=1 + seed % PACKINGS)
     packing = folder / "packing" / bed.packing.label / "packing.json"
     loose = folder / "bed" / bed.label / "bed.json"
     if not loose.exists():
         attempts.pour_packing(bed.packing, packing)
         attempts.loosen_bed(bed, packing, loose)
-    own = bed.packing
-    step = 0.2 * rayleigh_time(own.sizes.smallest / 2, own.density, MODULUS, own.poissons_ratio)
-    interval = STEPS * step
-    step, steps = step / 2**halvings, STEPS * 2**halvings
-    rows, settled = (round(t / interval) for t in (SETTLE_S + DURATION_S, SETTLE_S))
-    first = int(np.ceil(LOW * rows * interval))
-    lines = np.arange(first, int(HIGH * rows * interval) + 1) / (rows * interval)
-    simulated = cells // len(AREA) * own.cell_area
-    whole = panel(simulated)
+    rows, settled = (round(t / ROW_S) for t in (SETTLE_S + DURATION_S, SETTLE_S))
+    first = int(np.ceil(LOW * rows * ROW_S))
+    lines = np.arange(first, int(HIGH * rows * ROW_S) + 1) / (rows * ROW_S)
+    whole, intervals = panel(cells), INTERVALS * 2**halvings
     amplitude = sound_record.draw_modal_force(
         lines, whole.pressure_psd(lines), whole.modal_force, np.array([LOW, HIGH]),
         np.random.default_rng(seed),
     )  # fmt: skip
-    held = amplitude * sound_record.before_hold(lines, interval)[:, None]
+    held = amplitude * sound_record.before_hold(lines, ROW_S)[:, None]
     force = sound_record.samples(held, first, rows)
     bare = amplitude / whole.stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
     run = Integration(
-        SHAPES, AREA, np.full(len(AREA), simulated),
-        np.concatenate([force, force[:1]]), step, steps, settled,
+        PanelShapes(
+            MODAL.angular_frequency, MODAL.damping_ratio, MODAL.modal_mass, whole.at_cells,
+            whole.points,
+        ),
+        whole.area, np.full(cells, whole.patches[0].cell_area),
+        np.concatenate([force, force[:1]]), ROW_S / intervals, 1, intervals, settled,
     )  # fmt: skip
-    started = pieces.started(bed, MODULUS, loose)
-    found = pieces.integrated(f"run {seed}", run, start, [started], 8, folder / name)
+    found = pieces.integrated(
+        f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose)], folder / name
+    )
     kept = SettledRecord(
-        lines, amplitude, first, rows, settled, interval,
-        found.at_stations, found.at_points, found.impulse,
+        lines, amplitude, first, rows, settled, found.interval, found.at_cells, found.at_points,
+        found.impulse,
     )  # fmt: skip
-    write_record(file, kept, {"balance_error": found.balance.error})
-    return read_record(file)
+    write_record(file, kept, {IDENTITY: name, "balance_error": found.balance.error})
+    return kept
 
 
 def values(
     records: list[SettledRecord], cells: int = CELLS
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return by kind of number the values and their stated errors, both as ln or relative."""
-    bed = bed_of(COUPON, 0.5, cells=8, seed=1)
-    numbers = np.arange(16, 26)
-    edge, centre = edge_frequency(numbers), 10 ** (numbers / 10)
-    edge[0, 0], edge[-1, 1] = max(edge[0, 0], LOW), min(edge[-1, 1], HIGH)
-    lines = np.geomspace(edge[0, 0], edge[-1, 1], 800)
-    found = coupled_result(
-        panel(cells // len(AREA) * bed.packing.cell_area), records, lines, centre, edge
-    )
+    """Return by kind of number the values and their stated errors, of g rms in logarithms."""
+    centre, edge = whole_third_octaves(LOW, HIGH)
+    lines = np.geomspace(LOW, HIGH, 800)
+    found = estimate(panel(cells), records, lines, centre, edge)
+    acceleration = (2 * np.pi * lines[:, None]) ** 4 * found.psd
+    (patch,) = found.patches
+    z = patch.impedance
     return {
-        "g rms": (np.log(found.mean_square) / 2, found.mean_square_error / 2),
-        "third octave": (np.log(found.band_squares) / 2, found.band_error / 2),
-        "C_e": (found.equivalent_damping, found.equivalent_damping_error),
-        "m_a": (found.apparent_mass, found.apparent_mass_error),
+        "g rms": (np.log(np.trapezoid(acceleration, lines, axis=0)) / 2, found.log_error / 2),
+        "third octave": (np.log(band_rms(lines, acceleration, edge)), found.log_band_error / 2),
+        "C_e": (z.value.real, patch.equivalent_damping_error),
+        "m_a": (z.value.imag / (2 * np.pi * z.frequency), patch.apparent_mass_error),
     }
 
 
@@ -186,11 +184,12 @@ def refine(folder: Path, seeds: range) -> None:
 def main() -> None:
     """Run and count."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "build/coupled_errors")
-    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 48
+    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 32
     records = [record(seed, folder) for seed in range(runs)]
-    for size in (2, 4):
-        count(records, size)
-    refine(folder, range(4))
+    for size in (1, 2, 4):
+        if size < runs:
+            count(records, size)
+    refine(folder, range(min(4, runs)))
 
 
 if __name__ == "__main__":

@@ -347,8 +347,6 @@ def _told(entry: dict[str, Any]) -> dict[str, Any]:
 
 def _units_in(path: Path) -> dict[str, str]:
     """Return columns, or variables with their units."""
-    if path.suffix == ".csv" and not path.stat().st_size:
-        return {}  # before the first round of a random drive
     if path.suffix == ".csv":
         return dict.fromkeys(pd.read_csv(path, nrows=0).columns, "")
     with xr.open_dataset(path, engine="scipy", decode_times=False) as dataset:

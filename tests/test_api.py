@@ -90,6 +90,17 @@ def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
         pidpanel.Model("coupon_friction.yaml").modes()
 
 
+def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
+    # red: `is_coupled` left out of _is_simulated; dampers without a surface among the known
+    model = pidpanel.Model("layouts.yaml", tmp_path)
+    with pytest.raises(pidpanel.ResultsError, match=r"not there; .* call run\(\) first"):
+        model.response()
+    with pytest.raises(
+        pidpanel.StudyError, match=r"there is none of .* is in results/layouts/coupled"
+    ):
+        model.damping("acrylic")
+
+
 def test_values_of_numpy_and_paths_are_those_of_a_file():
     # red: `value.tolist()` left out
     values = {"a": np.float64(1.5), "b": (np.arange(2), Path("x")), 3: {"c": None}}

@@ -182,6 +182,11 @@ def test_a_study_without_a_coupon_needs_no_liggghts(tmp_path, monkeypatch):
     check_machine(load_any_study(STUDIES / "l_panel.yaml"), tmp_path / "results")
     with pytest.raises(StudyError, match="apt-get install liggghts"):
         check_machine(load_any_study(STUDIES / "smoke.yaml"), tmp_path / "results")
+    # without a sweep; red: `or study.is_coupled` left out
+    coupled = load_any_study(STUDIES / "layouts.yaml")
+    assert not coupled.coupons
+    with pytest.raises(StudyError, match="apt-get install liggghts"):
+        check_machine(coupled, tmp_path / "results")
 
 
 def test_a_study_of_the_coupon_alone_imports_no_panel():

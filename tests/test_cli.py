@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from pidpanel import cli
-from pidpanel.cli import draft, progress, snakemake
+from pidpanel.cli import draft, snakemake
 from pidpanel.cli.parser import COMMANDS, parser
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import STUDIES
@@ -188,6 +188,20 @@ def test_an_estimate_has_the_stages_of_the_panel(capsys, tmp_path):
     assert [one.split()[0] for one in stages] == ["panel", "sound", "response", "report"]
 
 
+def test_an_estimate_of_coupled_runs_needs_no_liggghts(capsys, tmp_path, monkeypatch):
+    # red: "no LIGGGHTS runs left" of a study that has no coupon cases; / 60 left out
+    from pidpanel.coupled.from_study import estimated_cpu_seconds
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    code, out, _ = answer(capsys, "estimate", "layouts.yaml", "-d", tmp_path)
+    minutes = estimated_cpu_seconds(load_any_study(STUDIES / "layouts.yaml")) / 60
+    assert code == 0
+    assert out.splitlines()[0] == (
+        f"layouts: panel and particles together in 4 scenarios, {minutes:.0f} min of CPU time or "
+        "more"
+    )
+
+
 def test_check_names_the_study(capsys):
     # red: `return 0` before print
     code, out, _ = answer(capsys, "check", "coupon_friction.yaml")
@@ -253,7 +267,7 @@ def test_completion_knows_every_command(capsys, shell):
 @pytest.mark.parametrize(
     ("options", "holds"),
     [
-        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
+        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "damping.coupled.relative_error": 0.02, "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
         (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "damping.readings": ["paper_corrected"]}),
         (["--section", "solid", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
@@ -312,19 +326,6 @@ def test_questions_ask_only_for_what_matters_and_again_after_a_mistake(capsys):
 # --------------------------------------------------------------------------------- status
 
 
-def test_status_counts_cases_by_how_they_ended(tmp_path):
-    # red: `done += None in ended`
-    study = load_any_study(STUDIES / "coupon_friction.yaml")
-    cases = cases_of(study.coupon)
-    for case, ends in zip(cases, (["ok", "ok"], ["ok", "RunStopped"], ["ok"]), strict=False):
-        for path, status in zip(case.outcomes(tmp_path), ends, strict=False):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps({"status": status}))
-    found = progress.cases_of(study, tmp_path)
-    assert (found.total, found.done, dict(found.failures)) == (12, 2, {"RunStopped": 1})
-    assert str(found) == "2 of 12 done, 10 left; 1 of them failed (1 RunStopped)"
-
-
 @pytest.mark.parametrize(("status", "code"), [("RunStopped", 1), ("UnderFilled", 0)])
 def test_a_run_that_the_machine_cost_a_case_says_so(capsys, tmp_path, monkeypatch, status, code):
     # red: `in BY_INPUTS` for `not in`; exit code 0
@@ -351,30 +352,6 @@ def test_a_limit_on_memory_with_which_nothing_begins_is_one_line(capsys, monkeyp
     assert code == cli.MACHINE
     assert error.startswith(f"the memory of a process is limited to {limit / 1e6:.0f} MB")
     assert error.count("\n") == 1
-
-
-def test_status_tells_stages_and_what_failed_last(tmp_path):
-    # red: STAGE_OF left out; the oldest log in place of the newest; jobs of other studies
-    study = load_any_study(STUDIES / "l_panel.yaml")
-    lines = list(progress.stages(study, {"maps": 1, "report": 1}))
-    assert [line.split() for line in lines[:2]] == [["panel", "done"], ["sound", "done"]]
-    assert "left: 1 × maps" in lines[2] and "left: 1 × report" in lines[3]
-    logs = tmp_path / ".snakemake" / "log"
-    logs.mkdir(parents=True)
-    (tmp_path / "results" / "l_panel").mkdir(parents=True)
-    (tmp_path / "results" / "l_panel" / "maps.log").write_text("first\nno space left\n\n")
-    blocks = [
-        f"Error in rule {rule}:\n    jobid: 2\n    log: {log} (check log file(s) for error details)\n"
-        for rule, log in (
-            ("maps", "results/l_panel/maps.log"),
-            ("sound", "results/l_panel/sound.log"),
-            ("maps", "results/other/maps.log"),
-        )
-    ]
-    (logs / "new.log").write_text("".join(blocks))
-    found = progress.failed(tmp_path, "l_panel", {"maps": 1})
-    assert found == ["failed: maps, results/l_panel/maps.log: no space left"]
-    assert progress.running(tmp_path) == []
 
 
 def test_a_parser_is_made_anew_for_each_call():

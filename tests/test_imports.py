@@ -63,7 +63,7 @@ def test_every_stage_has_one_door_for_the_study():
     # red: `from pidpanel.study import Study` in response/tables.py
     knowing = {"api.py", "check.py", "overview.py", "owner.py", "stamp.py"}
     # the files of the response and the rounds of a target are made through its door
-    files = ("results", "rounds", "random_motions", "random_rounds", "verdict_files")
+    files = ("results", "rounds", "trust", "verdict_files")
     knowing |= {f"response/{name}.py" for name in files}
     for path in PACKAGE.rglob("*.py"):
         name = str(path.relative_to(PACKAGE))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pidpanel.check import checked_study
-from pidpanel.overview import overview, solve
+from pidpanel.coupled.from_study import estimated_cpu_seconds
+from pidpanel.overview import coupled_count, overview, solve
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
 from pidpanel.stage_costs import panel_costs, shape_count
@@ -48,6 +49,21 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     assert [one.split()[0] for one in found["time"][0].split("; ")[:5]] == [
         "coupon", "panel", "sound", "response", "report",
     ]  # fmt: skip
+
+
+def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
+    # red: the cost of coupled runs left out; carried scenarios counted
+    study = checked_study(STUDIES / "layouts.yaml")
+    head, *_, time = overview(study, tmp_path).split("\n")
+    assert head.endswith("; panel and particles together in 4")
+    stage, number, unit = time.removeprefix("  time").split(";")[0].split(",")[0].split()
+    assert stage == "coupled"
+    of_unit = {"s": 1, "min": 60, "h": 3600}[unit]
+    seconds = estimated_cpu_seconds(study)
+    assert float(number) * of_unit == pytest.approx(seconds, abs=0.51 * of_unit)
+    coupled = study.damping.coupled.model_copy(update={"scenarios": ("first", "third")})
+    damping = study.damping.model_copy(update={"coupled": coupled})
+    assert coupled_count(study.model_copy(update={"damping": damping})) == 2
 
 
 def test_masses_holes_and_tables_count(tmp_path):

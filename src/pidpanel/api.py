@@ -34,7 +34,7 @@ from pidpanel.response.results import ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
-from pidpanel.study.damping import RANDOM
+from pidpanel.study.damping import COUPLED
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -277,9 +277,7 @@ class Model:
     @property
     def _is_simulated(self) -> bool:
         """Whether anything rests on LIGGGHTS."""
-        study = self.study
-        coupled = isinstance(study, Study) and study.is_coupled
-        return bool(study.coupons or study.random_coupons() or coupled)
+        return bool(self.study.coupons) or self.study.is_coupled
 
     def _result(self, name: str) -> Path:
         """Return the path of a result of `run`."""
@@ -329,12 +327,17 @@ class Model:
         study = self.study
         if not isinstance(study, Study):
             return surface_of(study.coupons[SECTION], self.cases())
-        of_all = [n for n in study.readings if n not in ("stated", "bare", *RANDOM)]
-        known = dict.fromkeys([*study.dampers, *of_all])
+        # that of coupled runs is of their scenarios, and no function of r, f and Γ
+        of_all = [n for n in study.readings if n not in ("stated", "bare", COUPLED)]
+        swept = [n for n, one in study.dampers.items() if one.coupon is None or n in study.surfaces]
+        known = dict.fromkeys([*swept, *of_all])
         if source is None and len(known) == 1:
             (source,) = known
         if source not in known:
-            raise StudyError(f"source = {source}: must be one of {', '.join(known) or 'none'}")
+            found = f"results/{study.name}/coupled/impedance.csv"
+            more = f"; what coupled runs found is in {found}" if study.is_coupled else ""
+            says = f"must be one of {', '.join(known)}" if known else "there is none of all r, f, Γ"
+            raise StudyError(f"source = {source}: {says}{more}")
         if source in study.dampers:
             damper = study.dampers[source]
             surface = None if damper.coupon is None else self._surface(source)

@@ -65,7 +65,7 @@ def check_machine(study: CouponStudy, results: Path) -> None:
     ------
     StudyError
     """
-    if study.coupons or study.random_coupons():
+    if study.coupons or study.is_coupled:
         try:
             check_installed()
         except SolverMissing as error:

@@ -20,9 +20,6 @@ LONGEST_GAP = math.sqrt(math.pi**2 + 4)
 LARGEST_GAMMA = math.sqrt(1 + math.pi**2)
 """Γ = √(1 + π²) = 3.297: beyond it a flight is longer than a period."""
 
-TO_CROSS = 6.0
-"""Energy of a throw over m g L from which a bed crosses under a random motion."""
-
 
 def slug_energy(gap_over_amplitude: float) -> float:
     """Loss of a perfectly inelastic body between two shaken walls without gravity [m A²ω²].
@@ -109,66 +106,6 @@ def _landing(gap: Array) -> Array:
     for _ in range(8):
         phase = phase - (phase - np.sin(phase) - gap) / (1 - np.cos(phase))
     return phase
-
-
-def impact_rate(velocity: ArrayLike, gap: float, gravity: float) -> Array:
-    """Rate ν at which a perfectly inelastic body meets walls that shake at random [1/s].
-
-    Walls of Gaussian velocity w with the rms v sweep up a slower body, so that w at impacts has
-    Rayleigh's distribution. On a floor under gravity the impulses add up to the weight, and the
-    power is m g E w²/E w; between two walls L apart without gravity the body leaves at u, meets
-    the other L/u later and loses ½m (u + w)²:
-
-        C_e v² = √(8/π) m g v,      C_e v² = ½ (4 + π) √(π/2) m v³/L,      C_e = m ν
-
-    A bed that is thrown against the lid does not cross as one body at once. The second counts with
-    the share exp(−6 g L/v²) of the throws, those with `TO_CROSS` times the energy that the lid
-    takes: at six levels of the paper's panel (`docs/theory.md`) beds begin to cross there.
-
-    Parameters
-    ----------
-    velocity
-        v [m/s], any shape, above 0.
-    gap
-        L [m].
-    gravity
-        Along the motion, 0 or more [m/s²].
-
-    Examples
-    --------
-    >>> impact_rate([0.01, 1.0], 0.01, 9.80665).round()
-    array([1565.,  264.])
-    """
-    v = np.asarray(velocity, float)
-    crossing = np.exp(-TO_CROSS * gravity * gap / v**2)
-    on_floor = math.sqrt(8 / math.pi) * gravity / v
-    between = (2 + math.pi / 2) * math.sqrt(math.pi / 2) * v / gap
-    return np.asarray(on_floor + crossing * between)
-
-
-def at_impacts(frequency: ArrayLike, rate: ArrayLike) -> tuple[Array, Array]:
-    """Loss C_e/m [1/s] and apparent mass m_a/m of a body that meets a wall at random instants.
-
-    It takes the velocity w of the wall at each and keeps it till the next, so that its mean
-    velocity follows du/dt = ν (w − u): a mass behind a dashpot,
-
-        Z/m = iω ν/(ν + iω),      C_e/m = ν ω²/(ν² + ω²),      m_a/m = ν²/(ν² + ω²)
-
-    Parameters
-    ----------
-    frequency
-        f [Hz], any shape.
-    rate
-        ν [1/s].
-
-    Examples
-    --------
-    >>> [value.round(3).tolist() for value in at_impacts([100.0], 200 * math.pi)]
-    [[314.159], [0.5]]
-    """
-    omega = 2 * np.pi * np.asarray(frequency, float)
-    ratio = (omega / np.asarray(rate, float)) ** 2
-    return np.asarray(rate * ratio / (1 + ratio)), np.asarray(1 / (1 + ratio))
 
 
 def floor_energy(gamma: float) -> float:

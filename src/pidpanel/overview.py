@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import BULK_FRACTION, cpu_seconds, random_seconds
+from pidpanel.coupon.estimate import BULK_FRACTION, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.stage_costs import COUPON_COSTS, Cost, panel_costs, shape_count
 from pidpanel.study import CouponStudy, Filling, Study
@@ -92,10 +92,18 @@ def summary(study: CouponStudy) -> str:
             return f"{said}; the bare panel alone"
         readings = ", ".join(study.readings)
         said += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+        if study.is_coupled:
+            said += f"; panel and particles together in {coupled_count(study)}"
         unused = [name for name in study.dampers if name not in study.used_dampers]
         if unused:
             said += f"; not used: dampers {', '.join(unused)}"
     return said
+
+
+def coupled_count(study: Study) -> int:
+    """Return how many scenarios panel and particles are integrated together for."""
+    run = study.damping.coupled.scenarios
+    return sum(run is None or one.label in run for one in study.coupled_scenarios())
 
 
 def solve(panel: Panel) -> Solved:
@@ -254,12 +262,6 @@ def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
     left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
     if left:
         yield Cost("coupon", cpu_seconds(left, COUPON_COSTS, folder), 200e6)
-    if study.random_coupons():
-        from pidpanel.response.random_rounds import expected_legs
-
-        legs, rounds = expected_legs(study, results)
-        if legs:
-            yield Cost("random", random_seconds(legs, rounds, COUPON_COSTS, folder), 200e6)
     if isinstance(study, Study) and study.is_coupled:
         from pidpanel.coupled.from_study import estimated_cpu_seconds
 

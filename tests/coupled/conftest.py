@@ -60,10 +60,15 @@ class Oscillators:
     def wall_force(self):
         return self.force
 
-    def step(self, kick):
-        self.speed = self.speed + kick + self.time_step * self.force / self.mass
-        self.place = self.place + self.time_step * self.speed
-        self.force = -self.stiffness * self.place - self.damping * self.speed
+    def advance(self, kick, substeps):
+        self.speed = self.speed + kick
+        before, half = self.speed, self.time_step / 2 / self.mass
+        for _ in range(substeps):
+            middle = self.speed + half * self.force
+            self.place = self.place + self.time_step * middle
+            self.force = -self.stiffness * self.place - self.damping * middle
+            self.speed = middle + half * self.force
+        return self.mass * (self.speed - before)
 
     def impedance(self, frequency):
         """(nf, k) force of the panel over its velocity [N s/m]."""
@@ -81,13 +86,13 @@ def _plate(nx=5, ny=3):
         rows = [np.sin(m * np.pi * x) * np.sin(n * np.pi * y / 0.7) for m, n in order]
         return np.array(rows).T
 
-    stations = np.array([[x, y] for x in (0.35, 0.45, 0.55, 0.65) for y in (0.3, 0.4)])
+    cells = np.array([[x, y] for x in (0.35, 0.45, 0.55, 0.65) for y in (0.3, 0.4)])
     points = np.array([[0.5, 0.35], [0.2, 0.1]])
     shapes = PanelShapes(
         angular_frequency=2 * np.pi * frequency,
         damping_ratio=np.full(len(order), 0.02),
         modal_mass=np.full(len(order), 4.0 * 0.7 / 4),
-        at_stations=shape(*stations.T),
+        at_cells=shape(*cells.T),
         at_points=shape(*points.T),
     )
 
@@ -97,7 +102,12 @@ def _plate(nx=5, ny=3):
         return shapes.modal_mass * (own**2 - omega**2 + 2j * shapes.damping_ratio * own * omega)
 
     return SimpleNamespace(
-        shapes=shapes, stiffness=stiffness, area=np.full(8, 0.01), shape=shape, count=len(order)
+        shapes=shapes,
+        stiffness=stiffness,
+        area=np.full(8, 0.01),
+        cells=cells,
+        shape=shape,
+        count=len(order),
     )
 
 

@@ -10,8 +10,8 @@ from pidpanel.coupled.carried import FoundBed, between, beyond, nearest
 from pidpanel.coupled.tables import OF_A_BED, carried_impedances
 
 ONES = np.ones(3)
-LOW = FoundBed(800 * ONES, 40 * ONES, 2 * ONES, 0.1 * ONES, 4 * ONES, -0.5 * ONES)
-HIGH = FoundBed(200 * ONES, 20 * ONES, 0 * ONES, 0.1 * ONES, 16 * ONES, 1.5 * ONES)
+LOW = FoundBed(800 * ONES, 40 * ONES, 2 * ONES, 0.1 * ONES, 4 * ONES, 0.2 * ONES)
+HIGH = FoundBed(200 * ONES, 20 * ONES, 0 * ONES, 0.1 * ONES, 16 * ONES, 0.8 * ONES)
 
 
 def test_only_neighbours_are_carried():
@@ -23,12 +23,12 @@ def test_only_neighbours_are_carried():
 
 
 def test_between_two_levels_damping_is_a_power_of_the_motion():
-    # red: mean of C_e itself (500); own force not in its ln
+    # red: mean of C_e itself (500); own force not in its ln; coherence of the one level
     found = between(0.5, LOW, HIGH)
     assert found.equivalent_damping == pytest.approx(400 * ONES)
     assert found.apparent_mass == pytest.approx(ONES)
-    assert found.of_a_cell == pytest.approx(8 * ONES)
-    assert found.in_common == pytest.approx(0.5 * ONES)
+    assert found.own_psd == pytest.approx(8 * ONES)
+    assert found.own_coherence == pytest.approx(0.5 * ONES)
     # half of 5 % and half of 10 %, independent
     assert found.equivalent_damping_error / 400 == pytest.approx(np.hypot(0.025, 0.05) * ONES)
 

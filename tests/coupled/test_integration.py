@@ -1,66 +1,64 @@
-"""Panel and particles together do what the closed form says, and lose no energy on the way."""
+"""Panel and particles together do what the closed form says, and lose neither energy nor momentum."""
 
 import numpy as np
 import pytest
 
-from pidpanel.coupled import linear
-from pidpanel.coupled.identification import band_sums
-from pidpanel.coupled.integration import Integration, Rows
+from pidpanel.coupled.integration import Integration, PanelShapes, Rows
+from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.sound_record import before_hold, samples
+from pidpanel.coupled.spectra import band_sums
 from pidpanel.response.bands import third_octaves
 
-STEP, STEPS_PER_ROW, ROWS = 1e-5, 8, 5000
+STEP, INTERVALS, ROWS = 1e-5, 8, 3000
 LOW, HIGH = 30.0, 800.0
 
 
-def run(plate, particles, impedance, start_particles=True, cell_area=None, steps=STEPS_PER_ROW):
-    """Record and closed form, both from their steady state, of a record of 0.4 s."""
-    time = ROWS * STEPS_PER_ROW * STEP
-    step = STEPS_PER_ROW / steps * STEP
+def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, substeps=1):
+    """Record and closed form, both from their steady state, of a record of 0.24 s."""
+    row = INTERVALS * STEP
+    time = ROWS * row
     first = int(np.ceil(LOW * time))
     frequency = np.arange(first, int(HIGH * time) + 1) / time
     rng = np.random.default_rng(7)
     size = (len(frequency), plate.count)
     amplitude = rng.standard_normal(size) + 1j * rng.standard_normal(size)
-    stations = plate.shapes.at_stations
-    seen = np.concatenate([stations, plate.shapes.at_points, np.eye(plate.count)])
-    load = impedance(frequency)[:, :, None] * np.eye(len(stations))
-    exact = linear.motion(frequency, plate.stiffness(frequency), stations.T, load, seen, amplitude)
+    cells = plate.shapes.at_cells
+    seen = np.concatenate([cells, plate.shapes.at_points, np.eye(plate.count)])
+    exact = Receptances.of(frequency, plate.stiffness(frequency), cells.T, seen).motion(
+        impedance(frequency), amplitude
+    )
     omega = 2j * np.pi * frequency[:, None]
-    q = exact[:, len(stations) + 2 :]
+    q = exact[:, len(cells) + 2 :]
     start = np.stack([q.real.sum(axis=0), (omega * q).real.sum(axis=0)])
-    if start_particles:
-        motion = exact[:, : len(stations)]
-        spring = particles.stiffness + omega * particles.damping
-        place = motion * -(omega**2) * particles.mass / (spring + omega**2 * particles.mass)
-        particles.place = place.real.sum(axis=0)
-        particles.speed = (omega * place).real.sum(axis=0)
-        particles.force = -particles.stiffness * particles.place
-        particles.force = particles.force - particles.damping * particles.speed
-    interval = STEPS_PER_ROW * STEP
-    force = samples(amplitude * before_hold(frequency, interval)[:, None], first, ROWS)
+    spring = particles.stiffness + omega * particles.damping
+    place = -(omega**2) * particles.mass / (spring + omega**2 * particles.mass)
+    place = place * exact[:, : len(cells)]
+    particles.place = place.real.sum(axis=0)
+    particles.speed = (omega * place).real.sum(axis=0)
+    particles.force = -particles.stiffness * particles.place - particles.damping * particles.speed
+    force = samples(amplitude * before_hold(frequency, row)[:, None], first, ROWS)
     whole = Integration(
         plate.shapes,
         plate.area,
         plate.area if cell_area is None else cell_area,
         np.concatenate([force, force[:1]]),
-        step,
-        steps,
+        row / (intervals * substeps),
+        substeps,
+        intervals,
         0,
     )
     record = whole.record(*whole.advance([particles], whole.begin(start), whole.rows))
     spectrum = np.fft.rfft(record.at_points, axis=0)[first : first + len(frequency)] / (ROWS / 2)
-    wanted = exact[:, len(stations) : len(stations) + 2]
-    return frequency, spectrum, wanted, record
+    return frequency, spectrum, exact[:, len(cells) : len(cells) + 2], record
 
 
 def decibels(frequency, found, wanted):
     _, edge = third_octaves(40.0, 700.0)
-    bands = [
-        np.asarray(band_sums(frequency, frequency[:, None] ** 4 * np.abs(one) ** 2, edge))
-        for one in (found, wanted)
+    squares = [
+        band_sums(frequency, frequency[:, None] ** 4 * np.abs(values) ** 2, edge)
+        for values in (found, wanted)
     ]
-    return 10 * np.log10(bands[0] / bands[1])
+    return 10 * np.log10(squares[0] / squares[1])
 
 
 def test_without_particles_the_panel_does_what_the_closed_form_says(plate, oscillators):
@@ -86,70 +84,113 @@ def dashpot(oscillators, step=STEP):
     return oscillators(kilograms, kilograms * (2 * np.pi * 3) ** 2, np.full(8, 10.0), step)
 
 
+@pytest.mark.parametrize("substeps", [1, 4])
 @pytest.mark.parametrize("stand_in", [mass, dashpot])
-def test_a_stand_in_in_closed_form_changes_the_panel_as_its_impedance_says(
-    plate, oscillators, stand_in
+def test_particles_in_closed_form_change_the_panel_as_their_impedance_says(
+    plate, oscillators, stand_in, substeps
 ):
     # what is left is of first order in the step: a force from the speed of the step's middle
-    # red: `kick` of the step before (w − before)/Δt; impulse_of without 1/m; + impulse_of @ wall
-    particles = stand_in(oscillators)
-    found = run(plate, particles, particles.impedance)
+    # red: `kick` of the interval before; velocity_per_impulse without 1/mass; += …@ due
+    particles = stand_in(oscillators, STEP / substeps)
+    found = run(plate, particles, particles.impedance, substeps=substeps)
     assert np.abs(decibels(*found[:3])).max() < 0.05
-    share = found[3].balance.particles / found[3].balance.sound
+    balance = found[3].balance
+    share = balance.particles / balance.sound
     assert share > 0.1 if stand_in is dashpot else abs(share) < 0.05
+    # allowed is 1 % in a run; red: 2 / 3 → 1 / 3 in `simpson`; 0.5 left out of the work
+    assert abs(balance.error) < 2e-3
 
 
-def test_the_difference_falls_with_the_step(plate, oscillators):
-    # red: a force that acts one step late is of first order too, but four times as large
+@pytest.mark.parametrize(("substeps", "allowed"), [(1, 0.002), (4, 0.001)])
+def test_the_difference_falls_with_the_interval(plate, oscillators, substeps, allowed):
+    # red: `ahead *= 0`: a force that acts late is of first order too, but two and three times that
     errors = []
-    for steps in (8, 16):
-        particles = dashpot(oscillators, STEPS_PER_ROW / steps * STEP)
-        _, found, wanted, _ = run(plate, particles, particles.impedance, steps=steps)
+    for intervals in (8, 16):
+        particles = dashpot(oscillators, INTERVALS / intervals * STEP / substeps)
+        _, found, wanted, _ = run(
+            plate, particles, particles.impedance, intervals=intervals, substeps=substeps
+        )
         errors.append(np.linalg.norm(found - wanted) / np.linalg.norm(wanted))
-    assert errors[0] < 0.01
-    assert 1.5 < errors[0] / errors[1] < 4.5
+    assert errors[0] < allowed
+    assert 1.8 < errors[0] / errors[1] < 4.5
 
 
-@pytest.mark.parametrize("stand_in", [mass, dashpot])
-def test_energy_balances(plate, oscillators, stand_in):
-    # allowed is 1 % in a run; red: 2/3 → 1/3 in `share`; 0.5 left out of the work
-    particles = stand_in(oscillators)
-    assert abs(run(plate, particles, particles.impedance)[3].balance.error) < 2e-3
+class Ball:
+    """A ball in one cell, pushed back by a stiff floor below it."""
+
+    def __init__(self, mass, stiffness, speed, time_step):
+        self.mass, self.stiffness, self.time_step = mass, stiffness, time_step
+        self.place, self.speed = np.array([1e-4]), np.array([speed])
+
+    def wall_force(self):
+        return self.stiffness * np.maximum(-self.place, 0.0)
+
+    def advance(self, kick, substeps):
+        self.speed = self.speed + kick
+        before, half = self.speed, self.time_step / 2 / self.mass
+        for _ in range(substeps):
+            middle = self.speed + half * self.wall_force()
+            self.place = self.place + self.time_step * middle
+            self.speed = middle + half * self.wall_force()
+        return self.mass * (self.speed - before)
+
+
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_a_free_panel_and_a_ball_part_with_the_momentum_that_they_had(substeps):
+    # a contact of twelve intervals whose force is a guess for half of each: none of it is lost
+    # red: `total + ahead - applied` → `2 * ahead`; `following` → `w` in `kick`
+    panel_mass, ball_mass, speed = 3.0, 1.0, -2.0
+    one = np.ones((1, 1))
+    panel = PanelShapes(np.zeros(1), np.zeros(1), np.array([panel_mass]), one, one)
+    reduced = 1 / (1 / panel_mass + 1 / ball_mass)
+    ball = Ball(ball_mass, reduced * (np.pi / (12 * STEP)) ** 2, speed, STEP / substeps)
+    rows = 20
+    no_force = np.zeros((rows + 1, 1))
+    area = np.array([0.01])
+    parts = Integration(panel, area, area, no_force, STEP / substeps, substeps, 4, 0)
+    _, state = parts.advance([ball], parts.begin(np.zeros((2, 1))), rows)
+    velocity = state.shapes[1, 0]
+    assert ball.place[0] > 0  # they have parted
+    momentum = panel_mass * velocity + ball_mass * (ball.speed[0] + velocity)
+    assert momentum == pytest.approx(ball_mass * speed, rel=1e-12)
+    # elastic: within the energy that the guesses make
+    assert velocity == pytest.approx(2 * ball_mass * speed / (panel_mass + ball_mass), rel=0.02)
 
 
 def test_cells_stand_for_a_larger_area(plate, oscillators):
     # a tenth of the mass in a tenth of the area is the same damper
-    # red: stands_for / cell_area → 1
+    # red: patch_area / cell_area → 1
     whole, part = dashpot(oscillators), dashpot(oscillators)
     for name in ("mass", "stiffness", "damping"):
         setattr(part, name, getattr(part, name) / 10)
-    one = run(plate, whole, whole.impedance)
-    impedance = whole.impedance
-    other = run(plate, part, impedance, cell_area=plate.area / 10)
-    assert other[1] == pytest.approx(one[1], rel=1e-9, abs=1e-12 * np.abs(one[1]).max())
-    assert other[3].impulse == pytest.approx(one[3].impulse, rel=1e-9, abs=1e-9)
+    first = run(plate, whole, whole.impedance)
+    other = run(plate, part, whole.impedance, cell_area=plate.area / 10)
+    assert other[1] == pytest.approx(first[1], rel=1e-9, abs=1e-12 * np.abs(first[1]).max())
+    assert other[3].impulse == pytest.approx(first[3].impulse, rel=1e-9, abs=1e-9)
 
 
-def test_the_impulse_is_that_of_the_walls(plate, oscillators):
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_the_impulse_is_that_of_the_walls(plate, oscillators, substeps):
     # on a mass that follows the panel: its momentum per area
-    # red: 0.5 * wall left out of the impulse (half a step late)
-    particles = mass(oscillators)
-    record = run(plate, particles, particles.impedance)[3]
-    speed = np.gradient(record.at_stations, record.interval, axis=0)[5:-5]
+    # red: `impulse[index] = applied` (half an interval ahead)
+    particles = mass(oscillators, STEP / substeps)
+    record = run(plate, particles, particles.impedance, substeps=substeps)[3]
+    speed = np.gradient(record.at_cells, record.interval, axis=0)[5:-5]
     momentum = 6.0 * speed
     found = record.impulse[5:-5] - record.impulse[5:-5].mean(axis=0)
     apart = found - (momentum - momentum.mean(axis=0))
     assert np.std(apart) < 0.03 * np.std(momentum)
-    # no later and no earlier than a tenth of a step
+    # no later and no earlier than a tenth of an interval
     slope = np.gradient(momentum, record.interval, axis=0)
     assert abs((apart * slope).sum() / (slope**2).sum()) < 0.1 * STEP
 
 
-def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators):
-    # red: `before` of the state ← `here`; `total` begun anew; `row` of `settled` counted from 0
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
+    # red: `previous` of the state ← `w`; `total` or `applied` begun anew; `row` from 0
     rng = np.random.default_rng(3)
     force = rng.standard_normal((31, plate.count))
-    run = Integration(plate.shapes, plate.area, plate.area, force, STEP, 2, 12)
+    run = Integration(plate.shapes, plate.area, plate.area, force, STEP, substeps, 2, 12)
     records, start = [], rng.standard_normal((2, plate.count))
     for ends in ([30], [1, 12, 13, 30]):
         particles, pieces = dashpot(oscillators), []
@@ -160,16 +201,16 @@ def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators):
         records.append(run.record(Rows.joined(pieces), state))
     whole, parts = records
     assert whole.balance == parts.balance
-    assert np.array_equal(whole.at_points, parts.at_points)
-    assert np.array_equal(whole.impulse, parts.impulse)
+    for name in ("at_cells", "at_points", "impulse"):
+        assert np.array_equal(getattr(whole, name), getattr(parts, name))
 
 
 def test_what_does_not_fit_is_refused(plate, oscillators):
     # red: either check left out
     few = oscillators(np.ones(3), np.ones(3), np.zeros(3), STEP)
-    of = (plate.shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP)
+    of = (plate.shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP, 1)
     run = Integration(*of, 2, 0)
-    with pytest.raises(ValueError, match="3 stations, the panel has 8"):
+    with pytest.raises(ValueError, match="3 cells, the panel has 8"):
         run.advance([few], run.begin(np.zeros((2, plate.count))), 2)
-    with pytest.raises(ValueError, match="an even number"):
+    with pytest.raises(ValueError, match="must be even"):
         Integration(*of, 3, 0)

@@ -1,11 +1,12 @@
 """Real LIGGGHTS as a library: the spheres feel what they should, and an error has a name."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from pidpanel.coupled.beds import spheres_of
+from pidpanel.coupled.beds import cell_of, spheres_of
 from pidpanel.coupled.process import in_child
 from pidpanel.coupon import geometry, preparation
 from pidpanel.coupon.contact import rayleigh_time
@@ -24,58 +25,80 @@ def step_of(bed):
     )
 
 
-def shaken(bed, folder, stations, steps, acceleration):
-    """Momentum gained, impulse of walls and weight, and of the kicks, by station [N s]."""
+class Shaken(NamedTuple):
+    """By cell [N s]; ``walls`` is the trapezoid rule of the force, of one step to an interval."""
+
+    gained: np.ndarray
+    walls: np.ndarray
+    weight: np.ndarray
+    kicks: np.ndarray
+    impulse: np.ndarray
+
+
+def shaken(bed, folder, intervals, substeps, acceleration):
+    """What every cell has received, in two ways."""
 
     def work(progress):
         from pidpanel.coupon.liggghts.library import load_library
 
         found, beds = bed
         step = step_of(found)
-        spheres = spheres_of(load_library(), found, MODULUS, step, beds, folder, stations)
+        spheres = spheres_of(load_library(), found, MODULUS, step, beds, folder)
         rows = preparation.read_bed(beds)
         mass = geometry.masses(rows[:, 3], found.packing.density)
-        station = np.repeat(np.arange(stations), len(mass) // stations)
+        cell = np.sort(cell_of(rows[:, :2], found.packing.centres))
+        of_cells = np.bincount(cell, mass)
 
         def momentum():
-            return np.bincount(station, mass * spheres.velocity[:, 2])
+            return np.bincount(cell, mass * spheres.velocity[:, 2])
 
-        of_stations = np.bincount(station, mass)
-        before, walls, kicks = momentum(), np.zeros(stations), np.zeros(stations)
-        for n in range(steps):
+        before = momentum()
+        walls, kicks, impulse = np.zeros((3, len(of_cells)))
+        for n in range(intervals):
+            kick = acceleration * substeps * step * np.cos(40 * n * substeps * step)
+            kick = kick * np.arange(len(of_cells))
+            kicks += of_cells * kick
             # half of a step's force acts before it and half after
             walls += spheres.wall_force() * step / 2
-            kick = acceleration * step * np.cos(40 * n * step) * np.arange(stations)
-            kicks += of_stations * kick
-            spheres.step(kick)
+            impulse += spheres.advance(kick, substeps)
             walls += spheres.wall_force() * step / 2
-        weight = -9.80665 * of_stations * steps * step
-        return momentum() - before, walls + weight, kicks, of_stations
+        weight = -9.80665 * of_cells * intervals * substeps * step
+        return Shaken(momentum() - before, walls, weight, kicks, impulse)
 
-    return in_child(work, "shaken", silence_s=120, limit_s=120)
+    return in_child(work, "shaken", silence_s=120, cpu_limit_s=120)
 
 
-@pytest.mark.parametrize("stations", [2, 8])
-def test_the_spheres_of_every_station_feel_its_walls_its_motion_and_gravity(
-    bed, tmp_path, stations
-):
-    # to rounding; red: `- self._weight` left out; `kick[self._station]` → `kick.mean()`;
+def test_the_spheres_of_every_cell_feel_its_walls_its_motion_and_gravity(bed, tmp_path):
+    # to rounding; red: `- self._weight` left out; `kick[self._cell]` → `kick.mean()`;
     # `atom_modify sort 0 0` left out of the deck
-    gained, given, kicks, mass = shaken(bed, tmp_path, stations, 3000, 100.0)
-    assert np.ptp(kicks / mass) > 0.1
-    size = np.abs(given).max() + np.abs(kicks).max()
-    assert gained == pytest.approx(given + kicks, abs=1e-9 * size)
+    found = shaken(bed, tmp_path, 3000, 1, 100.0)
+    assert np.ptp(found.kicks) > 0.1 * np.abs(found.kicks).max()
+    size = np.abs(found.walls).max() + np.abs(found.kicks).max()
+    assert found.gained == pytest.approx(found.walls + found.weight + found.kicks, abs=1e-9 * size)
+    assert found.impulse == pytest.approx(found.walls, abs=1e-9 * size)
 
 
-def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrate):
+def test_the_impulse_of_some_steps_is_that_of_the_walls_alone(bed, tmp_path):
+    # red: `substeps * self._time_step` → `self._time_step`; `before` taken ahead of the kick
+    found = shaken(bed, tmp_path, 750, 4, 100.0)
+    size = np.abs(found.impulse).max() + np.abs(found.kicks).max()
+    assert found.gained == pytest.approx(
+        found.impulse + found.weight + found.kicks, abs=1e-9 * size
+    )
+    # beds have been thrown at their walls, but that of the first cell, which does not move
+    assert np.abs(found.impulse[1:]).min() > 2 * np.abs(found.weight).max()
+
+
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrate, substeps):
     # 0.15 s after a blow; the weight of the bed alone does not move the panel by a tenth of it
     # red: the sign of `kick`, with which the spheres are moved the other way
     def work(progress):
         from pidpanel.coupon.liggghts.library import load_library
 
         found, beds = bed
-        spheres = spheres_of(load_library(), found, MODULUS, step_of(found), beds, tmp_path, 8)
-        rows, steps = 2000, 16
+        spheres = spheres_of(load_library(), found, MODULUS, step_of(found), beds, tmp_path)
+        rows, intervals = 2000, 16 // substeps
         time = np.arange(rows + 1) / rows
         blow = np.where(time < 0.1, np.sin(np.pi * time / 0.1) ** 2, 0.0)
         return integrate(
@@ -84,13 +107,14 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
             np.full(8, found.packing.cell_area),
             60.0 * blow[:, None] * np.ones(plate.count),
             step_of(found),
-            steps,
+            substeps,
+            intervals,
             0,
             particles=[spheres],
             start=np.zeros((2, plate.count)),
         )
 
-    balance = in_child(work, "balance", silence_s=120, limit_s=120).balance
+    balance = in_child(work, "balance", silence_s=120, cpu_limit_s=120).balance
     assert abs(balance.error) < 0.002
     assert 0.02 < balance.particles / balance.sound < 0.9
 
@@ -103,10 +127,10 @@ def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
     def work(progress):
         from pidpanel.coupon.liggghts.library import load_library
 
-        spheres_of(load_library(), soft, MODULUS, 1e-6, beds, tmp_path, 8)
+        spheres_of(load_library(), soft, MODULUS, 1e-6, beds, tmp_path)
 
     with pytest.raises(RunStopped, match="ERROR"):
-        in_child(work, "soft", silence_s=60, limit_s=60)
+        in_child(work, "soft", silence_s=60, cpu_limit_s=60)
 
 
 def test_a_deck_becomes_commands():

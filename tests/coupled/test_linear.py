@@ -1,60 +1,90 @@
 """Linear dampers on the panel, against a solve of all its equations."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from pidpanel.coupled import linear
+from pidpanel.coupled.linear import LINES_AT_ONCE, Receptances
+
+LINES = 2 * LINES_AT_ONCE + 9
 
 
 @pytest.fixture(scope="module")
 def damped(plate):
-    """Frequencies, L and Z of the plate with a damper of its own at every station."""
-    frequency = np.linspace(40, 500, 70)
+    """The plate with a damper of its own at every cell, over more lines than are solved at once."""
+    frequency = np.linspace(40, 500, LINES)
     rng = np.random.default_rng(2)
     z = 300 * (1 + rng.random(8)) + 2j * np.pi * frequency[:, None] * (1 + rng.random(8))
-    load = (z * plate.area)[:, :, None] * np.eye(8)
-    felt = plate.shapes.at_stations.T
+    load = z * plate.area
+    felt = plate.shapes.at_cells.T
     omega = 2 * np.pi * frequency[:, None, None]
-    stiffness = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
-    return frequency, load, stiffness + 1j * omega * (felt @ load @ felt.T)
+    bare = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
+    seen = plate.shapes.at_points
+    return SimpleNamespace(
+        receptances=Receptances.of(frequency, plate.stiffness(frequency), felt, seen),
+        load=load,
+        bare=bare,
+        full=bare + 1j * omega * ((felt * load[:, None]) @ felt.T),
+        seen=seen,
+    )
+
+
+def hermitian(rng, count, kind):
+    """A cross-PSD at every line, of full rank."""
+    root = rng.standard_normal((LINES, count, count))
+    if kind is complex:
+        root = root + 1j * rng.standard_normal(root.shape)
+    return root @ np.swapaxes(root.conj(), 1, 2)
+
+
+def wanted_psd(matrix, seen, force):
+    row = seen @ np.linalg.inv(matrix)
+    return np.einsum("fpi,fij,fpj->fp", row, force, row.conj()).real
 
 
 def test_motion_is_that_of_all_equations(plate, damped):
-    # red: `- (across` → `+ (across`; own @ force → own
-    frequency, load, full = damped
+    # red: `- (self.across` → `+ (self.across`; self.frequency left out of _force
     rng = np.random.default_rng(3)
-    amplitude = rng.standard_normal((70, plate.count)) + 1j
-    felt, seen = plate.shapes.at_stations.T, plate.shapes.at_points
-    found = linear.motion(frequency, plate.stiffness(frequency), felt, load, seen, amplitude)
-    wanted = np.linalg.solve(full, amplitude[:, :, None])[:, :, 0] @ seen.T
+    amplitude = rng.standard_normal((LINES, plate.count)) + 1j
+    found = damped.receptances.motion(damped.load, amplitude)
+    wanted = np.linalg.solve(damped.full, amplitude[:, :, None])[:, :, 0] @ damped.seen.T
     assert found == pytest.approx(wanted, rel=1e-9)
 
 
-def test_psds_are_those_of_all_equations(plate, damped):
-    # of two dampers at once, the second with a force of its own
-    # red: `sound + own_psd` → `sound`; row.conj() → row
-    frequency, load, full = damped
+@pytest.mark.parametrize("kind", [float, complex])
+def test_psds_are_those_of_all_equations(plate, damped, kind):
+    # of three dampers at once: none, one, and one with a force of its own
+    # red: flat.conj() → flat in _quadratic; `psds[k, lines] +=` → `psds[:, lines] +=`;
+    # `closed` not transposed in _rows; `sound(lines)` → that of the first lines
     rng = np.random.default_rng(4)
-    root = rng.standard_normal((plate.count, plate.count))
-    force = root @ root.T
-    own = np.diag(rng.random(plate.count))
-    psd = 2.0 + np.sin(frequency / 50)
-    seen = plate.shapes.at_points
-    found = list(
-        linear.point_psds(
-            frequency,
-            plate.stiffness(frequency),
-            plate.shapes.at_stations.T,
-            [0 * load, load],
-            seen,
-            psd,
-            lambda f: np.broadcast_to(force, (len(f), *force.shape)),
-            [lambda lines: 0 * own[None], lambda lines: own[None]],
-        )
+    sound, own = hermitian(rng, plate.count, kind), hermitian(rng, plate.count, float)
+    found = damped.receptances.psds(
+        [0 * damped.load, damped.load, damped.load],
+        lambda lines: sound[lines],
+        [None, None, lambda lines: own[lines]],
     )
-    bare = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
-    for matrix, more, one in zip((bare, full), (0 * own, own), found, strict=True):
-        row = seen @ np.linalg.inv(matrix)
-        total = psd[:, None, None] * force + more
-        wanted = np.einsum("fpi,fij,fpj->fp", row, total, row.conj()).real
-        assert one == pytest.approx(wanted, rel=1e-9)
+    wanted = [
+        wanted_psd(damped.bare, damped.seen, sound),
+        wanted_psd(damped.full, damped.seen, sound),
+        wanted_psd(damped.full, damped.seen, sound + own),
+    ]
+    assert found == pytest.approx(np.array(wanted), rel=1e-9)
+
+
+def test_without_sound_the_own_force_moves_the_panel_alone(plate, damped):
+    # red: `if sound is not None` → `if True`
+    own = hermitian(np.random.default_rng(5), plate.count, complex)
+    (found,) = damped.receptances.psds([damped.load], None, [lambda lines: own[lines]])
+    assert found == pytest.approx(wanted_psd(damped.full, damped.seen, own), rel=1e-9)
+
+
+def test_of_no_damper_the_panel_is_bare(plate, damped):
+    # as `CoupledPanel.bare_psd` asks; red: `inverse = self.inverse[lines, None]` → its real part
+    frequency = damped.receptances.frequency
+    bare = Receptances.of(
+        frequency, plate.stiffness(frequency), np.zeros((plate.count, 0)), damped.seen
+    )
+    sound = hermitian(np.random.default_rng(6), plate.count, float)
+    (found,) = bare.psds([np.zeros((LINES, 0), complex)], lambda lines: sound[lines], [None])
+    assert found == pytest.approx(wanted_psd(damped.bare, damped.seen, sound), rel=1e-9)

@@ -18,7 +18,7 @@ def test_a_child_returns_what_it_found_and_tells_how_far_it_is():
         progress(0.5)
         return np.arange(3)
 
-    found = in_child(work, "work", silence_s=30, limit_s=30, progress=said.append)
+    found = in_child(work, "work", silence_s=30, cpu_limit_s=30, progress=said.append)
     assert (found.tolist(), said) == ([0, 1, 2], [0.5])
 
 
@@ -30,7 +30,7 @@ def test_an_abort_is_a_failure_with_the_last_words():
         os.abort()
 
     with pytest.raises(RunStopped, match=r"^one: exit status -6: ERROR: Atom lost"):
-        in_child(work, "one", silence_s=30, limit_s=30)
+        in_child(work, "one", silence_s=30, cpu_limit_s=30)
 
 
 def test_a_named_failure_comes_through():
@@ -39,16 +39,31 @@ def test_a_named_failure_comes_through():
         raise EnergyNotClosed("half is missing")
 
     with pytest.raises(EnergyNotClosed, match="half is missing"):
-        in_child(work, "one", silence_s=30, limit_s=30)
+        in_child(work, "one", silence_s=30, cpu_limit_s=30)
 
 
-@pytest.mark.parametrize(
-    ("silence", "limit", "says"), [(0.2, 30, "no word for 0 s"), (30, 0.2, "time limit 0 s")]
-)
-def test_silence_and_delay_end_a_child(silence, limit, says):
+def test_silence_ends_a_child():
     # red: here.poll(None)
     def work(progress):
         time.sleep(60)
 
-    with pytest.raises(RunStopped, match=says):
-        in_child(work, "one", silence_s=silence, limit_s=limit)
+    with pytest.raises(RunStopped, match=r"^one: no progress for 0 s"):
+        in_child(work, "one", silence_s=0.2, cpu_limit_s=30)
+
+
+def test_cpu_time_ends_a_child_and_wall_time_does_not():
+    # a second of the one and of the other; red: setrlimit left out; SIGXCPU not looked for
+    def idle(progress):
+        for share in np.linspace(0, 1, 8):
+            time.sleep(0.2)
+            progress(share)
+        return "done"
+
+    def busy(progress):
+        end = time.monotonic() + 20
+        while time.monotonic() < end:
+            progress(0.5)
+
+    assert in_child(idle, "idle", silence_s=30, cpu_limit_s=1) == "done"
+    with pytest.raises(RunStopped, match=r"^busy: more than 1 s of CPU time"):
+        in_child(busy, "busy", silence_s=30, cpu_limit_s=1)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import estimate, probe
-from pidpanel.coupon.from_study import bed_at, cases_of
-from pidpanel.coupon.random_runs import SETTLING, random_run
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 COSTS = estimate.Costs(
@@ -109,19 +108,3 @@ def test_the_probe_shakes_the_least_and_the_fullest_bed_as_gently_and_as_hard_as
     assert probe.PROBE_SPHERES < measured.poured < 3 * probe.PROBE_SPHERES
     assert measured.diameter == 2.5e-3
     assert (measured.times > 0).all() and measured.pour_time > 0
-
-
-def test_what_is_driven_at_random_costs_its_records_and_its_beds(tmp_path):
-    # red: `rounds * SETTLING` left out; `PER_SAMPLE` → 0; beds counted with every leg
-    bed = bed_at(coupon(), 0.5, 1)
-    leg = random_run(bed, bed.constants, (50.0, 500.0), 1.0, 1, 0.15)
-    beds = estimate.bed_seconds([bed], COSTS, tmp_path)
-    once, longer, twice = (
-        estimate.random_seconds(legs, 3, COSTS, tmp_path) - beds
-        for legs in ([(leg, 4.0)], [(leg, 8.0)], [(leg, 4.0), (leg, 4.0)])
-    )
-    assert twice == pytest.approx(2 * once)
-    spheres = estimate.spheres_in(bed.packing, 0.5)
-    second = COSTS.step.of(spheres) / leg.time_step + 5000 * estimate.PER_SAMPLE
-    assert longer - once == pytest.approx(4 * second)
-    assert once == pytest.approx((4 + 3 * SETTLING) * second + 3 * estimate.PER_LEG)

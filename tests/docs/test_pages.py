@@ -35,7 +35,7 @@ def anchors_of(page):
 
 @pytest.mark.parametrize("page", ROOT_PAGES, ids=lambda page: page.name)
 def test_links_of_the_pages_outside_of_docs_lead_somewhere(page):
-    # red: docs/start.md renamed in README.md; #random-drive misspelt there
+    # red: docs/start.md renamed in README.md; #dead-weight misspelt there
     links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
     assert links
     for link in links:

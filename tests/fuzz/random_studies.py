@@ -234,9 +234,9 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
     response = [folder / "response" / name for name in names]
     write_response(study, files, panel[5], panel[4], None, ResponseFiles(*response))
     maps = folder / "response" / "maps.nc", folder / "response" / "maps"
-    write_maps(study, files, panel[5], response[5], response[0], *maps)
+    write_maps(study, files, panel[5], response[5], response[0], None, *maps)
     if page:
-        write_export(study, panel[0], response[0], folder / "response" / "export")
+        write_export(study, panel[0], *response[:2], folder / "response" / "export")
         write_study_page(file, folder, folder)
     return response[1]
 

@@ -44,16 +44,16 @@ from mutants import Mutant, mutants_of
 
 FORMULAS = {
     "": "cells chebyshev inelastic plane_mesh plane_waves polygon sizes third_octaves",
-    "coupon": "balance contact cycles drive geometry multisine packings rows states",
-    "damping": "best_linear constants design fit forms gaussian_process interpolation jump laws "
-    "random_reading readings sides surface surface_cases tables thinned thrown_bed",
+    "coupon": "balance contact cycles drive geometry packings rows states",
+    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
+    "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
-    "coupled": "carried estimation identification integration linear panel_motion results sound_record "
-    "stations tables",
-    "response": "bands basis_error dampers diagonal direct elements lines linearisation maps modal "
-    "in_air model motions power radiation scenarios search sharpness solvers source stress "
+    "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
+    "panel_motion segments softening sound_record spectra stations tables variants",
+    "response": "bands basis_error coupled_damping dampers diagonal direct elements lines linearisation "
+    "maps modal in_air model motions power radiation scenarios search sharpness solvers source stress "
     "tabdmp1 tables uncertainty verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""

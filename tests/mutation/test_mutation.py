@@ -76,16 +76,16 @@ reason = "left to the reader"
 
 OTHERS = {
     "": "api arrays check columns constants durable fingerprint locks made overview owner paths progress "
-    "random_round round script stage_costs stamp text_files verification",
+    "round script stage_costs stamp text_files verification",
     "coupon": "attempts batches cases coding deadline estimate film finished from_study legs older "
-    "preparation probe random_runs records runs summary window",
+    "preparation probe records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables verification "
     "verification_equal",
     "sound": "field_files from_study verification",
-    "coupled": "beds checkpoints from_study pieces process record_files",
-    "response": "as_coupled export from_study map_files nastran random_motions random_rounds refinement "
-    "results rounds verification verdict_files verification_layouts verification_panel",
+    "coupled": "beds checkpoints estimate_files from_study pieces process record_files",
+    "response": "export from_study map_files nastran refinement results rounds trust verification verdict_files "
+    "verification_layouts verification_panel",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

@@ -1,13 +1,15 @@
 """A small study with made-up responses: the report is told what came out and must say it."""
 
 import shutil
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
+from coupled_study import coupled_results, coupled_text
+from made_up import responses, rows_of_patches, strains
 
 from pidpanel.coupon import coding
 from pidpanel.coupon import rows as coupon_rows
@@ -17,7 +19,6 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.report import style
 from pidpanel.report.inputs import Inputs
-from pidpanel.response.stress import QUANTITIES
 from pidpanel.stamp import stamp
 from pidpanel.study import load_any_study, load_study
 
@@ -121,91 +122,6 @@ def basis(study, modes):
     )
 
 
-def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
-    """Summary and PSDs of `paper_corrected`: flat, ``scale`` (dB against bare) by label.
-
-    ``error_db`` is the standard error of every level but those of the bare panel.
-    The reading `paper_printed` has no response but that of the bare panel.
-    """
-    frequency = np.geomspace(100, 400, 200)
-    labels = [s.label for s in study.all_scenarios()]
-    points, readings = list(study.panel.points), list(study.readings)
-    shape = (len(readings), len(labels), len(frequency))
-    acceleration = np.full((*shape, len(points)), np.nan)
-    rows = []
-    for i, reading in enumerate(readings):
-        for j, scenario in enumerate(study.all_scenarios()):
-            level = 10 ** ((scenario.oaspl_db - 150) / 10)
-            stable = scenario.patch is None or reading != "paper_printed"
-            for k, point in enumerate(points):
-                lowered = scale.get((scenario.label, point), 0.0)
-                row = {"reading": reading, "scenario": scenario.label, "point": point}
-                if not stable:
-                    rows.append({**row, "status": "unstable"})
-                    continue
-                acceleration[i, j, :, k] = 1e4 * level * 10 ** (-lowered / 10)
-                rms = np.sqrt(300 * acceleration[i, j, 0, k])
-                rows.append(
-                    {
-                        **row,
-                        "status": "ok",
-                        "acceleration_rms_g": rms / 9.80665,
-                        "displacement_rms_mm": 1.0,
-                        "acceleration_rms_error_g": rms / 9.80665 * np.log(10) / 20 * error_db,
-                        "oaspl_db": scenario.oaspl_db,
-                        "reduction_db": lowered,
-                        "reduction_error_db": np.nan if scenario.is_bare else error_db,
-                        "damping_read_at_g": np.nan if scenario.patch is None else read_at,
-                        "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
-                        "levels": 1,
-                        "beyond_linear_plate": False,
-                        "power_balance_error": 1e-9,
-                        "basis_error": 1e-3,
-                        "motion_residual": 0.0,
-                        "agreed": True,
-                        "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
-                        "added_mass_percent": 0.0 if scenario.is_bare else np.nan,
-                        "dead_weight_acceleration_rms_g": np.nan,
-                        "dead_weight_reduction_db": 0.0 if scenario.is_bare else np.nan,
-                    }
-                )
-    dims = ("reading", "scenario", "frequency")
-    on_run_points = np.full(shape, 1.0)
-    patches = list(study.panel.patches)
-    by_patch = (*dims[:2], "patch", dims[2])
-    on_run_points[:, :, : round((1 - inside) * len(frequency))] = 0.0
-    psd = xr.Dataset(
-        {
-            "acceleration_psd": ((*dims, "point"), acceleration),
-            "dead_weight_acceleration_psd": ((*dims, "point"), np.full_like(acceleration, np.nan)),
-            "equivalent_damping": (by_patch, _on_every(patches, np.full(shape, 100.0))),
-            "apparent_mass": (by_patch, _on_every(patches, np.zeros(shape))),
-            "inside": (by_patch, _on_every(patches, on_run_points)),
-            "acceleration_psd_log_error": (
-                (*dims, "point"),
-                np.full_like(acceleration, error_db * np.log(10) / 10),
-            ),
-        },
-        coords={
-            "frequency": frequency, "reading": readings, "scenario": labels, "point": points,
-            "patch": patches,
-        },
-    )  # fmt: skip
-    return pd.DataFrame(rows), psd
-
-
-def _on_every(patches, values):
-    return np.repeat(values[:, :, None], len(patches), axis=2)
-
-
-def rows_of_patches(summary):
-    """``response/layouts.csv`` as far as the report asks it, from the summary."""
-    of = summary[~summary["scenario"].str.startswith("bare")].drop_duplicates(
-        ["reading", "scenario"]
-    )
-    return of[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
-
-
 @pytest.fixture(scope="session")
 def bands():
     edge = 10 ** ((np.arange(19, 28) - 0.5) / 10)
@@ -228,29 +144,6 @@ def section():
     return pd.DataFrame(rows, columns=["quantity", "row", "column", "value", "unit"])
 
 
-def strains(study):
-    """``response/stress.csv`` of one layer, every rms value 1 in its unit."""
-    shown = {q: "MPa" if unit == "Pa" else "microstrain" for q, unit in QUANTITIES.items()}
-    return pd.DataFrame(
-        [
-            {
-                "reading": reading,
-                "scenario": scenario.label,
-                "layer": "top and bottom",
-                "point": point,
-                "quantity": quantity,
-                "unit": unit,
-                "rms": 1.0,
-                "three_sigma": 3.0,
-            }
-            for reading in study.readings
-            for scenario in study.all_scenarios()
-            for point in study.panel.points
-            for quantity, unit in shown.items()
-        ]
-    )
-
-
 @pytest.fixture(scope="session")
 def inputs(study, modes, basis, section, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
@@ -267,6 +160,24 @@ def inputs(study, modes, basis, section, bands, printed):
         printed=printed,
         coupons={},
         stress=strains(study),
+    )
+
+
+@pytest.fixture(scope="session")
+def coupled(inputs, study_text, tmp_path_factory):
+    """The same with coupled runs as the only reading: C_e falls with frequency."""
+    path = tmp_path_factory.mktemp("coupled") / "coupled.yaml"
+    path.write_text(coupled_text(study_text))
+    study = load_study(path)
+    summary, psd = responses(study, {("A_r0.5_150dB", "middle"): 6.0}, error_db=0.1)
+    return replace(
+        inputs,
+        study=study,
+        summary=summary,
+        layouts=rows_of_patches(summary),
+        psd=psd,
+        stress=strains(study),
+        coupled=coupled_results(study),
     )
 
 
@@ -373,10 +284,12 @@ def table(tmp_path_factory, write_study, table_values):
     names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
     response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
     script_of("response")(
-        [str(study), modes, force, plate, section, "none", air, "none", "none", *response]
+        [str(study), modes, force, plate, section, "none", air, "none", *response]
     )
-    maps = at("response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps")
-    script_of("maps")([str(study), modes, force, "none", plate, *maps])
+    left_out, psd, *maps = at(
+        "response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps"
+    )
+    script_of("maps")([str(study), modes, force, "none", plate, left_out, psd, "none", *maps])
     script_of("report")([str(study), str(folder), str(folder.parent / "coupon")])
     return study, folder
 

@@ -4,13 +4,13 @@ import dataclasses
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
+from coupled_study import coupled_results
 
 from pidpanel.report import answer, answer_section, answer_text
 from pidpanel.report.answer import AtPoint
 from pidpanel.report.html import Picture
-from pidpanel.report.inputs import CoupledResults
+from pidpanel.response.trust import CARRIED, judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
 
@@ -25,7 +25,7 @@ def answered(study, respond, error_db=0.2, **changes):
     one = study.model_copy(
         update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
     )
-    return answer.answer_of(one, summary)
+    return answer.answer_of(one, judged(one, summary, None))
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
@@ -62,24 +62,6 @@ def test_a_gain_within_its_error_is_none(study, respond):
     # red: is_gain without APART
     said = answer_text.headline(answered(study, respond, 1.6))
     assert said.endswith("no reduction beyond its error.")
-
-
-@pytest.mark.parametrize("doubt", ["NOT_AGREED", "NEAR_GAP", "HEAVY"])
-def test_a_scenario_that_random_drive_does_not_tell_is_not_trusted(
-    study, respond, monkeypatch, doubt
-):
-    # red: in _doubted, `in labels` -> `not in labels`; without `reading in RANDOM`
-    summary, _ = respond(SCALE, error_db=0.2)
-    own, text = {doubt.lower()}, getattr(answer, doubt)
-    first = answer.answer_of(study, summary).candidates[0]
-    named = {name: {first.scenario.label} for name in own}
-    # of single tones
-    assert text not in answer.answer_of(study, summary, **named).candidates[0].doubts
-    of_main = summary["reading"] == answer.main_reading(study.readings)
-    monkeypatch.setattr(answer, "main_reading", lambda readings: "random")
-    at_random = answer.answer_of(study, summary[of_main].assign(reading="random"), **named)
-    doubted = {one.scenario.label: text in one.doubts for one in at_random.candidates}
-    assert doubted.pop(first.scenario.label) and not any(doubted.values())
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
@@ -150,23 +132,15 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
 
 
-@pytest.mark.parametrize("reading", ["random", "dem"])
-def test_what_random_drive_was_found_to_miss_is_said(inputs, respond, reading):
-    # red: `not in RANDOM`
-    summary, psd = respond(SCALE, error_db=0.2)
-    found = answer.answer_of(inputs.study, summary)
-    one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    said = answer_text.caveats(one, dataclasses.replace(found, reading=reading))
-    assert any("within 7 %" in line for line in said) == (reading == "random")
-
-
 def test_caveats_are_three_at_most_and_the_gravest_first(inputs, respond):
     # red: CAVEATS = 9; the order of `said`
     summary, psd = respond(SCALE, error_db=0.2)
     summary = summary.assign(beyond_linear_plate=True, outside_run_points_share=0.2, levels=3)
     summary["displacement_rms_mm"] = 7.0
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    said = answer_text.caveats(one, answer.answer_of(inputs.study, summary))
+    said = answer_text.caveats(
+        one, answer.answer_of(inputs.study, judged(inputs.study, summary, None))
+    )
     assert len(said) == 3
     assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
     assert "extrapolated" in said[1] and "20 % of the lines" in said[1]
@@ -176,7 +150,9 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respon
     # red: the last candidate drawn; the bare panel not the first curve
     summary, psd = respond(SCALE, error_db=0.2)
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    picture = answer_section.psd_block(one, answer.answer_of(inputs.study, summary))
+    picture = answer_section.psd_block(
+        one, answer.answer_of(inputs.study, judged(inputs.study, summary, None))
+    )
     assert isinstance(picture, Picture)
     (chart,) = picture.charts
     assert [curve.label.split(":")[0] for curve in chart.curves] == ["bare panel", "A, r = 0.1"]
@@ -212,34 +188,48 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     }
 
 
-def test_coupled_runs_answer_for_their_scenarios(study, respond, inputs):
-    # red: in _as_coupled, `reduction=one.at[point].reduction`; rows of another scenario; `<=` of
-    # the points left out
-    summary, psd = respond(SCALE, error_db=0.2)
-    bare = answer.answer_of(study, summary).bare
-    rows = [
-        ("A_r0.1_150dB", point, bare.at[point].rms / 10, bare.at[point].rms / 100)
-        for point in bare.at
-    ] + [("A_r0.7_150dB", "middle", 1.0, 0.1)]
-    of = pd.DataFrame(rows, columns=["scenario", "point", "g_rms", "g_rms_error"])
-    f = psd["frequency"].to_numpy()
-    lines = pd.DataFrame(
-        {"scenario": "A_r0.1_150dB", "point": "middle", "frequency_hz": f,
-         "acceleration_psd_g2_hz": 4.0, "error_db": 1.0}
-    )  # fmt: skip
-    coupled = CoupledResults(of, lines, pd.DataFrame())
-    found = answer.answer_of(study, summary, coupled)
-    (one,) = (one for one in found.candidates if one.is_coupled)
-    assert one.scenario.label == "A_r0.1_150dB" and found.candidates[0] is one
-    assert one.at["middle"].reduction == pytest.approx(20)
-    assert one.at["middle"].reduction_error == pytest.approx(8.686 / 10, rel=1e-3)
-    assert not found.is_coupled
-    told = dataclasses.replace(inputs, summary=summary, psd=psd, coupled=coupled)
-    table = answer_section.answer_table(told, found)
-    assert "panel and particles together: A, r = 0.1" in table.caption
-    if found.worst == "middle":
-        curve = answer_section.psd_block(told, found).charts[0].curves[1]
-        assert curve.values[0] == pytest.approx(4.0)
+def test_coupled_runs_answer_as_any_reading_does(coupled):
+    # red: "coupled" not the first of PREFERRED; without " in one time integration"
+    study = coupled.study
+    assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
+    found = answer.answer_of(study, judged(study, coupled.summary, None))
+    assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"
+    assert not any(one.doubts for one in found.candidates)
+    table = answer_section.answer_table(coupled, found)
+    assert table.caption.startswith("Damping: Panel and particles together, in one time integr")
+    assert "one standard error, of the coupled runs" in table.caption
+    curve = answer_section.psd_block(coupled, found).charts[0].curves[1]
+    psd = coupled.psd["acceleration_psd"].sel(scenario="A_r0.5_150dB", point=found.worst)
+    assert curve.values[0] * 9.80665**2 == pytest.approx(psd.to_numpy().ravel()[0])
+
+
+def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_trusted(
+    coupled, respond_to
+):
+    # red: TOO_FAR = 1; the first point alone
+    # 2 % are wanted, so that 4 % are too much: 0.34 dB are 4.0 %
+    for error_db, known in ((0.34, True), (0.36, False)):
+        summary, _ = respond_to(coupled.study, {}, error_db=error_db)
+        of = summary["point"] == "middle"
+        summary.loc[of, "acceleration_rms_error_g"] /= 10
+        found = answer.answer_of(coupled.study, judged(coupled.study, summary, None))
+        doubts = {one.doubts for one in found.candidates}
+        expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
+        assert doubts == {expected}
+        said = answer_text.caveats(dataclasses.replace(coupled, summary=summary), found)
+        assert any("more than twice the wanted 2.0 %" in line for line in said) != known
+
+
+def test_what_was_not_run_itself_is_not_trusted(coupled):
+    # red: `in run` for `not in run`
+    label = "A_r0.1_150dB"
+    results = coupled_results(coupled.study, carried=[label])
+    run = set(results.summary["scenario"])
+    found = answer.answer_of(coupled.study, judged(coupled.study, coupled.summary, run))
+    doubts = {one.scenario.label: one.doubts for one in found.candidates}
+    assert doubts.pop(label) == (CARRIED,) and set(doubts.values()) == {()}
+    said = answer_text.caveats(dataclasses.replace(coupled, coupled=results), found)
+    assert any("coupled runs at other levels" in line for line in said)
 
 
 def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):

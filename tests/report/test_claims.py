@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import claims
-from pidpanel.report.claims import Finding, Verdict
+from pidpanel.report.claims_table import Finding, Verdict, verdict_table
 from pidpanel.report.text import READINGS
 
 POINTS = ["middle", "corner"]
@@ -147,12 +147,21 @@ def test_verdicts_turn_with_the_responses(study, respond):
         assert answer is False, claim
 
 
+def test_one_level_says_nothing_of_a_shift(study, respond):
+    # red: `else` for `elif len(rms) > 1` in _family_verdicts
+    one = study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
+    alone = study.model_copy(update={"scenarios": {"level": one}})
+    summary, psd = respond(FILL | PLACE, error_db=0.1)
+    assert claims.verdicts(alone, summary, psd, DISTANCE) == []
+    assert claims.verdicts(study, summary, psd, DISTANCE) != []
+
+
 def test_numbers_without_errors_decide_nothing(study, respond):
     # red: `isfinite` left out of decided, where comparisons with NaN would say "holds"
     summary, psd = respond(FILL | PLACE)
     found = [v for v in claims.verdicts(study, summary, psd, DISTANCE) if v.finding is not None]
     assert found and {verdict.finding.holds for verdict in found} == {None}
-    answers = {row[2] for row in claims.verdict_table(found).rows}
+    answers = {row[2] for row in verdict_table(found).rows}
     assert answers == {"no error, no verdict"}
 
 
@@ -178,7 +187,7 @@ def test_a_claim_is_shown_once_with_all_its_readings():
         Verdict("one", "paper_corrected", no),
         Verdict("two", "paper_corrected", None, "no steady response"),
     ]
-    table = claims.verdict_table(verdicts)
+    table = verdict_table(verdicts)
     law = READINGS["paper_corrected"]
     assert table.rows == [
         ["one", "DEM", "holds", "by 3 dB"],
@@ -186,4 +195,4 @@ def test_a_claim_is_shown_once_with_all_its_readings():
         ["two", "DEM", "does not hold", "by 1 dB"],
         ["", law, "cannot be tested", "no steady response"],
     ]
-    assert claims.verdict_table([]) is None
+    assert verdict_table([]) is None

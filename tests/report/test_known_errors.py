@@ -28,16 +28,17 @@ def mixed(tmp_path_factory, study_text):
     return load_study(path)
 
 
-def test_a_damper_without_an_error_leaves_none_to_its_scenario(mixed, respond_to):
-    # red: with_known_errors that returns what it is given
+@pytest.mark.parametrize("reading", ["stated", "coupled"])
+def test_a_damper_without_an_error_leaves_none_to_its_scenario(mixed, respond_to, reading):
+    # red: with_known_errors that returns what it is given; PARTLY without its second
     assert partly_known(mixed) == ["both"]
     summary, psd = respond_to(mixed, {}, error_db=0.1)
-    summary["reading"] = "stated"
-    psd = psd.assign_coords(reading=["stated"])
+    summary["reading"] = reading
+    psd = psd.assign_coords(reading=[reading])
     frame, curves = with_known_errors(mixed, summary, psd)
     error = frame.set_index(["scenario", "point"])["acceleration_rms_error_g"]
     assert np.isnan(error["both", "middle"]) and error["sure", "middle"] > 0
-    of = curves["acceleration_psd_log_error"].sel(reading="stated", point="middle")
+    of = curves["acceleration_psd_log_error"].sel(reading=reading, point="middle")
     assert bool(of.sel(scenario="both").isnull().all())
     assert bool(of.sel(scenario="sure").notnull().all())
     # what was read stays as it was

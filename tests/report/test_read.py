@@ -1,12 +1,16 @@
 """Records hold what the files of the stages hold."""
 
+from itertools import product
+
+import numpy as np
 import pandas as pd
 import pytest
+from coupled_study import coupled_results
 
 from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
-from pidpanel.report.read import read_damping
+from pidpanel.report.read import read_coupled, read_damping
 from pidpanel.round import Round
 from pidpanel.study import StudyError, load_study
 
@@ -28,14 +32,18 @@ def dem(tmp_path, study_text):
 
 @pytest.fixture
 def folder(tmp_path):
-    """What coupon, damping and design leave: cases of C_e = r f √(5/Γ), and two rounds."""
+    """What coupon, damping and design leave: cases of C_e = r f √(5/Γ), and two rounds.
+
+    A form that fits without any residual has no information criterion: C_e is off by 0.1 %.
+    """
+    off = 1 + 1e-3 * np.random.default_rng(0).normal(size=18)
     cases = pd.DataFrame(
         [
             {"case": f"r{r}_f{f}Hz_a{a}g", "fill_fraction": r, "frequency_hz": float(f),
              "acceleration_g": float(a), "particle_mass_per_area_kg_m2": 14 * r,
-             VALUE: r * f * (5 / a) ** 0.5, ERROR: 0.02 * r * f, "apparent_mass_kg_m2": 0.1 * r,
+             VALUE: r * f * (5 / a) ** 0.5 * off[index], ERROR: 0.02 * r * f, "apparent_mass_kg_m2": 0.1 * r,
              "status": "ok"}
-            for r in (0.1, 0.6, 0.9) for f in (50, 150, 450) for a in (5, 50)
+            for index, (r, f, a) in enumerate(product((0.1, 0.6, 0.9), (50, 150, 450), (5, 50)))
         ]
     )  # fmt: skip
     surface = DampingSurface.from_frame(cases)
@@ -76,3 +84,20 @@ def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
     with pytest.raises(StudyError, match="dem: no coupon of the name"):
         read_damping(dem.model_copy(update={"coupon": None}), "coupon", folder)
+
+
+@pytest.mark.parametrize("others", [True, False])
+def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled, tmp_path, others):
+    # red: `> 0` for `> 1`
+    found = coupled_results(coupled.study)
+    for name in ("summary", "impedance"):
+        getattr(found, name).assign(patch="1").to_csv(tmp_path / f"{name}.csv", index=False)
+    for name in ("psd", "verdict"):
+        pd.DataFrame({"scenario": ["2"], "point": ["3"]}).to_csv(tmp_path / f"{name}.csv")
+    readings = ("coupled", "paper_corrected") if others else ("coupled",)
+    damping = coupled.study.damping.model_copy(update={"readings": readings})
+    read = read_coupled(coupled.study.model_copy(update={"damping": damping}), tmp_path)
+    assert (read.verdict is not None) == others
+    # names that look like numbers stay names
+    assert set(read.impedance["patch"]) == {"1"} and read.psd["scenario"][0] == "2"
+    assert read.summary["runs"].tolist() == [2] * len(found.summary)

@@ -27,7 +27,7 @@ def verdict():
             row(reading, point, level, difference * sign, band * sign, holds)
             for level in (122.0, 136.7)
             for reading, difference, band, holds in (
-                (BARE, 0.3, 3.0, "no"), ("dem", -0.1, -1.0, "no"), ("random", 0.01, 0.2, "yes"),
+                (BARE, 0.3, 3.0, "no"), ("dem", -0.1, -1.0, "no"), ("table", 0.01, 0.2, "yes"),
             )
             for point, sign in (("a", 1), ("b", -0.5))
         ]
@@ -36,20 +36,20 @@ def verdict():
 
 def test_what_is_worst_of_the_points_counts(verdict):
     # red: in worst, argmax -> argmin of the bands
-    verdict.loc[(verdict["reading"] == "random") & (verdict["point"] == "b"), "holds"] = "open"
+    verdict.loc[(verdict["reading"] == "table") & (verdict["point"] == "b"), "holds"] = "open"
     found = worst(verdict).set_index(["reading", "scenario"])
     assert found.loc[("dem", "P_122.0"), "difference"] == -0.1
     assert found.loc[("dem", "P_122.0"), "band_difference_db"] == -1.0
-    assert found.loc[("random", "P_122.0"), "holds"] == "open"
+    assert found.loc[("table", "P_122.0"), "holds"] == "open"
 
 
 def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
     # red: in verdict_finding, == "yes" -> != "no" (with the "open" below)
-    verdict.loc[(verdict["reading"] == "random") & (verdict["oaspl_db"] > 130), "holds"] = "open"
+    verdict.loc[(verdict["reading"] == "table") & (verdict["oaspl_db"] > 130), "holds"] = "open"
     section = verdict_section(verdict, ["a", "b"])
     text = section.blocks[0].text
     assert "DEM: holds in 0 of 2;" in text
-    assert "DEM, driven at random: holds in 1 of 2, open in 1" in text
+    assert "The study's table: holds in 1 of 2, open in 1" in text
     assert "Bare" not in text  # no reading
 
 
@@ -137,10 +137,12 @@ def test_figures_say_how_often_coupled_runs_refute_a_reading(study, inputs):
         (labels[2], "paper_printed", "no"),
     ]
     verdict = pd.DataFrame(rows, columns=["scenario", "reading", "holds"])
-    coupled = CoupledResults(pd.DataFrame(), pd.DataFrame(), verdict)
+    coupled = CoupledResults(*[pd.DataFrame()] * 3, verdict)
     told = dataclasses.replace(inputs, coupled=coupled)
     title = response_section.reading_title(told, "fill", "paper_corrected")
     assert title.endswith("– refuted in 1 of 3")
     assert "refuted" not in response_section.reading_title(inputs, "fill", "paper_corrected")
+    alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 3))
+    assert "refuted" not in response_section.reading_title(alone, "fill", "paper_corrected")
     said = response_section.acceleration_text(told, "fill", ["paper_corrected"])
     assert "refuted by coupled runs for r = 0.1 (" in said

@@ -103,7 +103,7 @@ def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     damped = solve(one_mode(), dashpot(300.0), 1.0, depends=False)
     (row,) = summary_rows(
         damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response,
-        read_at_g=np.nan, patch_motion_g=1.0, agreed=True,
+        read_at_g=np.nan, patch_motion_g=1.0,
     )  # fmt: skip
     ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
     assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
@@ -112,7 +112,7 @@ def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
     displacement = damped.response.displacement_rms[0]
     (thin,) = summary_rows(
         damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0,
-        full=bare.response, read_at_g=np.nan, patch_motion_g=1.0, agreed=True,
+        full=bare.response, read_at_g=np.nan, patch_motion_g=1.0,
     )  # fmt: skip
     assert thin["beyond_linear_plate"]
     # the last asked beside the bare panel in place of the full form: minus the reduction

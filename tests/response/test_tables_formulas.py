@@ -42,7 +42,7 @@ def test_a_row_holds_the_response_in_the_units_of_its_columns():
     }
     rows = tables.summary_rows(
         FOUND, BARE, ["a", "b"], thickness=0.02, power_balance_error=0.0, full=BARE.response,
-        read_at_g=3.0, patch_motion_g=4.0, agreed=True,
+        read_at_g=3.0, patch_motion_g=4.0,
     )  # fmt: skip
     beside = tables.beside_rows(FOUND, BARE, ["a", "b"], read_at_g=3.0)
     for row, short in zip(rows, beside, strict=True):
@@ -57,7 +57,7 @@ def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(
     # w_rms = 2 µm; red: thickness / 10 → thickness / 11
     row, _ = tables.summary_rows(
         FOUND, BARE, ["a", "b"], thickness=thickness, power_balance_error=0.0, full=BARE.response,
-        read_at_g=3.0, patch_motion_g=4.0, agreed=True,
+        read_at_g=3.0, patch_motion_g=4.0,
     )  # fmt: skip
     assert row["beyond_linear_plate"] is beyond
 

@@ -96,23 +96,3 @@ def test_a_table_asks_for_a_fill_only_where_it_has_fills(tmp_path, header, asked
     file = tmp_path / "lab.csv"
     file.write_text(f"{header}\n")
     assert Damper.model_construct(table=file).is_of_a_fill == asked
-
-
-@pytest.mark.parametrize(
-    ("values", "key", "says"),
-    [
-        ({"readings": ["coupled"]}, "readings", "must contain another reading beside 'coupled'"),
-        ({"readings": ["dem"], "coupled": {"seeds": 3}}, "coupled",
-         "only allowed with the reading 'coupled'"),
-        ({"readings": ["dem", "coupled"], "coupled": {"cells": 10}}, "coupled.cells",
-         "must be a multiple of stations = 16"),
-        ({"readings": ["dem", "coupled"], "coupled": {"seeds": 1}}, "coupled.seeds",
-         "must be from 2 to 50"),
-    ],
-)  # fmt: skip
-def test_the_reading_coupled_stands_beside_another_with_keys_that_fit(values, key, says):
-    # red: either check left out of `Damping.mistakes` or `Coupled.mistakes`
-    with pytest.raises(ValidationError) as caught:
-        Damping.model_validate(values)
-    (found,) = mistakes_of(caught.value, Damping)
-    assert (".".join(map(str, found.keys)), found.says) == (key, says)

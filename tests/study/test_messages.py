@@ -14,7 +14,7 @@ COUPON_ALONE = {"coupon": SMOKE["coupon"]}
 PANEL_ALONE = {key: value for key, value in SMOKE.items() if key != "coupon"} | {
     "damping": {"readings": ["paper_corrected"]}
 }
-AT_RANDOM = SMOKE | {"damping": {"readings": ["random"], "random": {"time_s": 1}}}
+COUPLED = SMOKE | {"damping": {"readings": ["coupled"], "coupled": {"duration_s": 1}}}
 SANDWICH = PANEL_ALONE | {
     "panel": yaml.safe_load((STUDIES / "sandwich_hole_hinge.yaml").read_text())["panel"],
     "scenarios": {"fill": {"patch": "centre", "fill_fraction": [0.4]}},
@@ -91,7 +91,7 @@ def told(refusal, study, key, value):
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1"),
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
         ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a reading more than once"),
-        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'random', 'random_with_source', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
+        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
         ("title", [3], "title = [3]: must be text"),
         ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
         ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
@@ -121,11 +121,9 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "damping.level", {"kind": "stated"}, "damping.level", "damping.level.acceleration_g: required for kind: stated, not allowed otherwise"),
         (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a file beside the study, or one of acrylic_2mm.csv"),
         (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
-        (SMOKE, "damping.random", {"seeds": 3}, "damping.random", "damping.random = {seeds: 3}: only allowed with the reading random or random_with_source"),
-        (AT_RANDOM, "response.frequency_hz", [100, 104], "damping.random.time_s", "damping.random.time_s = 1: must be at least 2.5 for 10 lines in response.frequency_hz = [100, 104]"),
-        (AT_RANDOM, "damping.random.max_time_s", 1.5, "damping.random.max_time_s", "damping.random.max_time_s = 1.5: must be at least twice time_s = 1"),
-        (AT_RANDOM, "damping.random.seeds", 1, "damping.random.seeds", "damping.random.seeds = 1: must be from 2 to 50"),
-        (PANEL_ALONE, "damping.readings", ["random"], "damping.readings", "damping.readings = [random]: a section coupon or a damper with a coupon is required to drive it at random"),
+        (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with the reading 'coupled'"),
+        (SMOKE, "damping.readings", ["random"], "damping.readings", "damping.readings[0] = random: 'random' is gone; 'coupled', the default for sound, has taken its place"),
+        (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (SMOKE, "damping.target", {"relative_error": 0.1, "start": 9, "max_cases": 8}, "damping.target.start", "damping.target.start = 9: must be at most max_cases = 8"),
         (SMOKE, "damping", {"target": {"relative_error": 0.1}, "tones": {}}, "damping.tones", "damping.tones = {}: not allowed together with target"),
         (SMOKE, "damping", {"level": {"by": "element"}, "tones": {}}, "damping.level.by", "damping.level.by = element: must be patch with damping.tones"),

@@ -93,9 +93,9 @@ def test_the_only_damper_needs_no_name_and_is_in_no_label(loaded):
 
 
 def test_readings_follow_from_what_the_study_has(loaded):
-    # red: ("dem",) always in Study.readings; `("random",)` whatever is filled
+    # red: ("dem",) always in Study.readings; `(COUPLED,)` whatever is filled
     default = ("damping", {})
-    assert loaded(default).readings == ("random",)
+    assert loaded(default).readings == ("coupled",)
     pots = (("scenarios.both", None), ("scenarios.fill", None))
     assert loaded(default, *pots).readings == ("stated",)
     stated = load_study(STUDIES / "l_panel.yaml")
@@ -108,16 +108,8 @@ OF_THE_SECTION = (("dampers", {}), ("coupon", COUPON), ("scenarios", {}))
 FILLED = ("scenarios.fill", {"patch": "PID-1", "fill_fraction": [0.5]})
 
 
-def test_sound_drives_the_section_coupon_at_random_without_its_sweep(loaded):
-    # red: `at_random` that is always False in Study.coupons
-    study = loaded(("damping", {}), *OF_THE_SECTION, FILLED)
-    assert study.readings == ("random",) and len(study.random_coupons()) == 1
-    assert dict(study.coupons) == {} and study.surfaces == ()
-    named = ("damping.readings", ["random", "dem"])
-    assert list(loaded(named, *OF_THE_SECTION, FILLED).coupons) == ["coupon"]
-    assert list(loaded(("damping.readings", ["random", "stated"]), *OF_THE_SECTION, FILLED).coupons
-                ) == ["coupon"]  # fmt: skip
-    # a law beside a coupon, whose sweep is shown
+def test_a_law_leaves_the_sweep_of_the_section_coupon(loaded):
+    # red: `self.is_coupled and` left out of Study.coupons
     law = ("damping.readings", ["paper_corrected"])
     assert list(loaded(law, *OF_THE_SECTION, FILLED).coupons) == ["coupon"]
 
@@ -135,15 +127,6 @@ def test_sound_drives_the_section_coupon_at_random_without_its_sweep(loaded):
 def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
     # red: `is_of_tones` without one of its parts
     assert loaded(("damping", key), *OF_THE_SECTION, FILLED).readings == ("dem",)
-
-
-def test_how_coupons_are_driven_at_random_needs_no_reading_where_it_is_the_default(loaded, refusal):
-    # red: the mistake of `random` told from Damping.readings
-    drive = ("damping", {"random": {"seeds": 3}})
-    assert loaded(drive, *OF_THE_SECTION, FILLED).damping.random.seeds == 3
-    pots = (("scenarios.both", None), ("scenarios.fill", None))
-    (line,), _ = refusal(changed(drive, *pots))
-    assert "damping.random = {seeds: 3}: only allowed with the reading random" in line
 
 
 def test_the_bare_panel_alone_needs_no_dampers_patches_and_scenarios(loaded):

@@ -75,7 +75,7 @@ def stages(folder, study, *, radiation):
     beside = at("radiation.csv") if radiation else []
     response.main(
         [str(study), *at("modes.nc", "modal_force.nc", "plate.nc", "section.csv"), "none",
-         *(air or ["none"]), "none", "none",
+         *(air or ["none"]), "none",
          *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"), *beside]
     )  # fmt: skip
     maps.main(
@@ -83,10 +83,12 @@ def stages(folder, study, *, radiation):
             str(study),
             *at("modes.nc", "modal_force.nc"),
             "none",
-            *at("plate.nc", "left_out.nc", "psd.nc", "maps.nc", "maps"),
+            *at("plate.nc", "left_out.nc", "psd.nc"),
+            "none",
+            *at("maps.nc", "maps"),
         ]
     )
-    export.main([str(study), *at("modes.nc", "psd.nc", "export")])
+    export.main([str(study), *at("modes.nc", "psd.nc", "summary.csv", "export")])
     return folder
 
 

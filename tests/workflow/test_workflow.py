@@ -227,7 +227,7 @@ def with_target(folder, name, target, file):
 def reached(tmp_path_factory):
     """A run from nothing to a target between what four cases give, 2.9 %, and all eight, 2.2 %."""
     folder = tmp_path_factory.mktemp("target")
-    target = {"relative_error": 0.024, "start": 4, "batch": 1}
+    target = {"relative_error": 0.026, "start": 4, "batch": 1}
     return with_target(folder, "near", target, "coupon/cases.csv")
 
 
@@ -254,7 +254,7 @@ def test_another_target_makes_the_rounds_run_again(reached):
     folder = reached[0].parents[1]
     study = folder / "near.yaml"
     text = study.read_text()
-    study.write_text(text.replace("relative_error: 0.024", "relative_error: 0.023"))
+    study.write_text(text.replace("relative_error: 0.026", "relative_error: 0.025"))
     assert text != study.read_text()
     try:
         assert "design" in jobs(snakemake(folder, study, "-n"))
@@ -379,12 +379,9 @@ def test_every_column_and_variable_is_described_and_nothing_else(smoke):
     # red: a column renamed in response/tables.py; another unit of acceleration_psd there
     missing, stale = untold(smoke / "results" / "smoke")
     assert missing == []
-    # of studies that vary a key, of particles whose own force is known, and of waves with a
-    # direction
+    # of studies that vary a key, and of waves with a direction
     assert stale == [
         "coupon/cases.csv: <key of vary>",
-        "response/psd.nc: common_force_psd",
-        "response/psd.nc: own_force_psd",
         "sound/modal_force.nc: modal_force_odd",
     ]
     assert untold(smoke / "results" / "coupon", "../coupon/")[0] == []

@@ -19,7 +19,7 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon import finished
 from pidpanel.coupon.batches import Batch, batches_of, parts_of
 from pidpanel.coupon.estimate import run_memory
-from pidpanel.coupon.from_study import bed_at, cases_at, cases_by_coupon, distinct
+from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct
 from pidpanel.coupon.liggghts.deck import without_comments
 from pidpanel.coupon.older import told
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
@@ -27,7 +27,6 @@ from pidpanel.locks import take_stale
 from pidpanel.owner import OwnerError, check_owner, write_owner
 from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW
 from pidpanel.paths import in_a_path, of_damper, study_path
-from pidpanel.random_round import RandomRound, records_of
 from pidpanel.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
@@ -81,16 +80,6 @@ HAS_PANEL = isinstance(STUDY, Study)
 HAS_TARGET = HAS_PANEL and STUDY.damping.target is not None
 HAS_ROUNDS = HAS_PANEL and (HAS_TARGET or STUDY.damping.tones is not None)
 
-# coupons that are driven at random with the motion of their patches (random.smk): by the number of
-# the drive their damper, and by number and seed their bed
-RANDOM_COUPONS = STUDY.random_coupons()
-RANDOM_DAMPERS = {str(n): filling.damper for n, (_, filling, _) in enumerate(RANDOM_COUPONS)}
-RANDOM_BEDS = {
-    (str(number), str(seed)): bed_at(coupon, filling.fill_fraction, seed)
-    for number, (_, filling, coupon) in enumerate(RANDOM_COUPONS)
-    for seed in range(1, STUDY.damping.random.seeds + 1)
-}
-
 PAGE_FILES = sorted(path for path in (TEMPLATES / "report").rglob("*") if path.is_file())
 
 
@@ -121,11 +110,6 @@ def coupon_file(stage, damper, name):
 def coupon_digest(damper):
     """Hash of one coupon: what rests on another does not run again when it changes."""
     return values_digest(STUDY.coupons[damper].model_dump())
-
-
-def damper_digest(damper):
-    """Hash of one coupon whether or not its sweep is run, without what only the sweep needs."""
-    return values_digest(STUDY.coupon_of(damper).model_dump(exclude={"sweep", "accuracy"}))
 
 
 def code(script):
@@ -315,44 +299,9 @@ def outcomes_of_round(wildcards):
     return outcomes_of(cases_of_round(found), results("coupon/cases.csv"))
 
 
-def random_round_file(number):
-    """A round of the random drive, once it is there."""
-    return checkpoints.random_round.get(round=number).output[0]
-
-
-def random_before(wildcards):
-    """The rounds of the random drive before one, and their records."""
-    files = [random_round_file(number) for number in range(int(wildcards.round))]
-    rounds = [RandomRound.read(Path(file)) for file in files]
-    records = records_of(rounds, STUDY.damping.random.seeds)
-    return [*files, *(results(f"random/{name}") for name in records)]
-
-
-def bed_of_leg(wildcards):
-    """The bed in which a leg of the random drive begins."""
-    return f"results/coupon/bed/{RANDOM_BEDS[wildcards.drive, wildcards.seed].label}/bed.json"
-
-
-def leg_before(wildcards):
-    """What a leg of the random drive continues from: the one before, or the bed."""
-    if wildcards.leg == "0":
-        return bed_of_leg(wildcards)
-    before = int(wildcards.leg) - 1
-    return results(f"random/leg{before}/{wildcards.drive}_s{wildcards.seed}.npz")
-
-
-def last_impedance(wildcards):
-    """What the last round of the random drive has found."""
-    number = 0
-    while not RandomRound.read(Path(random_round_file(number))).is_last:
-        number += 1
-    return results(f"random/impedance{number}.csv")
-
-
 # batches, beds and packings by their labels, filled in coupon.smk and as rounds want more
 BATCHES, BATCH_OF = {}, {}
-BEDS = {bed.label: bed for bed in RANDOM_BEDS.values()}
-PACKINGS = {bed.packing.label: bed.packing for bed in BEDS.values()}
+BEDS, PACKINGS = {}, {}
 
 
 def add_batch(batch):
@@ -365,24 +314,21 @@ def add_batch(batch):
             PACKINGS[run.packing.label] = run.packing
 
 
-def beds_of_run(wildcards):
-    """The beds of a coupled run."""
-    run = COUPLED_RUNS[f"{wildcards.scenario}/seed{wildcards.seed}"]
-    return [f"results/coupon/bed/{bed.label}/bed.json" for bed in run.beds]
-
-
-def coupled_digest(scenario):
-    """Hash of what the study says of the runs of a scenario beside its beds and its panel."""
-    run = COUPLED_SCENARIOS[scenario]
-    coupons = (STUDY.all_dampers[filling.damper].coupon for filling in run.scenario.fillings)
+def coupled_digest(label):
+    """Hash of what the study says of the runs of a scenario beside its panel."""
+    coupled = COUPLED_SCENARIOS[label]
+    dampers = {filling.damper for filling in coupled.scenario.fillings}
+    unused = {"coupon": {"sweep", "accuracy"}}
+    response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
     return values_digest(
         {
-            "scenario": run.scenario.model_dump(),
-            # further seeds run only what is missing
-            "coupled": STUDY.damping.coupled.model_dump(exclude={"seeds"}),
-            "coupons": [coupon.model_dump(exclude={"sweep", "accuracy"}) for coupon in coupons],
+            "scenario": coupled.scenario.model_dump(),
+            "coupled": STUDY.damping.coupled.model_dump(exclude={"scenarios"}),
+            "dampers": [
+                STUDY.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)
+            ],
             "damping_ratio": STUDY.panel.damping_ratio,
             "sound": STUDY.sound.model_dump(),
-            "frequency_hz": STUDY.response.frequency_hz,
+            "response": STUDY.response.model_dump(include=response),
         }
     )

@@ -1,7 +1,9 @@
 # Figures and one page that holds them all.
 
 CASES_CSV = [coupon_file("coupon", damper, "cases.csv") for damper in STUDY.coupons]
-COUPLED_SHOWN = ("summary", "psd", "verdict")
+COUPLED_SHOWN = ["summary", "psd", "impedance"]
+if len(STUDY.readings) > 1:
+    COUPLED_SHOWN.append("verdict")
 DAMPING_FILES = [
     coupon_file("damping", damper, name)
     for damper in STUDY.surfaces
@@ -25,7 +27,6 @@ rule report:
         films=FILMS,
         coupled=[results(f"coupled/{n}.csv") for n in COUPLED_SHOWN] if STUDY.is_coupled else [],
         damping=DAMPING_FILES,
-        random=last_impedance if RANDOM_COUPONS else [],
         rests=rests(
             results("report.html"),
             results("report"),

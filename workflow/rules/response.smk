@@ -3,7 +3,7 @@
 SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "random", "coupled"}}
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "coupled"}}
 SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
 # coupons come as surfaces
 DAMPERS = values_digest(
@@ -27,7 +27,6 @@ rule response:
         section=results("panel/section.csv"),
         surfaces=SURFACES,
         air=AIR,
-        random=last_impedance if RANDOM_COUPONS else [],
         coupled=COUPLED if STUDY.is_coupled else [],
         rests=rests(
             *RESPONSE,
@@ -43,11 +42,10 @@ rule response:
     params:
         damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
         air=AIR or "none",
-        random=lambda wildcards, input: input.random or "none",
         coupled=results("coupled") if STUDY.is_coupled else "none",
     shell:
         'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {input.section} {params.damping} {params.air} {params.random}"
+        " {input.plate} {input.section} {params.damping} {params.air}"
         " {params.coupled} {output} --made {input.rests} --to {output} 2> {log}"
 
 
@@ -59,6 +57,7 @@ rule maps:
         plate=results("panel/plate.nc"),
         left_out=results("response/left_out.nc"),
         psd=results("response/psd.nc"),
+        coupled=results("coupled/impedance.csv") if STUDY.is_coupled else [],
         rests=rests(
             MAPS,
             MAPS_FOLDER,
@@ -73,9 +72,10 @@ rule maps:
         results("response/maps.log"),
     params:
         air=AIR or "none",
+        coupled=lambda wildcards, input: input.coupled or "none",
     shell:
         'python -m scripts.maps "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {input.plate} {input.left_out} {input.psd} {output}"
+        " {input.plate} {input.left_out} {input.psd} {params.coupled} {output}"
         " --made {input.rests} --to {output} 2> {log}"
 
 
@@ -83,6 +83,7 @@ rule export:
     input:
         modes=results("panel/modes.nc"),
         psd=results("response/psd.nc"),
+        summary=results("response/summary.csv"),
         rests=rests(
             EXPORT,
             readings=STUDY.readings,
@@ -95,5 +96,5 @@ rule export:
     log:
         results("response/export.log"),
     shell:
-        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd} {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd}'
+        " {input.summary} {output} --made {input.rests} --to {output} 2> {log}"

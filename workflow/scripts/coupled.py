@@ -3,17 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.coupled.from_study import CoupledFiles, write_coupled
-from pidpanel.script import run
+from pidpanel.coupled.from_study import CoupledFiles, CoupledTables, write_coupled
+from pidpanel.script import optional, run
 from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Take study, modes.nc, modal_force.nc, plate.nc, four tables and the records."""
-    study, modes, modal_force, plate, *paths = arguments
-    files = CoupledFiles(Path(modes), Path(modal_force), Path(plate))
-    summary, bands, impedance, psd, *records = map(Path, paths)
-    write_coupled(load_study(study), files, records, summary, bands, impedance, psd)
+    """Take study, modes.nc, modal_force.nc, plate.nc, air.nc or none, tables, estimates."""
+    study, modes, modal_force, plate, air, *paths = arguments
+    files = CoupledFiles(Path(modes), Path(modal_force), Path(plate), optional(air))
+    count = len(CoupledTables._fields)
+    tables, estimates = map(Path, paths[:count]), map(Path, paths[count:])
+    write_coupled(load_study(study), files, list(estimates), CoupledTables(*tables))
 
 
 if __name__ == "__main__":

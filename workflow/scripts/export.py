@@ -9,7 +9,7 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, psd.nc; folder."""
+    """Study, modes.nc, psd.nc, summary.csv; folder."""
     study, *files = arguments
     write_export(load_study(study), *map(Path, files))
 

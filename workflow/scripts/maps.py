@@ -10,10 +10,11 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, modal_force.nc, air.nc or none, plate, left_out, psd; maps, folder."""
-    study, modes, modal_force, air, *others = arguments
+    """Study, modes, modal force, air or none, plate, left_out, psd, coupled or none; outputs."""
+    study, modes, modal_force, air, plate, left_out, psd, coupled, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
-    write_maps(load_study(study), files, *map(Path, others))
+    read = (Path(plate), Path(left_out), Path(psd), optional(coupled))
+    write_maps(load_study(study), files, *read, *map(Path, outputs))
 
 
 if __name__ == "__main__":

@@ -10,12 +10,12 @@ from pidpanel.study import load_study
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Study, four files of the panel and the sound, damping, air, random, coupled or none."""
-    study, modes, modal_force, plate, section, damping, air, random, coupled, *outputs = arguments
+    """Study, four files of the panel and the sound, damping, air, coupled or none."""
+    study, modes, modal_force, plate, section, damping, air, coupled, *outputs = arguments
     files = PanelFiles(Path(modes), Path(modal_force), optional(air))
     made = ResponseFiles(*map(Path, outputs))
-    panel, beside = (Path(plate), Path(section)), (optional(random), optional(coupled))
-    write_response(load_study(study), files, *panel, optional(damping), made, *beside)
+    read = (Path(plate), Path(section), optional(damping))
+    write_response(load_study(study), files, *read, made, optional(coupled))
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ class Draft:
     @property
     def reading(self) -> str:
         """Where the damping comes from."""
-        return "table" if self.table else "paper_corrected" if self.bead == "none" else "random"
+        return "table" if self.table else "paper_corrected" if self.bead == "none" else "coupled"
 
 
 QUESTIONS: Mapping[str, tuple[str, Callable[[str], Any]]] = {
@@ -111,7 +111,7 @@ def questions(known: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, 
     for name, (question, read) in QUESTIONS.items():
         draft = Draft(**found)
         of_other = draft.section not in OF_SECTION.get(name, (draft.section,))
-        no_bead = name in ("bead", "bead_mm", "cell_mm") and draft.reading != "random"
+        no_bead = name in ("bead", "bead_mm", "cell_mm") and draft.reading != "coupled"
         if name in found or of_other or no_bead:
             continue
         default = draft.thickness if name == "thickness_mm" else getattr(draft, name)

@@ -28,12 +28,10 @@ STAGE_OF = {
     "film": "coupon",
     "damper_film": "coupon",
     "design": "coupon",
-    "random_leg": "coupon",
-    "random_round": "coupon",
     "damper_damping": "damping",
     "maps": "response",
     "export": "response",
-    "coupled_run": "coupled",
+    "coupled_scenario": "coupled",
     "verdict": "coupled",
     "coupon_report": "report",
 }
@@ -102,10 +100,10 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
         by_stage.setdefault(STAGE_OF.get(rule, rule), []).append(f"{count} × {rule}")
     names = ["report"]
     if isinstance(study, Study):
-        names = ["panel", "sound", "response", *(["coupled"] if study.is_coupled else []), *names]
+        names = ["panel", "sound", *(["coupled"] if study.is_coupled else []), "response", *names]
         if study.surfaces:
             names.insert(0, "damping")
-    if study.coupons or study.random_coupons():
+    if study.coupons or study.is_coupled:  # whose packings are poured with the coupons
         names.insert(0, "coupon")
     for name in names:
         yield f"  {name:<9} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"

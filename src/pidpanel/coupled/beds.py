@@ -1,4 +1,4 @@
-"""The beds of a patch in LIGGGHTS, their cells shared out among its stations."""
+"""The bed of a patch in LIGGGHTS, cell by cell."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from pidpanel.coupon.cases import Bed
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.library import Spheres
 
-STEP_S, SPHERE_STEP_S = 40e-6, 90e-9
-"""CPU time of a step, and of each sphere in it [s] (752 spheres: 110 µs)."""
+CALL_S, STEP_S, SPHERE_STEP_S = 70e-6, 5e-6, 105e-9
+"""CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
+it [s]: 192 to 1128 spheres on a quiet core."""
 
 
-def cpu_per_step(spheres: int) -> float:
-    """Return the CPU time of a step with so many spheres [s]."""
-    return STEP_S + SPHERE_STEP_S * spheres
+def cpu_per_interval(spheres: int, substeps: int) -> float:
+    """Return the CPU time of an interval of some steps [s]."""
+    return CALL_S + substeps * (STEP_S + SPHERE_STEP_S * spheres)
 
 
 def rayleigh_time_of(bed: Bed, modulus: float) -> float:
@@ -40,42 +41,37 @@ def spheres_of(
     time_step: float,
     bed_folder: Path,
     folder: Path,
-    stations: int,
     restart: Path | None = None,
 ) -> Spheres:
-    """Return the spheres of a bed in LIGGGHTS, the cells shared out among the stations.
+    """Return the spheres of a bed in LIGGGHTS.
 
     Parameters
     ----------
     library
-        Of `library.load_library`.
+        From `library.load_library`.
     bed, bed_folder
-        The bed, and where its ``bed.csv`` and walls are.
+        The bed, and the folder of its ``bed.csv`` and walls.
     modulus, time_step
         Young's modulus of its contacts [Pa], and the time step [s].
     folder
-        For what LIGGGHTS starts from; emptied.
-    stations
-        Their number, of which that of the cells is a multiple.
+        For the files that LIGGGHTS starts from; emptied.
     restart
-        Of these spheres, from which they go on; None where they begin.
+        Of these spheres, to resume a run.
     """
     packing = bed.packing
     spheres = preparation.read_bed(bed_folder)
     cell = cell_of(spheres[:, :2], packing.centres)
-    # cells one after the other, so many to a station
-    station = cell * stations // packing.count
-    order = np.argsort(station, kind="stable")
-    spheres, station = spheres[order], station[order]
+    order = np.argsort(cell, kind="stable")
+    spheres, cell = spheres[order], cell[order]
     preparation.write_start(folder, packing, spheres, bed_folder)
     start = {"data_file": folder / deck.START_FILE}
     if restart is not None:
         # a name that LIGGGHTS takes, wherever the results are
         start = {"restart_file": Path(shutil.copy(restart, folder / "start.restart"))}
-    mass = np.bincount(station, geometry.masses(spheres[:, 3], packing.density), minlength=stations)
-    weight = np.asarray(mass * bed.gravity * bed.gravity_direction[2], dtype=np.float64)
+    mass = geometry.masses(spheres[:, 3], packing.density)
     text = deck_of(bed, modulus, time_step, {**start, "walls_file": folder / deck.WALLS_FILE})
-    return Spheres(library, text, station, weight)
+    gravity = bed.gravity * bed.gravity_direction[2]
+    return Spheres(library, text, cell, mass, gravity, time_step)
 
 
 def deck_of(bed: Bed, modulus: float, time_step: float, files: Mapping[str, Path]) -> str:

@@ -32,8 +32,8 @@ class FoundBed:
         (bands,) C_e and its standard error [N s/m³].
     apparent_mass, apparent_mass_error
         (bands,) m_a and its standard error [kg/m²].
-    of_a_cell, in_common
-        (bands,) PSDs of the own force [Pa²/Hz].
+    own_psd, own_coherence
+        (bands,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1].
     common_error
         Relative standard error of all C_e and m_a together [1].
     """
@@ -42,20 +42,21 @@ class FoundBed:
     equivalent_damping_error: Array
     apparent_mass: Array
     apparent_mass_error: Array
-    of_a_cell: Array
-    in_common: Array
+    own_psd: Array
+    own_coherence: Array
     common_error: float = 0.0
 
     @staticmethod
     def of(columns: Mapping[str, Array]) -> FoundBed:
-        """Return a bed from its columns by their names here, without an error in common."""
+        """Return a bed from its columns by their names here."""
         return FoundBed(
             columns["equivalent_damping"],
             columns["equivalent_damping_error"],
             columns["apparent_mass"],
             columns["apparent_mass_error"],
-            columns["of_a_cell"],
-            columns["in_common"],
+            columns["own_psd"],
+            columns["own_coherence"],
+            float(columns["common_error"][0]),
         )
 
     @property
@@ -109,7 +110,7 @@ def beyond(apart: float, bed: FoundBed) -> FoundBed:
     common = float(np.hypot(bed.common_error, abs(apart) * np.log(10) / 20))
     return FoundBed(
         bed.equivalent_damping, bed.equivalent_damping_error, bed.apparent_mass,
-        bed.apparent_mass_error, bed.of_a_cell, bed.in_common, common,
+        bed.apparent_mass_error, bed.own_psd, bed.own_coherence, common,
     )  # fmt: skip
 
 
@@ -137,8 +138,8 @@ def between(share: float, low: FoundBed, high: FoundBed) -> FoundBed:
         low.equivalent_damping_error / np.exp(low.log_damping),
         high.equivalent_damping_error / np.exp(high.log_damping),
     )
-    least = 1e-12 * max(float(low.of_a_cell.max()), float(high.of_a_cell.max()), 1e-300)
-    own = [np.log(np.maximum(bed.of_a_cell, least)) for bed in (low, high)]
+    least = 1e-12 * max(float(low.own_psd.max()), float(high.own_psd.max()), 1e-300)
+    own = [np.log(np.maximum(bed.own_psd, least)) for bed in (low, high)]
     change = high.log_damping - low.log_damping
     curved = share * (1 - share) * float(np.sqrt(np.mean(change**2)))
     return FoundBed(
@@ -147,6 +148,6 @@ def between(share: float, low: FoundBed, high: FoundBed) -> FoundBed:
         mean(low.apparent_mass, high.apparent_mass),
         error(low.apparent_mass_error, high.apparent_mass_error),
         np.exp(mean(*own)),
-        mean(low.in_common, high.in_common),
+        mean(low.own_coherence, high.own_coherence),
         float(np.hypot(curved, mean(np.array(low.common_error), np.array(high.common_error)))),
     )

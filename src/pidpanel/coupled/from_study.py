@@ -1,4 +1,4 @@
-"""The coupled runs of a study, and what is found in them: the only module here that knows it."""
+"""The coupled runs of a study: the only module of the stage that knows it."""
 
 from __future__ import annotations
 
@@ -12,102 +12,106 @@ import numpy as np
 import pandas as pd
 
 from pidpanel import durable
-from pidpanel.arrays import Array
-from pidpanel.coupled import carried, linear, sound_record, tables
-from pidpanel.coupled.beds import cpu_per_step, mass_per_area, rayleigh_time_of
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupled import carried, estimate_files, sound_record, tables
+from pidpanel.coupled.beds import cpu_per_interval, mass_per_area, rayleigh_time_of
+from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
+from pidpanel.coupled.estimate import ScenarioEstimate, estimate
 from pidpanel.coupled.integration import Integration, PanelShapes
-from pidpanel.coupled.pieces import integrated, started
-from pidpanel.coupled.record_files import read_masses, read_record, write_record
-from pidpanel.coupled.results import (
-    CoupledPanel,
-    CoupledPatch,
-    CoupledResult,
-    SettledRecord,
-    coupled_result,
+from pidpanel.coupled.loaded_shapes import LinearDamper, LoadedShapes, loaded_shapes
+from pidpanel.coupled.pieces import StartedBed, integrated, run_identity, started
+from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
+from pidpanel.coupled.segments import SettledRecord
+from pidpanel.coupled.softening import (
+    Motion,
+    Softened,
+    softened_modulus,
+    softening_bias,
+    usual_modulus,
 )
 from pidpanel.coupled.stations import stations_of
-from pidpanel.coupon import contact
 from pidpanel.coupon.cases import Bed
-from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.coupon.liggghts.failures import EnergyNotClosed
+from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
+from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.response.bands import whole_third_octaves
 from pidpanel.response.basis_error import joined_shapes
 from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
-from pidpanel.response.lines import root_mean_square
+from pidpanel.response.source import PatchParts
 from pidpanel.stamp import stamp
-from pidpanel.study import Scenario, Study
+from pidpanel.study import Filling, Scenario, Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import NEIGHBOURS_DB
 
 ROWS_PER_PERIOD = 10.0
-"""Rows of a record in a period of the highest frequency: what is joined linearly between them is
-3 % low there, for which the sound is corrected."""
+"""Rows of a record in a period of the highest frequency: what is linear between them is 3 % low
+there, for which the sound is corrected."""
+
+INTERVALS_PER_PERIOD = 60.0
+"""Fewest intervals of the integration in a period of the highest frequency."""
+
+STEP_RAYLEIGH = 0.4
+"""Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
+g rms within their scatter (docs/coupled.md)."""
 
 BALANCE_LIMIT = 0.01
 """Largest share of the sound's energy that may be missing in a run [1]."""
 
-FASTEST = 3.0
-"""Speed of the impacts by which the modulus is chosen, over the rms speed of the bare patch."""
-
 BULK_FRACTION = 0.45
-"""Of a full cell, for an estimate [1]."""
+"""Volume of the spheres over that of a full cell, for an estimate [1]."""
+
+PARTS = 64
+"""Parts of a patch over which the own force is summed."""
+
+BED_JSON = "bed.json"
 
 
 @dataclass(frozen=True)
-class CoupledRun:
-    """One scenario under one record of its sound.
+class CoupledScenario:
+    """A scenario whose panel and particles are integrated together.
 
     Attributes
     ----------
     scenario
-        Which.
-    seed
-        Of the sound and the packings.
+        The scenario.
+    fillings
+        Filled patches with a coupon, the coupon and its fill.
     beds
-        Of its filled patches.
+        Of each run, in order, their beds.
     """
 
     scenario: Scenario
-    seed: int
-    beds: tuple[Bed, ...]
+    fillings: tuple[tuple[Filling, Coupon, float], ...]
+    beds: tuple[tuple[Bed, ...], ...]
 
     @property
     def name(self) -> str:
-        """Folder and file below ``results/<study>/coupled``, without its ending."""
-        return f"{self.scenario.label}/seed{self.seed}"
+        """Folder below ``results/<study>/coupled``."""
+        return self.scenario.label
 
 
-def coupled_runs(study: Study) -> dict[str, CoupledRun]:
-    """Return the runs of a study by their names."""
-    if not study.is_coupled:
+def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
+    """Return the scenarios of a study that are run, by their labels."""
+    keys = study.damping.coupled if study.is_coupled else None
+    if keys is None:
         return {}
-    keys = study.damping.coupled
-    runs = [
-        CoupledRun(
+    return {
+        scenario.label: CoupledScenario(
             scenario,
-            seed,
+            study.beds_of(scenario),
             tuple(
-                bed_of(coupon, fill, cells=keys.cells, seed=seed)
-                for coupon, fill in _fillings(study, scenario)
+                tuple(
+                    bed_of(coupon, fill, cells=keys.cells, seed=seed)
+                    for _, coupon, fill in study.beds_of(scenario)
+                )
+                for seed in range(1, keys.runs + 1)
             ),
         )
-        for scenario in study.all_scenarios()
-        if not scenario.is_bare and scenario.label in (keys.scenarios or [scenario.label])
-        for seed in range(1, keys.seeds + 1)
-    ]
-    return {run.name: run for run in runs}
-
-
-def _fillings(study: Study, scenario: Scenario) -> list[tuple[Coupon, float]]:
-    """Return coupon and fill of each filled patch; the study refuses those without."""
-    found = []
-    for filling in scenario.fillings:
-        coupon = study.all_dampers[str(filling.damper)].coupon
-        if coupon is not None and filling.fill_fraction is not None:
-            found.append((coupon, filling.fill_fraction))
-    return found
+        for scenario in study.coupled_scenarios()
+        if scenario.label in (keys.scenarios or [scenario.label])
+    }
 
 
 class CoupledFiles(NamedTuple):
@@ -116,18 +120,28 @@ class CoupledFiles(NamedTuple):
     modes: Path
     modal_force: Path
     plate: Path
+    air: Path | None
+
+
+class CoupledTables(NamedTuple):
+    """Tables of the stage."""
+
+    summary: Path
+    third_octaves: Path
+    impedance: Path
+    psd: Path
 
 
 @dataclass(frozen=True)
 class StudiedPanel:
-    """The panel of a study in its sound, with stations on its patches.
+    """The panel of a study in its sound.
 
     Attributes
     ----------
     study
         The study.
     panel
-        In its sound.
+        The panel in its sound.
     plate
         Its elements.
     """
@@ -138,11 +152,10 @@ class StudiedPanel:
 
     @staticmethod
     def read(study: Study, files: CoupledFiles) -> StudiedPanel:
-        """Read what the stages upstream left."""
-        upstream = PanelFiles(files.modes, files.modal_force, None)
-        return StudiedPanel(
-            study, read_panel_in_sound(study, upstream, "none"), read_plate(files.plate)
-        )
+        """Read the files of the stages upstream."""
+        upstream = PanelFiles(files.modes, files.modal_force, files.air)
+        panel = read_panel_in_sound(study, upstream, study.response.radiation)
+        return StudiedPanel(study, panel, read_plate(files.plate))
 
     @cached_property
     def points(self) -> Array:
@@ -156,242 +169,382 @@ class StudiedPanel:
 
     @cached_property
     def _vectors(self) -> Array:
-        nothing = np.zeros((len(self.plate.shapes), 0))
-        return joined_shapes(self.panel.basis, self.plate, nothing).vectors
+        none = np.zeros((len(self.plate.shapes), 0))
+        return joined_shapes(self.panel.basis, self.plate, none).vectors
 
-    def patch(self, name: str, cell_area: float) -> CoupledPatch:
-        """Return a patch with its stations.
+    def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
+        """Return a patch with its simulated cells.
 
         Parameters
         ----------
         name
             Of the patch.
         cell_area
-            Of one cell [m²].
+            Of a cell [m²].
+        shapes
+            Of the panel.
         """
         basis, keys = self.panel.basis, self.study.damping.coupled
         index = basis.patch_names.index(name)
         per_cell = len(self.plate.quadrature_weight) // len(basis.cells)
-        cells = np.flatnonzero(basis.cell_in_patch[index])
-        rows = (cells[:, None] * per_cell + np.arange(per_cell)).ravel()
-        found = stations_of(
-            self.plate.quadrature_position[rows],
-            self.plate.quadrature_weight[rows],
-            keys.stations,
-        )
-        shape = np.asarray(self.plate.at_quadrature[rows[found.point]] @ self._vectors)
+        elements = np.flatnonzero(basis.cell_in_patch[index])
+        rows = (elements[:, None] * per_cell + np.arange(per_cell)).ravel()
+        position, weight = self.plate.quadrature_position[rows], self.plate.quadrature_weight[rows]
+
+        def shape(points: Index) -> Array:
+            return shapes.shape(np.asarray(self.plate.at_quadrature[rows[points]] @ self._vectors))
+
+        stations = stations_of(position, weight, keys.stations)
+        parts = stations_of(position, weight, min(PARTS, len(weight)))
+        cells = keys.cells // keys.stations
         return CoupledPatch(
-            shape, found.area, keys.cells // keys.stations * cell_area, basis.patch_overlap[index]
+            shape=np.repeat(shape(stations.point), cells, axis=0),
+            area=np.repeat(stations.area / cells, cells),
+            position=np.repeat(position[stations.point], cells, axis=0),
+            cell_area=cell_area,
+            overlap=np.asarray(shapes.square(basis.patch_overlap[index])),
+            parts=PatchParts(shape(parts.point), parts.area, position[parts.point]),
         )
 
-    def in_sound(self, run: CoupledRun) -> CoupledPanel:
-        """Return the panel with the patches of a run, at the level of its scenario."""
-        factor = self.panel.pressure_factor(run.scenario)
+    def shapes(self, coupled: CoupledScenario) -> LoadedShapes:
+        """Return the shapes of the panel with what of a scenario is not integrated."""
+        return loaded_shapes(
+            self.panel.modal,
+            self.study.response.frequency_hz,
+            self.panel.air_stiffness,
+            [
+                self._linear(coupled, one)
+                for one in coupled.scenario.fillings
+                if self._is_linear(one)
+            ],
+        )
+
+    def _is_linear(self, filling: Filling) -> bool:
+        return self.study.all_dampers[str(filling.damper)].coupon is None
+
+    def _linear(self, coupled: CoupledScenario, filling: Filling) -> LinearDamper:
+        """Return a damper without coupon, read at the motion of the bare patch."""
+        reading = reading_of_damper(self.study.all_dampers[str(filling.damper)], None)
+        if not self.study.response.damper_mass:
+            reading = reading.without_mass()
+        index = self.panel.basis.patch_names.index(filling.patch)
+        overlap, fill = self.panel.basis.patch_overlap[index], filling.fill_fraction or 1.0
+        acceleration = self._bare_acceleration(coupled, overlap / self.panel.patch_area[index])
+        gamma = np.sqrt(2) * acceleration / STANDARD_GRAVITY
+
+        def values(frequency: Array) -> tuple[Array, Array]:
+            found = reading(frequency, fill, gamma)
+            return found.equivalent_damping, found.apparent_mass
+
+        return LinearDamper(overlap, values)
+
+    def _bare_acceleration(self, coupled: CoupledScenario, weight: Array) -> float:
+        """Return the rms acceleration of the bare panel [m/s²], √ of the mean of q̈ᵀ W q̈."""
+        frequency, modal = self.panel.coarse_frequency, self.panel.modal
+        inverse = 1 / modal.dynamic_stiffness(frequency)
+        sound = self.panel.pressure_factor(coupled.scenario) * self.panel.psd(frequency)
+        square = np.empty(len(frequency))
+        for k, f in enumerate(frequency):
+            force = self.panel.force(np.array([f]))[0]
+            moved = inverse[k][:, None] * force * inverse[k].conj()
+            square[k] = sound[k] * np.sum(weight * moved.T).real
+        return float(np.sqrt(np.trapezoid((2 * np.pi * frequency) ** 4 * square, frequency)))
+
+    def in_sound(self, coupled: CoupledScenario) -> CoupledPanel:
+        """Return the panel with the patches of a scenario, at its level."""
+        factor, shapes = self.panel.pressure_factor(coupled.scenario), self.shapes(coupled)
         return CoupledPanel(
-            stiffness=self.panel.modal.dynamic_stiffness,
-            points=self.points,
+            modal=shapes.modal,
+            points=shapes.shape(self.points),
             patches=[
-                self.patch(filling.patch, bed.packing.cell_area)
-                for filling, bed in zip(run.scenario.fillings, run.beds, strict=True)
+                self.patch(filling.patch, bed.packing.cell_area, shapes)
+                for (filling, *_), bed in zip(coupled.fillings, coupled.beds[0], strict=True)
             ],
             pressure_psd=lambda frequency: factor * self.panel.psd(frequency),
-            modal_force=self.panel.force,
+            modal_force=lambda frequency: shapes.square(self.panel.force(frequency)),
         )
 
-    def moduli(self, run: CoupledRun, coupled: CoupledPanel) -> list[float]:
-        """Return Young's modulus of the contacts of each patch [Pa]."""
-        keys, frequency = self.study.damping.coupled, self.panel.coarse_frequency
-        if keys.youngs_modulus_mpa is not None:
-            return [keys.youngs_modulus_mpa * 1e6 for _ in run.beds]
-        omega = 2 * np.pi * frequency[:, None]
-        found = []
-        fillings = _fillings(self.study, run.scenario)
-        for (coupon, _), bed, patch in zip(fillings, run.beds, coupled.patches, strict=True):
-            psd = _bare_psd(coupled, patch.shape, frequency) @ patch.area / patch.area.sum()
-            squares = [np.trapezoid(omega[:, 0] ** k * psd, frequency) for k in (2, 4)]
-            speed, acceleration = np.sqrt(squares)
-            found.append(modulus_for(coupon, bed, speed, acceleration))
-        return found
-
-
-def modulus_for(coupon: Coupon, bed: Bed, speed: float, acceleration: float) -> float:
-    """Return the softest modulus [Pa] whose contacts are short and shallow, as of a tone's run.
-
-    Softened contacts stay so at low levels, where a tone has the material's own: at 122 dB g rms
-    is that of the coupon driven at random with its own (docs/theory.md).
-
-    Parameters
-    ----------
-    coupon, bed
-        The damper, and one of its beds.
-    speed, acceleration
-        Rms speed [m/s] and acceleration [m/s²] of the bare patch. Impacts are `FASTEST` times as
-        fast as that; W/L is that of the sine with this rms acceleration at their ratio.
-    """
-    tone = Tone(acceleration / (2 * np.pi * speed), np.sqrt(2) * acceleration)
-    longest, deepest = coupon.stiffness.limits(bed.stroke_per_gap(tone))
-    return contact.softest_modulus(
-        coupon.stiffness.choices,
-        coupon.particles.youngs_modulus,
-        radius=bed.packing.sizes.largest / 2,
-        density=bed.packing.density,
-        poissons_ratio=coupon.particles.poissons_ratio,
-        speed=FASTEST * speed,
-        frequency=tone.frequency,
-        contact_time_per_period=longest,
-        overlap_per_radius=deepest,
-    )
-
-
-def _bare_psd(coupled: CoupledPanel, seen: Array, frequency: Array) -> Array:
-    """Return the PSDs (nf, s) of motions of the bare panel [m²/Hz]."""
-    n = seen.shape[1]
-    nothing = np.zeros((1, n, n))
-    (found,) = linear.point_psds(
-        frequency,
-        coupled.stiffness(frequency),
-        np.zeros((n, 1)),
-        [np.zeros((len(frequency), 1, 1), complex)],
-        seen,
-        coupled.pressure_psd(frequency),
-        coupled.modal_force,
-        [lambda _: nothing],
-    )
-    return found
+    def moduli(self, coupled: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
+        """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""
+        stated, frequency = (
+            self.study.damping.coupled.youngs_modulus_mpa,
+            self.panel.coarse_frequency,
+        )
+        omega = 2 * np.pi * frequency
+        moduli = []
+        for (_, coupon, _), bed, patch in zip(
+            coupled.fillings, coupled.beds[0], panel.patches, strict=True
+        ):
+            psd = panel.bare_psd(patch.shape, frequency) @ patch.area / patch.area.sum()
+            squares = [float(np.trapezoid(omega**k * psd, frequency)) for k in (2, 4)]
+            motion, own = Motion(*np.sqrt(squares)), coupon.particles.youngs_modulus
+            modulus = stated * 1e6 if stated else softened_modulus(own, bed, motion)
+            moduli.append(Softened(modulus, softening_bias(own, bed, motion, modulus)))
+        return moduli
 
 
 # ------------------------------------------------------------------------------- one run
 
 
-def write_run(
+@dataclass(frozen=True)
+class DrawnRun:
+    """A run that is ready to be integrated.
+
+    Attributes
+    ----------
+    integration, start
+        The panel with its forces; q [m] and q̇ [m/s], (2, n).
+    beds
+        Of the patches.
+    frequency, amplitude, first
+        Of its sound, as in `SettledRecord`.
+    """
+
+    integration: Integration
+    start: Array
+    beds: Sequence[StartedBed]
+    frequency: Array
+    amplitude: Complexes
+    first: int
+
+
+@dataclass(frozen=True)
+class ScenarioRuns:
+    """The runs of a scenario, each with a sound and beds of its own.
+
+    Attributes
+    ----------
+    studied, coupled
+        The panel, and the scenario.
+    store
+        Folder of packings and beds; those that are missing are made.
+    folder
+        Of the records, which are kept.
+    """
+
+    studied: StudiedPanel
+    coupled: CoupledScenario
+    store: Path
+    folder: Path
+
+    @cached_property
+    def panel(self) -> CoupledPanel:
+        """The panel with its patches."""
+        return self.studied.in_sound(self.coupled)
+
+    @cached_property
+    def softened(self) -> list[Softened]:
+        """Young's modulus of the contacts of each patch, and its bias."""
+        return self.studied.moduli(self.coupled, self.panel)
+
+    @property
+    def bias(self) -> float:
+        """Largest bias of g rms by softened contacts [1]."""
+        return max(one.bias for one in self.softened)
+
+    def drawn(self, number: int) -> DrawnRun:
+        """Draw the sound of a run and start its beds."""
+        study, panel = self.studied.study, self.panel
+        low, high = study.response.frequency_hz
+        keys, duration = study.damping.coupled, study.damping.coupled.run_s
+        rows = int(np.ceil(ROWS_PER_PERIOD * high * duration))
+        interval = duration / rows
+        beds = list(zip(self.coupled.beds[number - 1], self.softened, strict=True))
+        longest = STEP_RAYLEIGH * min(rayleigh_time_of(bed, soft.modulus) for bed, soft in beds)
+        intervals, substeps = _steps(interval, longest, 1 / (INTERVALS_PER_PERIOD * high))
+        first = int(np.ceil(low * duration))
+        frequency = np.arange(first, int(high * duration) + 1) / duration
+        amplitude = sound_record.draw_modal_force(
+            frequency,
+            panel.pressure_psd(frequency),
+            panel.modal_force,
+            sound_record.force_nodes(low, high, study.sound.speed_m_s, self.studied.diameter),
+            np.random.default_rng([number, *self.coupled.name.encode()]),
+        )
+        held = amplitude * sound_record.before_hold(frequency, interval)[:, None]
+        force = sound_record.samples(held, first, rows)
+        bare = amplitude / panel.stiffness(frequency)
+        modal = panel.modal
+        shapes = PanelShapes(
+            modal.angular_frequency,
+            modal.damping_ratio,
+            modal.modal_mass,
+            panel.at_cells,
+            panel.points,
+        )
+        return DrawnRun(
+            Integration(
+                shapes,
+                panel.area,
+                np.concatenate([np.full(len(one.area), one.cell_area) for one in panel.patches]),
+                np.concatenate([force, force[:1]]),
+                interval / (intervals * substeps),
+                substeps,
+                intervals,
+                round(keys.settle_s / interval),
+            ),
+            np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real]),
+            [
+                started(bed, soft.modulus, self.store / "bed" / bed.label / BED_JSON)
+                for bed, soft in beds
+            ],
+            frequency,
+            amplitude,
+            first,
+        )
+
+    def masses(self, number: int) -> Array:
+        """Return what the beds of a run weigh [kg/m²]."""
+        beds = self.coupled.beds[number - 1]
+        return np.array([mass_per_area(bed, self.store / "bed" / bed.label) for bed in beds])
+
+    def record(self, number: int) -> SettledRecord:
+        """Return the record of a run: the stored one, or that of its integration.
+
+        A run that was stopped resumes from its checkpoint, to the same bits.
+
+        Raises
+        ------
+        SolverFailure
+            If a bed failed, LIGGGHTS stops or hangs, or the energy does not balance.
+        """
+        run, name = self.drawn(number), f"{self.coupled.name}, run {number}"
+        path = self.folder / f"run{number}.nc"
+        identity = run_identity(run.integration, run.start, run.beds)
+        stored = read_record(path, identity)
+        if stored is not None:
+            return stored
+        checkpoints = path.with_suffix("")
+        record = integrated(name, run.integration, run.start, run.beds, checkpoints)
+        error = record.balance.error
+        if not abs(error) <= BALANCE_LIMIT:
+            raise EnergyNotClosed(
+                f"{name}: {100 * error:.2g} % of the sound's energy is missing; allowed is "
+                f"{100 * BALANCE_LIMIT:g} %"
+            )
+        write_record(
+            path,
+            SettledRecord(
+                run.frequency,
+                run.amplitude,
+                run.first,
+                run.integration.rows,
+                run.integration.settled,
+                record.interval,
+                record.at_cells,
+                record.at_points,
+                record.impulse,
+            ),
+            {
+                **stamp(self.studied.study),
+                IDENTITY: identity,
+                "balance_error": error,
+                "share_of_particles": record.balance.particles / record.balance.sound,
+                "youngs_modulus_pa": [float(soft.modulus) for soft in self.softened],
+                "time_step_s": run.integration.time_step,
+                "mass_per_area_kg_m2": self.masses(number).tolist(),
+            },
+        )
+        durable.discard(checkpoints)
+        stored = read_record(path, identity)  # rounded as it is stored
+        if stored is None:
+            raise FilesFailed(f"{path}: cannot be read after it was written")
+        return stored
+
+    def estimate(self, records: Sequence[SettledRecord]) -> ScenarioEstimate:
+        """Return what some records tell."""
+        centre, edge = whole_third_octaves(*self.studied.study.response.frequency_hz)
+        frequency = self.studied.panel.coarse_frequency
+        return estimate(self.panel, records, frequency, centre, edge, self.bias)
+
+
+def _steps(row: float, longest_step: float, longest_interval: float) -> tuple[int, int]:
+    """Return the even number of intervals in a row, and the steps in an interval.
+
+    Examples
+    --------
+    >>> _steps(50e-6, 1.3e-6, 8e-6), _steps(50e-6, 10e-6, 8e-6)
+    ((8, 5), (8, 1))
+    """
+    steps = max(1, int(longest_interval / longest_step))
+    intervals = 2 * int(np.ceil(row / min(longest_interval, steps * longest_step) / 2))
+    return intervals, int(np.ceil(row / intervals / longest_step))
+
+
+# ---------------------------------------------------------------------------- one scenario
+
+
+def write_scenario(
     study: Study,
     files: CoupledFiles,
-    name: str,
-    bed_files: Sequence[Path],
+    label: str,
+    store: Path,
     folder: Path,
     output: Path,
 ) -> None:
-    """Integrate panel and particles of a run and write the record.
-
-    A run that was stopped goes on from its last checkpoint, to the same bits.
+    """Integrate runs of a scenario until its rms accelerations are known, and write the estimate.
 
     Parameters
     ----------
     study, files
         The study, and files of the stages upstream.
-    name
-        One of `coupled_runs`.
-    bed_files
-        ``bed.json`` of each filled patch.
-    folder
-        For its checkpoints, removed at the end.
+    label
+        One of `coupled_scenarios`.
+    store, folder
+        As of `ScenarioRuns`.
     output
         The ``.nc`` file.
 
     Raises
     ------
     SolverFailure
-        If a bed failed, LIGGGHTS stops or hangs, or the energy does not balance.
+        As of `ScenarioRuns.record`.
     """
-    run, studied = coupled_runs(study)[name], StudiedPanel.read(study, files)
-    coupled = studied.in_sound(run)
-    moduli = studied.moduli(run, coupled)
-    time_step = min(
-        coupon.time_step_rayleigh * rayleigh_time_of(bed, modulus)
-        for (coupon, _), bed, modulus in zip(
-            _fillings(study, run.scenario), run.beds, moduli, strict=True
-        )
-    )
-    low, high = study.response.frequency_hz
-    steps_per_row = 2 * max(1, int(0.5 / (ROWS_PER_PERIOD * high * time_step)))
-    interval = steps_per_row * time_step
-    keys = study.damping.coupled
-    settled, rows = (
-        round(duration / interval) for duration in (keys.settle_s, keys.settle_s + keys.duration_s)
-    )
-    first = int(np.ceil(low * rows * interval))
-    frequency = np.arange(first, int(high * rows * interval) + 1) / (rows * interval)
-    amplitude = sound_record.draw_modal_force(
-        frequency,
-        coupled.pressure_psd(frequency),
-        coupled.modal_force,
-        sound_record.force_nodes(low, high, study.sound.speed_m_s, studied.diameter),
-        np.random.default_rng([run.seed, *run.scenario.label.encode()]),
-    )
-    held = amplitude * sound_record.before_hold(frequency, interval)[:, None]
-    force = sound_record.samples(held, first, rows)
-    bare = amplitude / coupled.stiffness(frequency)
-    start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
-    modal = studied.panel.modal
-    shapes = PanelShapes(
-        modal.angular_frequency,
-        modal.damping_ratio,
-        modal.modal_mass,
-        coupled.at_stations,
-        coupled.points,
-    )
-    integration = Integration(
-        shapes,
-        coupled.area,
-        np.concatenate([np.full(len(p.area), p.cell_area) for p in coupled.patches]),
-        np.concatenate([force, force[:1]]),
-        time_step,
-        steps_per_row,
-        settled,
-    )
+    coupled, keys = coupled_scenarios(study)[label], study.damping.coupled
+    runs = ScenarioRuns(StudiedPanel.read(study, files), coupled, store, folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    records: list[SettledRecord] = []
+    for number in range(1, keys.runs + 1):
+        records.append(runs.record(number))
+        found = runs.estimate(records)
+        # further runs do not reduce the bias
+        error = np.sqrt(np.maximum((found.log_error / 2) ** 2 - runs.bias**2, 0))
+        if error.max() <= keys.relative_error:
+            break
+    masses = np.mean([runs.masses(number + 1) for number in range(len(records))], axis=0)
     beds = [
-        started(bed, modulus, file)
-        for bed, modulus, file in zip(run.beds, moduli, bed_files, strict=True)
-    ]
-    record = integrated(name, integration, start, beds, keys.stations, folder)
-    error = record.balance.error
-    if not abs(error) <= BALANCE_LIMIT:
-        raise EnergyNotClosed(
-            f"{name}: {100 * error:.2g} % of the sound's energy is missing; allowed is "
-            f"{100 * BALANCE_LIMIT:g} %"
+        estimate_files.SimulatedBed(
+            filling.patch, bed.packing.cell_area, float(mass), float(soft.modulus)
         )
-    write_record(
-        output,
-        SettledRecord(
-            frequency,
-            amplitude,
-            first,
-            rows,
-            settled,
-            interval,
-            record.at_stations,
-            record.at_points,
-            record.impulse,
-        ),
-        {
-            **stamp(study),
-            "balance_error": error,
-            "share_of_particles": record.balance.particles / record.balance.sound,
-            "youngs_modulus_pa": " ".join(f"{modulus:g}" for modulus in moduli),
-            "time_step_s": time_step,
-            "mass_per_area_kg_m2": [mass_per_area(one.bed, one.folder) for one in beds],
-        },
-    )
-    durable.discard(folder)
+        for (filling, *_), bed, mass, soft in zip(
+            coupled.fillings, coupled.beds[0], masses, runs.softened, strict=True
+        )
+    ]
+    points = runs.studied.panel.basis.point_names
+    estimate_files.write_estimate(output, found, beds, points, len(records), stamp(study))
 
 
 def estimated_cpu_seconds(study: Study) -> float:
-    """Return about the least CPU time of the runs of a study [s].
+    """Return about the CPU time of the coupled runs of a study [s].
 
-    With the softest contacts that the study allows; how soft they may be the panel's motion says.
+    With one run of each scenario and the modulus of a usual motion.
     """
     keys, seconds = study.damping.coupled, 0.0
-    for run in coupled_runs(study).values():
-        spheres, steps = 0.0, []
-        for (coupon, fill), bed in zip(_fillings(study, run.scenario), run.beds, strict=True):
+    high = study.response.frequency_hz[1]
+    for coupled in coupled_scenarios(study).values():
+        spheres, steps = [], []
+        for (_, coupon, fill), bed in zip(coupled.fillings, coupled.beds[0], strict=True):
             packing = bed.packing
-            softest = min(*coupon.stiffness.choices, coupon.particles.youngs_modulus)
-            modulus = 1e6 * (keys.youngs_modulus_mpa or softest / 1e6)
-            steps.append(coupon.time_step_rayleigh * rayleigh_time_of(bed, modulus))
+            modulus = usual_modulus(coupon.particles.youngs_modulus, packing.density)
+            if keys.youngs_modulus_mpa is not None:
+                modulus = 1e6 * keys.youngs_modulus_mpa
+            steps.append(STEP_RAYLEIGH * rayleigh_time_of(bed, modulus))
             volume = BULK_FRACTION * packing.area * packing.depth
-            spheres += fill * volume / (np.pi / 6 * packing.diameter**3)
-        duration = keys.settle_s + keys.duration_s
-        seconds += duration / min(steps) * cpu_per_step(round(spheres))
+            spheres.append(round(fill * volume / (np.pi / 6 * packing.diameter**3)))
+        interval = 1 / (INTERVALS_PER_PERIOD * high)
+        substeps = max(1, int(interval / min(steps)))
+        cost = sum(cpu_per_interval(count, substeps) for count in spheres)
+        seconds += keys.run_s / (substeps * min(steps)) * cost
     return seconds
 
 
@@ -399,54 +552,40 @@ def estimated_cpu_seconds(study: Study) -> float:
 
 
 def write_coupled(
-    study: Study,
-    files: CoupledFiles,
-    records: Sequence[Path],
-    summary_csv: Path,
-    bands_csv: Path,
-    impedance_csv: Path,
-    psd_csv: Path,
+    study: Study, files: CoupledFiles, estimates: Sequence[Path], outputs: CoupledTables
 ) -> None:
-    """Write what the records of all runs tell.
+    """Write the tables of all scenarios.
 
     Parameters
     ----------
     study, files
         The study, and files of the stages upstream.
-    records
-        Of all runs, in the order of `coupled_runs`.
-    summary_csv, bands_csv, impedance_csv, psd_csv
-        Rms values by scenario and point; third octaves; C_e, m_a and own force; PSDs.
+    estimates
+        Of `coupled_scenarios`, in order.
+    outputs
+        The tables.
     """
     studied = StudiedPanel.read(study, files)
-    paths = dict(zip(coupled_runs(study).values(), records, strict=True))
-    found: list[tuple[pd.DataFrame, ...]] = []
-    of_level: list[tuple[Scenario, pd.DataFrame]] = []
-    frequency = studied.panel.frequency
-    keys = study.damping.coupled
-    for label in dict.fromkeys(run.scenario.label for run in paths):
-        runs = [run for run in paths if run.scenario.label == label]
-        coupled = studied.in_sound(runs[0])
-        result = _result_of(studied, coupled, [read_record(paths[run]) for run in runs])
-        masses = np.mean([read_masses(paths[run]) for run in runs], axis=0)
-        bare = root_mean_square(
-            frequency,
-            (2 * np.pi * frequency[:, None]) ** 4 * _bare_psd(coupled, coupled.points, frequency),
-        )
-        points = studied.panel.basis.point_names
-        beds = _beds_of(runs[0], keys.stations, masses)
-        of_level.append((runs[0].scenario, tables.impedances(label, beds, result)))
-        found.append(
-            (
-                tables.summary(label, points, bare, result),
-                tables.third_octaves(label, points, result),
-                tables.psds(label, points, frequency, result),
-            )
-        )
-    for path, *parts in zip((summary_csv, bands_csv, psd_csv), *found, strict=True):
+    found = [
+        (coupled, estimate_files.read_estimate(path))
+        for coupled, path in zip(coupled_scenarios(study).values(), estimates, strict=True)
+    ]
+    frames = [estimate_files.frames(coupled.name, stored) for coupled, stored in found]
+    impedances = [
+        (coupled.scenario, frame.impedance)
+        for (coupled, _), frame in zip(found, frames, strict=True)
+    ]
+    tables_of = (
+        (outputs.summary, [frame.summary for frame in frames]),
+        (outputs.third_octaves, [frame.third_octaves for frame in frames]),
+        (outputs.psd, [frame.psd for frame in frames]),
+        (
+            outputs.impedance,
+            [table for _, table in impedances] + _carried(studied, impedances),
+        ),
+    )
+    for path, parts in tables_of:
         pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
-    impedances = [table for _, table in of_level] + _carried(studied, of_level)
-    pd.concat(impedances).to_csv(impedance_csv, index=False, float_format="%.6g")
 
 
 def _carried(
@@ -457,32 +596,16 @@ def _carried(
     def level(scenario: Scenario) -> float:
         return scenario.oaspl_db or studied.panel.spectrum.oaspl
 
-    found, run = [], {scenario.label for scenario, _ in of_level}
-    for scenario in studied.study.all_scenarios():
-        if scenario.is_bare or scenario.label in run:
+    carried_tables, run = [], {scenario.label for scenario, _ in of_level}
+    for scenario in studied.study.coupled_scenarios():
+        if scenario.label in run:
             continue
-        alike = [one for one in of_level if one[0].fillings == scenario.fillings]
-        levels = [level(one) for one, _ in alike]
+        alike = [pair for pair in of_level if pair[0].fillings == scenario.fillings]
+        levels = [level(other) for other, _ in alike]
         near = [alike[k] for k in carried.nearest(level(scenario), levels, NEIGHBOURS_DB)]
-        places = [(level(one), table) for one, table in near]
-        source = " and ".join(one.label for one, _ in near)
-        found.append(tables.carried_impedances(scenario.label, source, level(scenario), places))
-    return found
-
-
-def _beds_of(run: CoupledRun, stations: int, masses: Array) -> list[tables.SimulatedBed]:
-    """Return what was simulated on each patch of a run."""
-    return [
-        tables.SimulatedBed(
-            patch, bed.packing.cell_area, bed.packing.count // stations, float(mass)
+        places = [(level(other), table) for other, table in near]
+        source = " and ".join(other.label for other, _ in near)
+        carried_tables.append(
+            tables.carried_impedances(scenario.label, source, level(scenario), places)
         )
-        for patch, bed, mass in zip(run.scenario.patches, run.beds, masses, strict=True)
-    ]
-
-
-def _result_of(
-    studied: StudiedPanel, coupled: CoupledPanel, records: Sequence[SettledRecord]
-) -> CoupledResult:
-    low, high = studied.study.response.frequency_hz
-    centre, edge = whole_third_octaves(low, high)
-    return coupled_result(coupled, records, studied.panel.frequency, centre, edge)
+    return carried_tables

@@ -1,14 +1,17 @@
-"""Panel and particles step by step, without delay, with the balance of their energies.
+"""Panel and particles in one time integration, with the balance of their energies.
 
-At every step n the spheres' contacts give the force F_k of the walls on the spheres of each
-station k. The panel takes −F_k (a_k/A_k) Δt as an impulse, with A_k the area of the cells that
-were simulated and a_k the area for which they stand, and moves freely to step n + 1. The spheres
-are seen from their cells: they lose the velocity (w_{n+1} − 2 w_n + w_{n−1})/Δt that their cells
-gain. Both sides thus move by the leapfrog rule of one and the same force.
+The panel receives the force of the walls as impulses at times t_j, an interval Δ apart, and moves
+freely between them. The cells move with the panel and the particles are seen from their cells, so
+they lose the velocity (w_{j+1} − 2 w_j + w_{j−1})/Δ that their cells gain at t_j. Within an
+interval LIGGGHTS takes ``substeps`` steps.
 
-Energy: what the sound gives is what the modes lose, what the walls give to the spheres, and what
-the panel holds more. Each is computed on its own: ∫ f q̇ dt, ∫ c q̇² dt, Σ F_k (w_{n+1} −
-w_{n−1})/2 with the motion that the spheres see, and the energies at both ends.
+The impulse at t_j is that of the walls up to t_j + Δ/2 less what was applied before. The half
+interval ahead is taken at the force of t_j, and what it turns out to be enters the next impulse,
+so that no momentum is lost. With one step to an interval both sides obey the same leapfrog rule.
+
+Energy: the work of the sound equals the loss in the modes, the work of the walls on the particles
+and the gain of the panel. Each is computed separately: ∫ f q̇ dt, ∫ c q̇² dt, Σ P_j (w_{j+1} −
+w_{j−1})/2Δ with the motion that the particles see, and the energies at both ends.
 """
 
 from __future__ import annotations
@@ -25,52 +28,57 @@ from pidpanel.coupled.panel_motion import energy, free_motion
 
 
 class Particles(Protocol):
-    """The particles of some stations, seen from their cells."""
+    """The particles of some cells, seen from their cells."""
 
     def wall_force(self) -> Array:
-        """Return the force of the walls on the particles of each station along z [N]."""
+        """Return the force of the walls on the particles of each cell along z [N]."""
         ...
 
-    def step(self, kick: Array) -> None:
-        """Give the particles of each station a velocity along z [m/s]; go one step."""
+    def advance(self, kick: Array, substeps: int) -> Array:
+        """Add a velocity along z [m/s] to the particles of each cell and go some steps.
+
+        Returns
+        -------
+        The impulse of the walls on the particles of each cell along z [N s].
+        """
         ...
 
 
 @dataclass(frozen=True)
 class PanelShapes:
-    """The panel as the integration needs it.
+    """Shapes of the panel: modes and residual vectors.
 
     Attributes
     ----------
     angular_frequency, damping_ratio, modal_mass
         (n,) of each shape [rad/s], [1], [kg].
-    at_stations
-        (k, n) the shapes at the stations [1].
+    at_cells
+        (c, n) the shapes at the cells [1].
     at_points
-        (p, n) at the points that are recorded [1].
+        (p, n) the shapes at the response points [1].
     """
 
     angular_frequency: Array
     damping_ratio: Array
     modal_mass: Array
-    at_stations: Array
+    at_cells: Array
     at_points: Array
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Energies of a window of a run [J].
+    """Energies of a run after settling [J].
 
     Attributes
     ----------
     sound
-        Given by the sound.
+        Work of the sound.
     modes
-        Lost by the damping of the bare panel.
+        Loss in the damping of the bare panel.
     particles
-        Given by the walls to the particles.
+        Work of the walls on the particles.
     gain
-        That the panel holds more at the end.
+        Gain of the panel.
     """
 
     sound: float
@@ -80,29 +88,28 @@ class Balance:
 
     @property
     def error(self) -> float:
-        """What is missing over what the sound gives [1]."""
+        """Missing energy over the work of the sound [1]."""
         return (self.sound - self.modes - self.particles - self.gain) / self.sound
 
 
 @dataclass(frozen=True)
 class Record:
-    """What a run leaves.
+    """Time histories of a run.
 
     Attributes
     ----------
     interval
-        Between the rows [s].
-    at_stations, at_points
-        (m, k) and (m, p) displacement w [m].
+        Time between rows [s].
+    at_cells, at_points
+        (m, c) and (m, p) displacement [m].
     impulse
-        (m, k) impulse of the walls on the particles of each station so far, per area of the
-        cells that were simulated [N s/m²].
+        (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²].
     balance
         From the row ``settled`` to the end.
     """
 
     interval: float
-    at_stations: Array
+    at_cells: Array
     at_points: Array
     impulse: Array
     balance: Balance
@@ -110,24 +117,26 @@ class Record:
 
 @dataclass(frozen=True)
 class Rows:
-    """What a piece of a run leaves.
+    """Rows of a piece of a run.
 
     Attributes
     ----------
-    at_stations, at_points, impulse
-        As of `Record`; the impulse is the sum of the forces [N].
+    at_cells, at_points
+        As in `Record`.
+    impulse
+        (m, c) impulse of the walls on the particles since the start [N s].
     """
 
-    at_stations: Array
+    at_cells: Array
     at_points: Array
     impulse: Array
 
     @staticmethod
     def joined(pieces: Sequence[Rows]) -> Rows:
-        """Return pieces that follow each other as one."""
+        """Return consecutive pieces as one."""
         return Rows(
             *(
-                np.concatenate([getattr(one, field.name) for one in pieces])
+                np.concatenate([getattr(piece, field.name) for piece in pieces])
                 for field in fields(Rows)
             )
         )
@@ -135,7 +144,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class State:
-    """The panel and the balance at a row: with the particles, all that what follows rests on.
+    """State of the panel at a row; with that of the particles it determines the rest of the run.
 
     Attributes
     ----------
@@ -143,77 +152,86 @@ class State:
         Number of the row.
     shapes
         (2, n) q [m] and q̇ [m/s].
-    here, before
-        (k,) displacement of the stations now and a step ago [m].
-    impulse
-        (k,) sum of the forces of the walls so far [N].
+    displacement, previous
+        (c,) displacement of the cells now and an interval ago [m].
+    impulse, applied
+        (c,) impulse of the walls on the particles since the start, and what of it the panel has
+        received [N s].
     energies
-        (4,) of the balance so far: work on the particles twice [J], of the sound a step of a row
-        [J], lost over the duration of a row [W], and held where it began [J].
+        (4,) sums of the balance: work on the particles twice [J], work of the sound over an
+        interval of a row [J], loss over the duration of a row [W], energy at its start [J].
     """
 
     row: int
     shapes: Array
-    here: Array
-    before: Array
+    displacement: Array
+    previous: Array
     impulse: Array
+    applied: Array
     energies: Array
 
 
 @dataclass(frozen=True)
 class Integration:
-    """A panel with its particles under given modal forces, to be integrated piece by piece.
+    """A panel with particles under given modal forces, integrated in pieces.
 
     Attributes
     ----------
     panel
         Its shapes.
-    stands_for, cell_area
-        (k,) a_k and A_k of each station [m²].
+    patch_area, cell_area
+        (c,) area of the patch that each cell represents, and area of the cell [m²].
     force
-        (m + 1, n) modal forces at the rows, joined linearly between them [N].
-    time_step
-        Δt [s].
-    steps_per_row
-        Of the record; an even number.
+        (m + 1, n) modal forces at the rows, linear between them [N].
+    time_step, substeps
+        Step of LIGGGHTS [s], and steps to an interval Δ.
+    intervals_per_row
+        An even number.
     settled
         Row from which the energies are balanced.
 
     Raises
     ------
     ValueError
-        If a row has an odd number of steps.
+        If a row has an odd number of intervals.
     """
 
     panel: PanelShapes
-    stands_for: Array
+    patch_area: Array
     cell_area: Array
     force: Array
     time_step: float
-    steps_per_row: int
+    substeps: int
+    intervals_per_row: int
     settled: int
 
     def __post_init__(self) -> None:
-        if self.steps_per_row % 2:
-            raise ValueError(f"{self.steps_per_row} steps a row: an even number is needed")
+        if self.intervals_per_row % 2:
+            raise ValueError(f"{self.intervals_per_row} intervals a row: must be even")
 
     @property
     def rows(self) -> int:
-        """Rows of the record."""
+        """Number of rows of the record."""
         return len(self.force) - 1
 
+    @property
+    def interval(self) -> float:
+        """Δ [s]."""
+        return self.substeps * self.time_step
+
     def begin(self, start: Array) -> State:
-        """Return the state at row 0 of q [m] and q̇ [m/s], (2, n)."""
+        """Return the state at row 0 for q [m] and q̇ [m/s], (2, n)."""
         shapes = np.array(start, dtype=np.float64)
-        here, speed = shapes @ self.panel.at_stations.T
-        nothing = np.zeros(len(here))
-        return State(0, shapes, here, here - self.time_step * speed, nothing, np.zeros(4))
+        displacement, velocity = shapes @ self.panel.at_cells.T
+        zero = np.zeros(len(displacement))
+        previous = displacement - self.interval * velocity
+        return State(0, shapes, displacement, previous, zero, zero.copy(), np.zeros(4))
 
     def advance(
         self,
         particles: Sequence[Particles],
         state: State,
-        until: int,
+        end: int,
         progress: Callable[[int], None] = lambda _: None,
     ) -> tuple[Rows, State]:
         """Integrate from a state to a row.
@@ -221,97 +239,100 @@ class Integration:
         Parameters
         ----------
         particles
-            Of the patches; their stations follow each other in the order of those of the panel.
-        state, until
-            From its row to this one.
+            Of the patches, their cells in the order of those of the panel.
+        state, end
+            From the row of the state to this one.
         progress
-            Is told every row.
+            Called with the number of each finished row.
 
         Raises
         ------
         ValueError
-            If the particles have other stations than the panel.
+            If particles and panel differ in the number of cells.
         """
-        panel, time_step, steps_per_row = self.panel, self.time_step, self.steps_per_row
+        panel, interval, per_row = self.panel, self.interval, self.intervals_per_row
         mass, omega = panel.modal_mass, panel.angular_frequency
-        own, other = free_motion(omega, panel.damping_ratio, time_step)
+        direct, cross = free_motion(omega, panel.damping_ratio, interval)
         damping = 2 * panel.damping_ratio * omega * mass
-        shape = np.ascontiguousarray(panel.at_stations.T)  # (n, k)
-        weight = self.stands_for / self.cell_area
-        impulse_of = np.ascontiguousarray(shape * (weight * time_step) / mass[:, None])
+        shape = np.ascontiguousarray(panel.at_cells.T)  # (n, c)
+        cells = shape.shape[1]
+        ratio = self.patch_area / self.cell_area
+        velocity_per_impulse = np.ascontiguousarray(shape * ratio / mass[:, None])
         # Simpson's rule in every row: a tone of a tenth of the rate of rows to 3e-5
-        share = {0: 1 / 3, steps_per_row // 2: 2 / 3}
-        count, stations = until - state.row, shape.shape[1]
-        at_stations, impulse = np.empty((count, stations)), np.empty((count, stations))
+        simpson = {0: 1 / 3, per_row // 2: 2 / 3}
+        count = end - state.row
+        at_cells, impulse = np.empty((count, cells)), np.empty((count, cells))
         at_points = np.empty((count, len(panel.at_points)))
-        bounds = _bounds(particles, stations)
+        parts = _slices(particles, cells)
         shapes = state.shapes.copy()
-        q, speed = shapes
-        w, before, total = state.here.copy(), state.before.copy(), state.impulse.copy()
-        work, sound, lost, held = state.energies.tolist()
-        wall = np.zeros(stations)
-        push = time_step / mass
-        for index, row in enumerate(range(state.row, until)):
+        q, velocity = shapes
+        w, previous = state.displacement.copy(), state.previous.copy()
+        total, applied = state.impulse.copy(), state.applied.copy()
+        work, sound, lost, start_energy = state.energies.tolist()
+        ahead = np.empty(cells)
+        velocity_per_force = interval / mass
+        for index, row in enumerate(range(state.row, end)):
             if row == self.settled:
                 work = sound = lost = 0.0
-                held = energy(mass, omega, shapes)
+                start_energy = energy(mass, omega, shapes)
             at_points[index] = panel.at_points @ q
-            at_stations[index] = w
-            given = self.force[row] * push
-            more = (self.force[row + 1] - self.force[row]) * (push / steps_per_row)
-            for step in range(steps_per_row):
-                for one, part in zip(particles, bounds, strict=True):
-                    wall[part] = one.wall_force()
-                if step == 0:
-                    impulse[index] = total + 0.5 * wall
-                total += wall
-                if step in share:
-                    old = speed.copy()
-                speed += given
-                speed -= impulse_of @ wall
-                if step in share:
-                    old = (old + speed) / 2
-                    sound += share[step] * float((mass * given) @ old)
-                    lost += share[step] * float(damping @ old**2)
-                swapped = other * shapes[::-1]
-                shapes *= own
+            at_cells[index] = w
+            impulse[index] = total
+            push = self.force[row] * velocity_per_force
+            change = (self.force[row + 1] - self.force[row]) * (velocity_per_force / per_row)
+            for step in range(per_row):
+                for patch, part in zip(particles, parts, strict=True):
+                    ahead[part] = patch.wall_force()
+                ahead *= interval / 2
+                due = total + ahead - applied
+                applied += due
+                if step in simpson:
+                    before = velocity.copy()
+                velocity += push
+                velocity -= velocity_per_impulse @ due
+                if step in simpson:
+                    before = (before + velocity) / 2
+                    sound += simpson[step] * float((mass * push) @ before)
+                    lost += simpson[step] * float(damping @ before**2)
+                swapped = cross * shapes[::-1]
+                shapes *= direct
                 shapes += swapped
-                given += more
-                after = q @ shape
-                work += float((wall * weight) @ (after - before))
-                kick = (2 * w - before - after) / time_step
-                for one, part in zip(particles, bounds, strict=True):
-                    one.step(kick[part])
-                before, w = w, after
+                push += change
+                following = q @ shape
+                work += float((due * ratio) @ (following - previous)) / interval
+                kick = (2 * w - previous - following) / interval
+                for patch, part in zip(particles, parts, strict=True):
+                    total[part] += patch.advance(kick[part], self.substeps)
+                previous, w = w, following
             progress(row)
-        energies = np.array([work, sound, lost, held])
+        energies = np.array([work, sound, lost, start_energy])
         return (
-            Rows(at_stations, at_points, impulse),
-            State(until, shapes, w, before, total, energies),
+            Rows(at_cells, at_points, impulse),
+            State(end, shapes, w, previous, total, applied, energies),
         )
 
     def record(self, rows: Rows, state: State) -> Record:
-        """Return the record of all rows, and of the state at the last of them."""
-        interval = self.steps_per_row * self.time_step
-        work, sound, lost, held = state.energies.tolist()
+        """Return the record of all rows and of the state at the last of them."""
+        duration = self.intervals_per_row * self.interval
+        work, sound, lost, start_energy = state.energies.tolist()
         panel = self.panel
         return Record(
-            interval=interval,
-            at_stations=rows.at_stations,
+            interval=duration,
+            at_cells=rows.at_cells,
             at_points=rows.at_points,
-            impulse=rows.impulse * (self.time_step / self.cell_area),
+            impulse=rows.impulse / self.cell_area,
             balance=Balance(
-                sound=sound * self.steps_per_row,
-                modes=lost * interval,
+                sound=sound * self.intervals_per_row,
+                modes=lost * duration,
                 particles=0.5 * work,
-                gain=energy(panel.modal_mass, panel.angular_frequency, state.shapes) - held,
+                gain=energy(panel.modal_mass, panel.angular_frequency, state.shapes) - start_energy,
             ),
         )
 
 
-def _bounds(particles: Sequence[Particles], stations: int) -> list[slice]:
-    """Return the stations of each of the particles."""
-    ends = np.cumsum([0] + [len(one.wall_force()) for one in particles]).tolist()
-    if ends[-1] != stations:
-        raise ValueError(f"the particles have {ends[-1]} stations, the panel has {stations}")
+def _slices(particles: Sequence[Particles], cells: int) -> list[slice]:
+    """Return the cells of each patch."""
+    ends = np.cumsum([0] + [len(patch.wall_force()) for patch in particles]).tolist()
+    if ends[-1] != cells:
+        raise ValueError(f"the particles have {ends[-1]} cells, the panel has {cells}")
     return [slice(first, last) for first, last in pairwise(ends)]

@@ -1,116 +1,147 @@
-"""The panel with linear dampers over frequency, seen from its stations or its patches.
+"""The panel with linear dampers over frequency.
 
 With the motions u = Eᵀq that the dampers feel, and the force iωL u that they exert on them,
 
     q = Z₀⁻¹ (f − E iωL u),   u = (I + R iωL)⁻¹ Eᵀ Z₀⁻¹ f,   R = Eᵀ Z₀⁻¹ E.
 
-At the stations E has their shapes as columns and L = diag(a_k Z_k); of whole patches E and Δ_p are
-those of D_p = E Δ_p Eᵀ, and L = Σ_p Z_p Δ_p. A bed's own force n beside its impedance acts on the
+At the simulated cells E has their shapes as columns and L = diag(a_c Z_c); of whole patches
+D_p = E_p E_pᵀ and L = diag(Z_p). An own force n of the particles acts on the
 modes as −Σ φ n a.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 
-LINES_AT_ONCE = 32
+LINES_AT_ONCE = 64
 """Frequency lines solved together."""
 
 
-def motion(
-    frequency: Array,
-    stiffness: Complexes,
-    felt: Array,
-    load: Complexes,
-    seen: Array,
-    amplitude: Complexes,
-) -> Complexes:
-    """Return the motion Wᵀq under given modal forces.
+@dataclass(frozen=True)
+class Receptances:
+    """Receptances of the bare panel between dampers and motions Wᵀq of interest.
 
-    Parameters
+    Attributes
     ----------
     frequency
         (nf,) [Hz].
-    stiffness
-        (nf, n) diagonal of Z₀ of the bare panel [N/m].
-    felt
-        (n, r) E.
-    load
-        (nf, r, r) L.
-    seen
-        (s, n) Wᵀ: the shapes where the motion is wanted [1].
-    amplitude
-        (nf, n) f [N].
-
-    Returns
-    -------
-    (nf, s) [m].
+    inverse
+        (nf, n) diagonal of Z₀⁻¹ [m/N].
+    felt, seen
+        (n, r) E and (s, n) Wᵀ [1].
+    across, between
+        (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N].
     """
-    found = np.empty((len(frequency), len(seen)), complex)
-    for lines in _chunks(len(frequency)):
-        free = amplitude[lines] / stiffness[lines]
-        across, force, own = _parts(frequency[lines], stiffness[lines], felt, load[lines], seen)
-        felt_motion = np.linalg.solve(own, (free @ felt)[:, :, None])
-        found[lines] = free @ seen.T - (across @ force @ felt_motion)[:, :, 0]
-    return found
+
+    frequency: Array
+    inverse: Complexes
+    felt: Array
+    seen: Array
+    across: Complexes
+    between: Complexes
+
+    @staticmethod
+    def of(frequency: Array, stiffness: Complexes, felt: Array, seen: Array) -> Receptances:
+        """Return the receptances.
+
+        Parameters
+        ----------
+        frequency
+            (nf,) [Hz].
+        stiffness
+            (nf, n) diagonal of Z₀ [N/m].
+        felt, seen
+            (n, r) E and (s, n) Wᵀ.
+        """
+        inverse = 1 / stiffness
+        both = np.concatenate([seen, felt.T])
+        products = np.empty((len(frequency), len(both), felt.shape[1]), complex)
+        for lines in _chunks(len(frequency)):
+            products[lines] = (both * inverse[lines, None, :]) @ felt
+        return Receptances(
+            frequency, inverse, felt, seen, products[:, : len(seen)], products[:, len(seen) :]
+        )
+
+    def motion(self, load: Complexes, amplitude: Complexes) -> Complexes:
+        """Return the motions Wᵀq (nf, s) [m] under given modal forces.
+
+        Parameters
+        ----------
+        load
+            (nf, r) diagonal of L.
+        amplitude
+            (nf, n) f [N].
+        """
+        free = amplitude * self.inverse
+        felt = np.linalg.solve(self._closed(load), (free @ self.felt)[:, :, None])
+        force = self._force(load)[:, :, None] * felt
+        result: Complexes = free @ self.seen.T - (self.across @ force)[:, :, 0]
+        return result
+
+    def psds(
+        self,
+        loads: Sequence[Complexes],
+        sound: Callable[[slice], Array | Complexes] | None,
+        own: Sequence[Callable[[slice], Array] | None],
+    ) -> Array:
+        """Return the PSDs (dampers, nf, s) [m²/Hz] of the motions Wᵀq, for several dampers.
+
+        Parameters
+        ----------
+        loads
+            (nf, r) diagonal of L of each.
+        sound
+            Cross-PSD (k, n, n) of the modal forces at some lines [N²/Hz]; None for none.
+        own
+            Of each damper the cross-PSD of its own force on the modes; None for none.
+        """
+        psds = np.zeros((len(loads), len(self.frequency), len(self.seen)))
+        for lines in _chunks(len(self.frequency)):
+            rows = np.stack([self._rows(load[lines], lines) for load in loads], axis=1)
+            if sound is not None:
+                psds[:, lines] += _quadratic(rows, sound(lines)).swapaxes(0, 1)
+            for k, force in enumerate(own):
+                if force is not None:
+                    psds[k, lines] += _quadratic(rows[:, k], force(lines))
+        return psds
+
+    def _rows(self, load: Complexes, lines: slice) -> Complexes:
+        """Return Wᵀ times the receptance of the panel with dampers, (k, s, n) [m/N]."""
+        inverse = self.inverse[lines, None]
+        reaction = (self.across[lines] * self._force(load, lines)[:, None]).swapaxes(1, 2)
+        closed = self._closed(load, lines).swapaxes(1, 2)
+        felt = np.linalg.solve(closed, reaction).swapaxes(1, 2)
+        result: Complexes = (self.seen - felt @ self.felt.T) * inverse
+        return result
+
+    def _force(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
+        result: Complexes = 2j * np.pi * self.frequency[lines, None] * load
+        return result
+
+    def _closed(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
+        """Return I + R iωL."""
+        unit = np.eye(self.felt.shape[1], dtype=np.complex128)
+        result: Complexes = unit + self.between[lines] * self._force(load, lines)[:, None]
+        return result
 
 
-def point_psds(
-    frequency: Array,
-    stiffness: Complexes,
-    felt: Array,
-    loads: Sequence[Complexes],
-    seen: Array,
-    pressure_psd: Array,
-    modal_force: Callable[[Array], Array | Complexes],
-    own_psds: Sequence[Callable[[slice], Array]],
-) -> Iterator[Array]:
-    """Yield the PSDs of the motions Wᵀq under sound and the beds' own forces, for several dampers.
-
-    Parameters
-    ----------
-    frequency, stiffness, felt, seen
-        As of `motion`.
-    loads
-        L of each.
-    pressure_psd
-        (nf,) S_p [Pa²/Hz].
-    modal_force
-        G over frequency: (k,) [Hz] to (k, n, n) [m⁴].
-    own_psds
-        Of each the PSDs of the modal forces of the beds' own, at some lines, (k, n, n) [N²/Hz].
-
-    Yields
-    ------
-    (nf, s) [m²/Hz] for each.
-    """
-    found = [np.empty((len(frequency), len(seen))) for _ in loads]
-    for lines in _chunks(len(frequency)):
-        inverse = 1 / stiffness[lines]
-        pushed = felt.T[None] * inverse[:, None, :]
-        sound = pressure_psd[lines, None, None] * modal_force(frequency[lines])
-        for load, own_psd, psd in zip(loads, own_psds, found, strict=True):
-            across, force, own = _parts(frequency[lines], stiffness[lines], felt, load[lines], seen)
-            row = seen[None] * inverse[:, None, :] - across @ force @ np.linalg.solve(own, pushed)
-            total = sound + own_psd(lines)
-            psd[lines] = np.einsum("fsn,fsn->fs", row @ total, row.conj()).real
-    yield from found
-
-
-def _parts(
-    frequency: Array, stiffness: Complexes, felt: Array, load: Complexes, seen: Array
-) -> tuple[Complexes, Complexes, Complexes]:
-    """Return Wᵀ Z₀⁻¹ E, iωL and I + R iωL."""
-    inverse = 1 / stiffness[:, None, :]
-    force = 2j * np.pi * frequency[:, None, None] * load
-    across = np.asarray((seen[None] * inverse) @ felt, dtype=np.complex128)
-    receptance = np.asarray((felt.T[None] * inverse) @ felt, dtype=np.complex128)
-    own = np.eye(felt.shape[1], dtype=np.complex128) + receptance @ force
-    return across, force, own
+def _quadratic(rows: Complexes, matrix: Array | Complexes) -> Array:
+    """Return row S rowᴴ, (k, …), of rows (k, …, n) and Hermitian S (k, n, n)."""
+    flat = rows.reshape(len(rows), -1, rows.shape[-1])
+    if np.isrealobj(matrix):  # the imaginary parts of row S rowᴴ cancel
+        both = np.concatenate([flat.real, flat.imag], axis=1)
+        squares = ((both @ matrix) * both).sum(axis=2)
+        half = flat.shape[1]
+        total = squares[:, :half] + squares[:, half:]
+    else:
+        total = ((flat @ matrix) * flat.conj()).sum(axis=2).real
+    result: Array = total.reshape(rows.shape[:-1])
+    return result
 
 
 def _chunks(count: int) -> Iterator[slice]:

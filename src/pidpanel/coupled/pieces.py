@@ -1,4 +1,4 @@
-"""A run of panel and particles piece by piece, each from where the one before left it."""
+"""A run of panel and particles in pieces, each resumed from the state that the last one left."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pidpanel.arrays import Array
-from pidpanel.coupled.beds import cpu_per_step, deck_of, spheres_of
+from pidpanel.coupled.beds import cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
 from pidpanel.coupled.integration import Integration, Record, Rows
 from pidpanel.coupled.process import Progress, in_child
@@ -24,13 +24,15 @@ from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
 from pidpanel.fingerprint import module_digest
 
-SILENCE_S, LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 120.0, 20.0, 600.0
-"""Longest silence of a run, and its longest duration over what is estimated and in any case: a
-machine may be shared."""
+SILENCE_S = 300.0
+"""Longest time without a finished row [s of wall time], which takes milliseconds."""
 
-PIECE_S = 20.0
-"""CPU time of a piece, as estimated [s]: what a run that is stopped does again at most. The pieces
-of a run are always the same."""
+LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 20.0, 600.0
+"""CPU time that a piece may take over its estimate, and at least [s]."""
+
+PIECE_S = 8.0
+"""Estimated CPU time of a piece [s]: the most that a stopped run repeats. The pieces of a run are
+always the same."""
 
 CODE_OF_BITS = (
     "pidpanel.coupled.integration",
@@ -38,7 +40,7 @@ CODE_OF_BITS = (
     "pidpanel.coupled.beds",
     "pidpanel.coupon.liggghts.library",
 )
-"""Modules that change the bits of a run: with another version of them it does not go on."""
+"""Modules that change the bits of a run: with another version of them it starts anew."""
 
 
 class StartedBed(NamedTuple):
@@ -72,12 +74,7 @@ def started(bed: Bed, modulus: float, file: Path) -> StartedBed:
 
 
 def integrated(
-    name: str,
-    run: Integration,
-    start: Array,
-    beds: Sequence[StartedBed],
-    stations: int,
-    folder: Path,
+    name: str, run: Integration, start: Array, beds: Sequence[StartedBed], folder: Path
 ) -> Record:
     """Return the record of a run, from its last checkpoint on.
 
@@ -87,8 +84,8 @@ def integrated(
         Of the run, for messages.
     run, start
         The panel with its forces; q [m] and q̇ [m/s], (2, n).
-    beds, stations
-        Of the filled patches; stations of each.
+    beds
+        Of the filled patches.
     folder
         For the checkpoints.
 
@@ -97,48 +94,53 @@ def integrated(
     SolverFailure
         If LIGGGHTS stops or hangs.
     """
-    spheres = sum(one.spheres for one in beds)
-    row_s = run.steps_per_row * cpu_per_step(spheres)
-    identity = _identity(run, start, beds, stations)
-    found = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))
-    seconds = (run.rows - found.state.row) * row_s
+    row_s = cpu_per_row(run, [bed.spheres for bed in beds])
+    identity = run_identity(run, start, beds)
+    done = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))
+    seconds = (run.rows - done.state.row) * row_s
     print(
-        f"{name}: {spheres} spheres, {run.rows * run.steps_per_row * run.time_step:.2f} s in "
-        f"{run.rows * run.steps_per_row} steps"
-        + (f", from {found.state.row / run.rows:.0%} of them on" if found.state.row else "")
+        f"{name}: {sum(bed.spheres for bed in beds)} spheres, "
+        f"{run.rows * run.intervals_per_row * run.interval:.2f} s in "
+        f"{run.rows * run.intervals_per_row * run.substeps} steps"
+        + (f", from {done.state.row / run.rows:.0%} of them on" if done.state.row else "")
         + f", about {seconds:.0f} s of CPU time",
         file=sys.stderr,
     )
     folder.mkdir(parents=True, exist_ok=True)
-    told = _Told(name, found.state.row / run.rows)
+    report = _Report(name, done.state.row / run.rows)
     rows_of_piece = max(1, round(PIECE_S / row_s))
-    for end in ends_of_pieces(found.state.row, run.rows, rows_of_piece):
-        work = _piece(run, found, beds, stations, end, folder)
+    for end in ends_of_pieces(done.state.row, run.rows, rows_of_piece):
+        work = _piece(run, done, beds, end, folder)
         try:
-            piece = _in_time(work, name, told)
+            piece = _limited(work, name, report)
         except RunStopped as error:
             # what the machine did is over, what the run did comes again
             print(f"{error}; once more", file=sys.stderr)
-            piece = _in_time(work, name, told)
-        found = replace(piece, rows=(*found.rows, *piece.rows))
-        found.write(folder, identity)
-    return run.record(Rows.joined(found.rows), found.state)
+            piece = _limited(work, name, report)
+        done = replace(piece, rows=(*done.rows, *piece.rows))
+        done.write(folder, identity)
+    return run.record(Rows.joined(done.rows), done.state)
 
 
-def _in_time(work: Callable[[Progress], Checkpoint], name: str, told: Progress) -> Checkpoint:
+def cpu_per_row(run: Integration, spheres: Sequence[int]) -> float:
+    """Return the CPU time of a row with so many spheres on each patch [s]."""
+    interval = sum(cpu_per_interval(count, run.substeps) for count in spheres)
+    return run.intervals_per_row * interval
+
+
+def _limited(work: Callable[[Progress], Checkpoint], name: str, report: Progress) -> Checkpoint:
     limit = max(LIMIT_AT_LEAST_S, LIMIT_PER_ESTIMATE * PIECE_S)
-    return in_child(work, name, silence_s=SILENCE_S, limit_s=limit, progress=told)
+    return in_child(work, name, silence_s=SILENCE_S, cpu_limit_s=limit, progress=report)
 
 
 def _piece(
     run: Integration,
     before: Checkpoint,
     beds: Sequence[StartedBed],
-    stations: int,
     end: int,
     folder: Path,
 ) -> Callable[[Progress], Checkpoint]:
-    """Return the work that goes from a checkpoint to a row; of its rows it returns the new ones."""
+    """Return the work from a checkpoint to a row; it returns the new rows alone."""
 
     def work(progress: Progress) -> Checkpoint:
         with tempfile.TemporaryDirectory() as temporary:
@@ -146,13 +148,13 @@ def _piece(
             restarts = before.restarts or [None for _ in beds]
             particles = [
                 spheres_of(
-                    library, one.bed, one.modulus, run.time_step, one.folder,
-                    Path(temporary) / str(k), stations, restart,
+                    library, bed.bed, bed.modulus, run.time_step, bed.folder,
+                    Path(temporary) / str(k), restart,
                 )
-                for k, (one, restart) in enumerate(zip(beds, restarts, strict=True))
+                for k, (bed, restart) in enumerate(zip(beds, restarts, strict=True))
             ]  # fmt: skip
             for spheres, force in zip(particles, before.forces, strict=False):
-                spheres.go_on(force)
+                spheres.restore_forces(force)
             rows, state = run.advance(
                 particles, before.state, end, lambda row: progress((row + 1) / run.rows)
             )
@@ -167,29 +169,29 @@ def _piece(
     return work
 
 
-def _identity(run: Integration, start: Array, beds: Sequence[StartedBed], stations: int) -> str:
-    """Return a hash of all that the bits of a run rest on."""
+def run_identity(run: Integration, start: Array, beds: Sequence[StartedBed]) -> str:
+    """Return a hash of all that the bits of a run depend on."""
     panel, nowhere = run.panel, {"walls_file": Path("walls"), "data_file": Path("spheres")}
     return identity_of(
         module_digest(*CODE_OF_BITS),
         *(getattr(panel, field.name) for field in fields(panel)),
-        *(run.stands_for, run.cell_area, run.force, start),
-        *(run.time_step, run.steps_per_row, run.settled, stations),
+        *(run.patch_area, run.cell_area, run.force, start),
+        *(run.time_step, run.substeps, run.intervals_per_row, run.settled),
         *(without_comments(deck_of(b.bed, b.modulus, run.time_step, nowhere)) for b in beds),
         *((b.folder / name).read_text() for b in beds for name in (BED_FILE, WALLS_FILE)),
     )
 
 
-class _Told:
-    """Tells every tenth of a run, with the time that is left."""
+class _Report:
+    """Prints every tenth of a run, with the time that is left."""
 
     def __init__(self, name: str, done: float) -> None:
         self._name, self._begun, self._done = name, time.monotonic(), done
-        self._told = int(10 * done)
+        self._reported = int(10 * done)
 
     def __call__(self, share: float) -> None:
-        if int(10 * share) > self._told:
-            self._told = int(10 * share)
+        if int(10 * share) > self._reported:
+            self._reported = int(10 * share)
             taken = (time.monotonic() - self._begun) / (share - self._done)
             left = taken * (1 - share)
             print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)

@@ -1,16 +1,19 @@
 """Work in a process of its own, which may abort, hang or be killed without taking the caller along.
 
-LIGGGHTS as a library ends its process on an error and cannot be interrupted. The child tells how
-far it is; silence, or more time than it was given, ends it.
+LIGGGHTS as a library ends its process on an error and cannot be interrupted. The child reports its
+progress; silence, or more CPU time than it was given, ends it. Wall time does not count: the
+machine may be busy.
 """
 
 from __future__ import annotations
 
 import faulthandler
+import math
 import multiprocessing
 import os
+import resource
+import signal
 import tempfile
-import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
@@ -30,7 +33,7 @@ def in_child(
     what: str,
     *,
     silence_s: float,
-    limit_s: float,
+    cpu_limit_s: float,
     progress: Progress = lambda _: None,
 ) -> Found:
     """Do work in a child and return what it found.
@@ -42,32 +45,29 @@ def in_child(
     what
         Name of the work, for messages.
     silence_s
-        Longest time without a word [s].
-    limit_s
-        Longest time in all [s].
+        Longest time between two reports [s].
+    cpu_limit_s
+        Largest CPU time [s].
     progress
-        Is told what the child tells.
+        Receives what the child reports.
 
     Raises
     ------
     RunStopped
-        If the child ends without a result, says nothing or takes too long; with its last words.
+        If the child ends without a result, is silent or takes too long; with its last words.
     """
     # the state of the caller as it is; nothing that runs in threads is in use here
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe(duplex=False)
     with tempfile.TemporaryFile() as said:
-        child = context.Process(target=_work, args=(work, there, said.fileno(), os.getpid()))
+        arguments = (work, there, said.fileno(), os.getpid(), cpu_limit_s)
+        child = context.Process(target=_work, args=arguments)
         child.start()
         there.close()
-        begun = time.monotonic()
         try:
             while True:
-                left = limit_s - (time.monotonic() - begun)
-                if not here.poll(max(min(silence_s, left), 0.0)):
-                    reason = "time limit" if left <= silence_s else "no word for"
-                    seconds = limit_s if left <= silence_s else silence_s
-                    raise RunStopped(f"{what}: {reason} {seconds:.0f} s")
+                if not here.poll(silence_s):
+                    raise RunStopped(f"{what}: no progress for {silence_s:.0f} s")
                 kind, value = here.recv()
                 if kind == "found":
                     found: Found = value
@@ -77,8 +77,11 @@ def in_child(
                 progress(value)
         except EOFError:
             child.join()
-            said.seek(0)
-            words = said.read()[-LAST_WORDS:].decode(errors="replace").strip()
+            if child.exitcode == -signal.SIGXCPU:
+                limit = f"more than {cpu_limit_s:.0f} s of CPU time"
+                raise RunStopped(f"{what}: {limit}") from None
+            said.seek(max(0, said.seek(0, os.SEEK_END) - LAST_WORDS))
+            words = said.read().decode(errors="replace").strip("\0 \n")
             errors = [line for line in words.splitlines() if "ERROR" in line]
             last = (errors or words.splitlines() or ["no message"])[0 if errors else -1]
             raise RunStopped(f"{what}: exit status {child.exitcode}: {last}") from None
@@ -88,7 +91,14 @@ def in_child(
             here.close()
 
 
-def _work(work: Callable[[Progress], Any], to: Connection, said: int, parent: int) -> None:
+def _work(
+    work: Callable[[Progress], Any], to: Connection, said: int, parent: int, cpu_limit_s: float
+) -> None:
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    soft = math.ceil(cpu_limit_s)
+    if hard != resource.RLIM_INFINITY:
+        soft = min(soft, hard)
+    resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
     faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
     os.dup2(said, 1)
     os.dup2(said, 2)
@@ -96,6 +106,7 @@ def _work(work: Callable[[Progress], Any], to: Connection, said: int, parent: in
     def progress(share: float) -> None:
         if os.getppid() != parent:
             os._exit(1)
+        os.ftruncate(said, 0)  # LIGGGHTS prints at every run, and would fill the disk
         to.send(("progress", share))
 
     try:

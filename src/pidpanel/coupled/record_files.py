@@ -8,34 +8,47 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array
-from pidpanel.coupled.results import SettledRecord
+from pidpanel import durable
+from pidpanel.coupled.checkpoints import identity_of
+from pidpanel.coupled.segments import SettledRecord
+
+IDENTITY, CONTENT = "identity", "content"
+"""Attributes with the hash of all that a record depends on, and of what it holds."""
 
 
 def write_record(
     path: Path, record: SettledRecord, attributes: Mapping[str, str | float | list[float]]
 ) -> None:
-    """Write a record with its sound.
+    """Write a record with its sound in single precision, which rounds to 1e-7 of the largest.
 
     Parameters
     ----------
     path
         The ``.nc`` file.
     record
-        The modal forces are written in single precision.
+        The record.
     attributes
         Global attributes of the file.
     """
-    amplitude = record.amplitude.astype(np.complex64)
-    xr.Dataset(
+    single = np.float32
+    amplitude = record.amplitude
+    dataset = xr.Dataset(
         {
             "frequency": (("tone",), record.frequency, {"units": "Hz"}),
-            "modal_force_real": (("tone", "shape"), amplitude.real, {"units": "N"}),
-            "modal_force_imag": (("tone", "shape"), amplitude.imag, {"units": "N"}),
-            "displacement_at_stations": (("row", "station"), record.at_stations, {"units": "m"}),
-            "displacement_at_points": (("row", "point"), record.at_points, {"units": "m"}),
+            "modal_force_real": (("tone", "shape"), amplitude.real.astype(single), {"units": "N"}),
+            "modal_force_imag": (("tone", "shape"), amplitude.imag.astype(single), {"units": "N"}),
+            "displacement_at_cells": (
+                ("row", "cell"),
+                record.at_cells.astype(single),
+                {"units": "m"},
+            ),
+            "displacement_at_points": (
+                ("row", "point"),
+                record.at_points.astype(single),
+                {"units": "m"},
+            ),
             "impulse": (
-                ("row", "station"),
+                ("row", "cell"),
                 record.impulse,
                 {"units": "N s/m2", "long_name": "of the walls on the particles, per area"},
             ),
@@ -46,32 +59,52 @@ def write_record(
             "first_tone": record.first,
             "settled_row": record.settled,
         },
-    ).to_netcdf(path, engine="scipy")
-
-
-def read_masses(path: Path) -> Array:
-    """Return what the particles of each patch weigh [kg/m²], as the file of a record says."""
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return np.atleast_1d(np.asarray(dataset.attrs["mass_per_area_kg_m2"], dtype=np.float64))
-
-
-def read_record(path: Path) -> SettledRecord:
-    """Read what `write_record` wrote."""
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        data = dataset.load()
-    real, imaginary = (data[f"modal_force_{part}"].to_numpy() for part in ("real", "imag"))
-    stations, points, impulse = (
-        data[name].to_numpy().astype(np.float64)
-        for name in ("displacement_at_stations", "displacement_at_points", "impulse")
     )
-    return SettledRecord(
-        frequency=data["frequency"].to_numpy().astype(np.float64),
-        amplitude=real.astype(np.float64) + 1j * imaginary.astype(np.float64),
-        first=int(data.attrs["first_tone"]),
-        rows=len(stations),
-        settled=int(data.attrs["settled_row"]),
-        interval=float(data.attrs["interval_s"]),
-        at_stations=stations,
-        at_points=points,
-        impulse=impulse,
-    )
+    dataset.attrs[CONTENT] = _content(dataset)
+    with durable.replacing(path) as draft:
+        dataset.to_netcdf(draft, engine="scipy")
+
+
+def read_record(path: Path, identity: str) -> SettledRecord | None:
+    """Read the record of a run; None where there is none, of another run, or with a changed byte.
+
+    Parameters
+    ----------
+    path
+        The ``.nc`` file.
+    identity
+        Of the run.
+    """
+    try:
+        with xr.open_dataset(path, engine="scipy") as dataset:
+            data = dataset.load()
+        if data.attrs[IDENTITY] != identity or data.attrs[CONTENT] != _content(data):
+            return None
+        real, imaginary = (data[f"modal_force_{part}"].to_numpy() for part in ("real", "imag"))
+        cells, points, impulse = (
+            data[name].to_numpy().astype(np.float64)
+            for name in ("displacement_at_cells", "displacement_at_points", "impulse")
+        )
+        return SettledRecord(
+            frequency=data["frequency"].to_numpy().astype(np.float64),
+            amplitude=real.astype(np.float64) + 1j * imaginary.astype(np.float64),
+            first=int(data.attrs["first_tone"]),
+            rows=len(cells),
+            settled=int(data.attrs["settled_row"]),
+            interval=float(data.attrs["interval_s"]),
+            at_cells=cells,
+            at_points=points,
+            impulse=impulse,
+        )
+    except (OSError, ValueError, TypeError, KeyError, IndexError):
+        return None
+
+
+def _content(dataset: xr.Dataset) -> str:
+    """Return a hash of all arrays and of the numbers that go with them."""
+    names = sorted(str(name) for name in dataset.variables)
+    numbers = [float(dataset.attrs[name]) for name in ("interval_s", "first_tone", "settled_row")]
+    # in the byte order of the machine: the file has its own
+    arrays = [np.asarray(dataset[name].to_numpy()) for name in names]
+    native = [array.astype(array.dtype.newbyteorder("=")) for array in arrays]
+    return identity_of(*names, *native, *numbers)

@@ -1,4 +1,4 @@
-"""Stations of a patch: a few of its points that stand for it, each with a part of its area."""
+"""Stations of a patch: points where cells are simulated, each representing a part of its area."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pidpanel.arrays import Array, Index
 
 @dataclass(frozen=True)
 class Stations:
-    """Points that stand for the parts of a patch.
+    """Points that represent the parts of a patch.
 
     Attributes
     ----------
     point
         (k,) index of each among the points of the patch.
     area
-        (k,) of its part [m²]; their sum is that of the patch.
+        (k,) area of its part [m²]; they add up to that of the patch.
     """
 
     point: Index
@@ -29,9 +29,8 @@ def stations_of(position: Array, weight: Array, count: int) -> Stations:
     """Return stations of a patch of any outline.
 
     The points of a quadrature are halved along the longer side of their extent, in proportion to
-    the stations that each half is to have, until each part has one: the point nearest its middle.
-    The force of its cells is spread over the patch as ∫ φ p dA ≈ Σ φ(x_k) a_k p_k, the midpoint
-    rule of the parts.
+    the number of stations in each half, until each part has one: the point nearest its middle.
+    The force of its cells acts on the modes as ∫ φ p dA ≈ Σ φ(x_k) a_k p_k, the midpoint rule.
 
     Parameters
     ----------

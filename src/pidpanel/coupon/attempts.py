@@ -103,7 +103,8 @@ def sound_packing(packing: Packing, file: Path) -> PourOutcome:
         check_same(outcome.packing, packing, file)
         check_sound(outcome, file)
     except SolverFailure as failure:
-        print(f"{failure}; poured again", file=sys.stderr)
+        if file.exists():
+            print(f"{failure}; poured again", file=sys.stderr)
         with _beside(file) as scratch:
             outcome = pour_packing(packing, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))
@@ -120,7 +121,8 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
         check_same(outcome.bed, bed, file)
         check_sound(outcome, file)
     except SolverFailure as failure:
-        print(f"{failure}; made again", file=sys.stderr)
+        if file.exists():
+            print(f"{failure}; made again", file=sys.stderr)
         with _beside(file) as scratch:
             outcome = loosen_bed(bed, packing_file, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))

@@ -6,7 +6,7 @@ of its own, and joins the union `Drive`.
 
 `frequency`, `period`, `angular_frequency`
     The repetition of the motion: the length of a row of the cycle file, of a time step, of the
-    window of the energy balance. A random drive repeats its record.
+    window of the energy balance.
 `acceleration`, `speed`, `amplitude`, `gamma`
     The size of the motion at the frequency of the row: whether the contacts are softened, the speed
     of the impacts by which contact time and overlap are judged, the scale of C_e and m_a.

@@ -15,7 +15,6 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
-from pidpanel.coupon.random_runs import SETTLING, RandomRun
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.sizes import Sizes
 
@@ -37,12 +36,6 @@ PER_JOB = 0.4
 
 PLAN = 3.0
 """CPU time of Snakemake from its start to the first job, and of the table of cases [s]."""
-
-PER_LEG = 1.5
-"""CPU time of a job besides LIGGGHTS that reads the study and writes a record [s]."""
-
-PER_SAMPLE = 2e-5
-"""CPU time of a line of a random drive in LIGGGHTS, besides its steps [s]."""
 
 PER_RUN = 0.15
 """CPU time of a run in that process [s]: its decks, its rows, its energy balance."""
@@ -209,27 +202,3 @@ def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
         sphere = costs.poured_sphere * costs.diameter / packing.diameter
         total += PER_JOB + spheres_in(packing, 1.4) * sphere
     return total
-
-
-def random_seconds(
-    legs: Iterable[tuple[RandomRun, float]], rounds: int, costs: Costs, results: Path
-) -> float:
-    """CPU time of coupons that are driven at random [s].
-
-    Parameters
-    ----------
-    legs
-        Of each packing of each patch one leg, and the time of all its records [s].
-    rounds
-        Legs of each.
-    costs, results
-        As of `cpu_seconds`.
-    """
-    total, beds = 0.0, set()
-    for run, record in legs:
-        time = record + rounds * SETTLING
-        spheres = spheres_in(run.bed.packing, run.bed.fill_fraction)
-        a_sample = run.steps_per_sample * costs.step.of(spheres) + PER_SAMPLE
-        total += rounds * PER_LEG + time / (run.time_step * run.steps_per_sample) * a_sample
-        beds.add(run.bed)
-    return total + bed_seconds(beds, costs, results)

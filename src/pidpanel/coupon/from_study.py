@@ -11,17 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
-from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.coupon.liggghts.failures import RunFailed
-from pidpanel.coupon.preparation import read_bed
-from pidpanel.coupon.random_runs import RandomRun, Record, random_run, shake_at_random, sine_of
-from pidpanel.random_round import PatchDrive
 from pidpanel.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
-    from pidpanel.study import CouponStudy, Study
+    from pidpanel.study import CouponStudy
     from pidpanel.study.coupon import Coupon
 
 Point = tuple[float, float, float]
@@ -110,98 +105,6 @@ def distinct(found: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, .
         name: tuple(case for label, case in cases.items() if of_first[label] == name)
         for name, cases in found.items()
     }
-
-
-def bed_at(coupon: Coupon, fill_fraction: float, seed: int) -> Bed:
-    """Return the bed of a coupon at a fill, which need not be one of its sweep."""
-    return _bed(coupon, _packing(coupon, coupon.diameters[0], seed), fill_fraction)
-
-
-def random_run_of(
-    coupon: Coupon, bed: Bed, tone: Tone, band: tuple[float, float], period: float, phases: int
-) -> RandomRun:
-    """Return one leg of a bed under a random motion.
-
-    Parameters
-    ----------
-    coupon
-        Of the bed.
-    bed, band, period, phases
-        As of `RandomRun`.
-    tone
-        The sine with the rms acceleration and velocity of the motion, for which the contacts are
-        softened.
-    """
-    constants = _constants(coupon, bed.packing, tone, bed.stroke_per_gap(tone))
-    return random_run(bed, constants, band, period, phases, coupon.time_step_rayleigh)
-
-
-def random_legs(study: Study) -> list[RandomRun]:
-    """Return a leg of the first length for each packing of each patch driven at random.
-
-    Its contacts are as soft as the study allows: which ones the motion takes is not known before.
-    """
-    wanted = study.damping.random
-    legs = []
-    for _, filling, coupon in study.random_coupons():
-        soft = min((*coupon.stiffness.choices, coupon.particles.youngs_modulus))
-        for seed in range(1, wanted.seeds + 1):
-            bed = bed_at(coupon, filling.fill_fraction or 1.0, seed)
-            constants = replace(bed.constants, youngs_modulus=soft, wall_youngs_modulus=soft)
-            band = study.response.frequency_hz
-            legs.append(
-                random_run(bed, constants, band, wanted.time_s, 0, coupon.time_step_rayleigh)
-            )
-    return legs
-
-
-def shake_random_leg(
-    study: Study,
-    drive: PatchDrive,
-    seed: int,
-    bed_file: Path,
-    before: Path | None,
-    file: Path,
-    folder: Path,
-) -> None:
-    """Run one leg of a coupon driven at random and write its record.
-
-    Parameters
-    ----------
-    study, drive
-        The study, and the motion of one of its patches.
-    seed
-        Of the packing.
-    bed_file
-        ``bed.json`` of its bed.
-    before
-        Record of the leg before; None for the first.
-    file
-        The record.
-    folder
-        Of its deck and log.
-
-    Raises
-    ------
-    RunFailed
-        If there is no bed.
-    SolverFailure
-        Named after what went wrong.
-    """
-    coupon = study.coupon_of(drive.damper)
-    bed = bed_at(coupon, drive.fill_fraction, seed)
-    if before is None:
-        loosened = bed_in_store(bed, bed_file)
-        if loosened.found is None:
-            raise RunFailed(loosened.status, f"{bed_file}: {loosened.status}")
-        spheres = read_bed(bed_file.parent)
-    else:
-        spheres = Record.read(before).spheres
-    motion = drive.motion
-    band = (float(motion[0][0]), float(motion[0][-1]))
-    tone = sine_of(motion)
-    run = random_run_of(coupon, bed, tone, band, drive.period, drive.phases)
-    shake_at_random(run, motion, spheres, folder).write(file)
 
 
 def write_table(

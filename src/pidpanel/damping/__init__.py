@@ -14,8 +14,6 @@
     The paper's law, as printed and corrected.
 `fit`, `forms`
     Constants of the paper's form; closed forms compared on cases left out.
-`random_reading`, `best_linear`, `thrown_bed`
-    C_e and m_a under a random motion, and what an inelastic body would do there.
 `design`
     Which further cases reduce the variance of what is wanted most.
 `from_study`

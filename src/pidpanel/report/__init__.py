@@ -17,8 +17,9 @@ What a page says first:
 
 `answer`
     The scenarios against the bare panel, and which of them can be told apart.
-`answer_text`, `answer_section`, `answer_figures`
-    The answer in a sentence with its caveats; its table and pictures; its figures.
+`answer_text`, `answer_section`, `answer_figures`, `scenario_list`
+    The answer in a sentence with its caveats; its table and pictures; its figures; scenarios in few
+    words.
 `coupon_text`
     A coupon in words, and what came out of it in plain figures.
 
@@ -26,10 +27,10 @@ What is folded below it:
 
 `outcome`
     Every comparison in sentences.
-`claims`
+`claims`, `claims_table`
     The paper's claims tested against the numbers.
-`warnings`, `limits`, `known_errors`
-    Limitations of the numbers; from where on a number is doubted; which have errors at all.
+`warnings`, `known_errors`
+    Limitations of the numbers; which have errors at all.
 `facts`
     What was computed, with what, and how to reproduce it.
 
@@ -37,8 +38,8 @@ The parts of a page, each a function ``<part>_section``:
 
 `panel_section`, `sound_section`, `coupon_section`, `losses_section`, `varied_section`
     What was put in, and the coupon.
-`damping_section`, `random_section`, `layouts_section`, `response_section`, `radiation_section`
-    The surface and its laws, the random drive, explicit layouts, families of scenarios, the air.
+`damping_section`, `coupled_section`, `layouts_section`, `response_section`, `radiation_section`
+    The surface and its laws, coupled runs, explicit layouts, families of scenarios, the air.
 `verdict_section`, `verdict_bands`, `maps_section`, `summary_section`, `stress_section`
     Readings beside coupled runs, fields over the panel, all scenarios, strain and stress.
 

@@ -8,20 +8,19 @@ and fall together, so that the error of their difference is smaller than taken h
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
-from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL
 from pidpanel.report.names import scenario_name
 from pidpanel.report.rms import moving_points
-from pidpanel.report.text import percent, records
+from pidpanel.report.text import records
+from pidpanel.response.trust import doubts_in
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Scenario, Study
-from pidpanel.study.damping import COUPLED, RANDOM
+from pidpanel.study.damping import COUPLED
 
 APART = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
@@ -32,15 +31,8 @@ ROWS = 5
 SAME_LEVEL = 0.05
 """Difference of two levels below which they are written alike [dB]."""
 
-NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
-NOT_AGREED = "motion and damping not agreed"
-NEAR_GAP = "particles near to cross their gap"
-HEAVY = "particles heavy beside the panel"
-CARRIED = "carried from another level"
-
 PREFERRED = (
-    "coupled", "random", "random_with_source", "stated", "dem", "table", "paper_corrected",
-    "paper_printed", "bare",
+    "coupled", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
 )  # fmt: skip
 """Readings of the damping, the one that answers first: what is measured before a law."""
 
@@ -80,8 +72,6 @@ class Candidate:
         Its acceleration by point; none without a steady response.
     doubts
         Why its numbers are not to be trusted, in a few words each.
-    is_coupled
-        Whether they are of panel and particles in one time integration.
     """
 
     scenario: Scenario
@@ -89,7 +79,6 @@ class Candidate:
     share: float
     at: dict[str, AtPoint]
     doubts: tuple[str, ...]
-    is_coupled: bool = False
 
     @property
     def name(self) -> str:
@@ -131,8 +120,8 @@ class Answer:
 
     @property
     def is_coupled(self) -> bool:
-        """Whether all scenarios are of panel and particles in one time integration."""
-        return bool(self.candidates) and all(one.is_coupled for one in self.candidates)
+        """Whether panel and particles are in one time integration."""
+        return self.reading == COUPLED
 
     @property
     def has_errors(self) -> bool:
@@ -182,14 +171,7 @@ def is_gain(at: AtPoint) -> bool | None:
     return at.reduction > APART * at.reduction_error
 
 
-def answer_of(
-    study: Study,
-    summary: pd.DataFrame,
-    coupled: CoupledResults | None = None,
-    not_agreed: Collection[str] = (),
-    near_gap: Collection[str] = (),
-    heavy: Collection[str] = (),
-) -> Answer | None:
+def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
     Parameters
@@ -198,14 +180,6 @@ def answer_of(
         The study.
     summary
         ``response/summary.csv`` (points as text).
-    coupled
-        Of the study, where it has coupled runs: they answer for their scenarios.
-    not_agreed
-        Labels of the scenarios whose rounds at random ended early.
-    near_gap
-        Labels of those whose particles, driven at random, come near to cross their gap.
-    heavy
-        Labels of those whose particles, driven at random, are heavy beside the panel.
 
     Returns
     -------
@@ -223,17 +197,7 @@ def answer_of(
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    known = candidates_of(of, reading, steady, points)
-    doubted = {NOT_AGREED: not_agreed, NEAR_GAP: near_gap, HEAVY: heavy}
-    doubted = doubted if reading in RANDOM else {}
-    found = [_doubted(one, doubted) for one in known]
-    if coupled is not None:
-        still = {point: by_key[bare.label, point]["acceleration_rms_g"] for point in points}
-        found = [_as_coupled(one, still, coupled.summary) for one in found]
-    if reading == COUPLED:
-        found = [
-            one if one.is_coupled else replace(one, doubts=(*one.doubts, CARRIED)) for one in found
-        ]
+    found = candidates_of(of, reading, steady, points)
     found.sort(key=lambda one: -one.at[points[0]].reduction)
     own = [by_key[bare.label, point] for point in points]
     return Answer(
@@ -244,42 +208,6 @@ def answer_of(
         candidates=tuple(found),
         lost=tuple(s for s in scenarios if s not in steady),
     )
-
-
-def _doubted(one: Candidate, doubted: Mapping[str, Collection[str]]) -> Candidate:
-    """Return a scenario with the doubts among whose scenarios it is."""
-    own = tuple(doubt for doubt, labels in doubted.items() if one.scenario.label in labels)
-    return replace(one, doubts=(*one.doubts, *own))
-
-
-def _as_coupled(one: Candidate, bare: Mapping[str, float], summary: pd.DataFrame) -> Candidate:
-    """Return a scenario as its coupled runs have it, if there are any.
-
-    Parameters
-    ----------
-    one
-        The scenario.
-    bare
-        Rms acceleration of the bare panel at the points [g].
-    summary
-        ``coupled/summary.csv`` (points as text).
-    """
-    of = summary[summary["scenario"] == one.scenario.label].set_index("point")
-    if not set(bare) <= set(of.index):
-        return one
-    at = {}
-    for point, bare_rms in bare.items():
-        rms, error = float(of["g_rms"][point]), float(of["g_rms_error"][point])
-        at[point] = replace(
-            one.at[point],
-            rms=rms,
-            rms_error=error,
-            reduction=20 * math.log10(bare_rms / rms),
-            reduction_error=20 / math.log(10) * error / rms,
-        )
-    # what is left of the doubts is of the panel, not of a reading of the damping
-    doubts = tuple(doubt for doubt in one.doubts if doubt == NOT_LINEAR)
-    return replace(one, at=at, doubts=doubts, is_coupled=True)
 
 
 def candidates_of(
@@ -342,35 +270,8 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
         rows[0]["added_mass_kg"],
         rows[0]["added_mass_percent"],
         at,
-        tuple(doubts(rows, is_bare=scenario.is_bare)),
+        doubts_in(rows[0]),
     )
-
-
-def doubts(rows: Sequence[dict[str, Any]], *, is_bare: bool) -> list[str]:
-    """Return why the numbers of a scenario are not to be trusted; nothing where they are.
-
-    Parameters
-    ----------
-    rows
-        Its rows in ``response/summary.csv``, a moving point each.
-    is_bare
-        Whether it is the bare panel, whose damping has no error.
-    """
-    first, said = rows[0], []
-    if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):
-        said.append(NOT_LINEAR)
-    if first["outside_run_points_share"] > 0:
-        share = max(first["outside_run_points_share"], 0.01)
-        said.append(f"{percent(share)} of lines {EXTRAPOLATED}")
-    if first["levels"] > 1:
-        said.append("several solutions")
-    if first["motion_residual"] > MOTION_RESIDUAL:
-        said.append("motion not converged")
-    if first.get("basis_error", 0.0) > BASIS_ERROR:
-        said.append("basis too small")
-    if not is_bare and not math.isfinite(first.get("reduction_error_db", math.nan)):
-        said.append(NO_ERROR)
-    return said
 
 
 def shown(answer: Answer, count: int = ROWS) -> list[Candidate]:
@@ -391,56 +292,3 @@ def shown(answer: Answer, count: int = ROWS) -> list[Candidate]:
         order.append((groups[key], rank))
     chosen = sorted(rank for _, rank in sorted(order)[:count])
     return [answer.candidates[rank] for rank in chosen]
-
-
-def together(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:
-    """Return scenarios in few words, the fills of one place and damper as one.
-
-    Three fills of a place and more are written as a range, if no other of ``among`` lies in it.
-
-    Examples
-    --------
-    >>> from pidpanel.study import Filling
-    >>> def one(patch, fill):
-    ...     filling = Filling(patch=patch, damper=None, fill_fraction=fill)
-    ...     return Candidate(Scenario(label=f"{patch}{fill}", fillings=(filling,), oaspl_db=None),
-    ...                      1.0, 1.0, {}, ())
-    >>> some = [one("A", 0.7), one("A", 0.5), one("A", 0.9), one("B", 0.5)]
-    >>> together(some, some)
-    'A at r = 0.5 to 0.9, B at r = 0.5'
-    >>> together(some, [*some, one("A", 0.6)])
-    'A at r = 0.5, 0.7 and 0.9, B at r = 0.5'
-    >>> together([one("A", 0.5), one("B", 0.5)], some)
-    'A and B at r = 0.5'
-    """
-    others = _fills([one for one in among if one not in candidates])
-    by_fill: dict[str, list[str]] = {}
-    for key, values in _fills(candidates).items():
-        texts = [f"{value:g}" for value in sorted(values)]
-        between = any(min(values) < other < max(values) for other in others.get(key, []))
-        if len(texts) > 2 and not between:
-            texts = [f"{texts[0]} to {texts[-1]}"]
-        by_fill.setdefault(_listed(texts), []).append(key)
-    return ", ".join(
-        _listed(keys) + (f" at r = {fills}" if fills else "") for fills, keys in by_fill.items()
-    )
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Return some texts with an "and" before the last."""
-    *first, last = texts or [""]
-    return f"{', '.join(first)} and {last}" if first else last
-
-
-def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
-    """Return fills by place and damper; none for layouts and for dampers without a fill."""
-    fills: dict[str, list[float]] = {}
-    for one in candidates:
-        fillings = one.scenario.fillings
-        if len(fillings) == 1 and fillings[0].fill_fraction is not None:
-            damper = fillings[0].damper
-            key = fillings[0].patch + ("" if damper in (None, "coupon") else f" ({damper})")
-            fills.setdefault(key, []).append(fillings[0].fill_fraction)
-        else:
-            fills.setdefault(one.scenario.label if len(fillings) > 1 else one.name, [])
-    return fills

@@ -6,10 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from pidpanel.arrays import Flags
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import response_figures, style
@@ -83,12 +80,9 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
 
 
 def _damping(answer: Answer) -> str:
-    """Say what the damping of the scenarios is, and which are of coupled runs."""
-    if answer.is_coupled:
-        return READINGS["coupled"].lower() + ", in one time integration"
-    coupled = [one.name for one in answer.candidates if one.is_coupled]
-    beside = f"; {READINGS['coupled'].lower()}: {', '.join(coupled)}" if coupled else ""
-    return READINGS[answer.reading] + beside
+    """Say what the damping of the scenarios is."""
+    how = ", in one time integration" if answer.is_coupled else ""
+    return READINGS[answer.reading] + how
 
 
 def _rms(at: AtPoint) -> str:
@@ -166,12 +160,6 @@ def psd_block(inputs: Inputs, answer: Answer) -> Picture:
         inside: Flags | None = inside_of(inputs.psd, reading, name)
         values = psd["acceleration_psd"].sel(scenario=name).to_numpy()
         log_error = log_error_of(inputs.psd, reading, name, point)
-        if best.is_coupled and inputs.coupled is not None:
-            of = inputs.coupled.psd
-            of = of[(of["scenario"] == name) & (of["point"] == point)]
-            lines, inside = of["frequency_hz"], None
-            values = np.interp(frequency, lines, of["acceleration_psd_g2_hz"]) * STANDARD_GRAVITY**2
-            log_error = np.interp(frequency, lines, of["error_db"]) * math.log(10) / 10
         look = style.PLACES[0], inside
         curves.append(Curve(label(best), values, *look, width=1.8, log_error=log_error))
     figure = response_figures.psd_figure(

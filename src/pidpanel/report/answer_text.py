@@ -10,26 +10,19 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
-    CARRIED,
-    EXTRAPOLATED,
-    HEAVY,
-    NEAR_GAP,
-    NO_ERROR,
-    NOT_AGREED,
-    NOT_LINEAR,
     Answer,
     AtPoint,
     Candidate,
     are_apart,
     is_gain,
     main_level,
-    together,
 )
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
+from pidpanel.report.scenario_list import together
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
 from pidpanel.response.bands import reduction
-from pidpanel.study.damping import RANDOM
+from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
 
 NOTHING_MOVES = "Every response point lies on a support and does not move: there is no answer."
 
@@ -158,13 +151,12 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
-        (NEAR_GAP, "the particles come near to cross their gap, where no reading is known to hold"),
+        (CARRIED, "not run itself: C_e and m_a are those of coupled runs at other levels"),
         (
-            HEAVY,
-            "the particles are heavy beside the panel, where random drive is not known to hold",
+            KNOWN_TO,
+            "the error of g rms is more than twice the wanted "
+            f"{percent(study.damping.coupled.relative_error, 1)}",
         ),
-        (NOT_AGREED, "driven at random, motion and damping do not agree to the accuracy wanted"),
-        (CARRIED, "not run itself: what the runs at other levels found is carried to this one"),
         (
             "several solutions",
             "damping and motion agree at several accelerations; the highest is shown",
@@ -172,7 +164,7 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         ("motion not converged", "the motion at which C_e is read is not converged"),
         ("basis too small", "the shapes of the panel do not carry these dampers"),
     ):
-        named = [one for one in doubted if doubt in one.doubts]
+        named = [one for one in doubted if any(own.startswith(doubt) for own in one.doubts)]
         if named:
             said.append(f"{_of(named, answer)}: {text}.")
     if found := worst_map(inputs):
@@ -191,15 +183,10 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"{READINGS[answer.reading]} gives no mass: the particles weigh on the panel, and that "
             "is not computed."
         )
-    if answer.candidates and not answer.is_coupled and reads_dem(inputs, answer.reading):
+    if answer.candidates and reads_dem(inputs, answer.reading):
         said.append(
             "C_e is measured at one frequency at a time; under sound, which has all of them at "
             "once, it is lower at high frequencies: reductions are overstated."
-        )
-    if answer.candidates and not answer.is_coupled and answer.reading in RANDOM:
-        said.append(
-            "Driven at random, g rms was within 7 % of panel and particles in one time integration "
-            "where both were tried (one panel, up to 142 dB); the stated errors do not hold that."
         )
     if inputs.radiation is not None and answer.candidates:
         said.append(_air(inputs, answer))

@@ -3,15 +3,13 @@
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
 A claim is decided only where the numbers are further apart than `APART` of their standard errors,
 and not at all where no errors are known. `verdicts` tests every claim that a study's scenarios
-allow, in each reading of the damping; `verdict_table` shows the verdicts.
+allow, in each reading of the damping; `claims_table` shows the verdicts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -23,9 +21,9 @@ from pidpanel.arrays import Array
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.plane_mesh import cell_areas
 from pidpanel.report.answer import APART
-from pidpanel.report.html import Table
+from pidpanel.report.claims_table import Finding, Verdict
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
-from pidpanel.report.text import READINGS, percent, value_text
+from pidpanel.report.text import percent, value_text
 from pidpanel.response.bands import reduction
 from pidpanel.study import Study
 
@@ -37,25 +35,6 @@ MOST_EFFECTIVE_FILL = 0.1
 
 ALIKE_FILLS = (0.7, 0.9)
 """Fill fractions between which the paper finds the responses almost the same."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Whether a claim holds, and the numbers behind it.
-
-    Attributes
-    ----------
-    holds
-        The verdict; None where the numbers do not decide.
-    evidence
-        The numbers in words.
-    has_errors
-        Whether the numbers have errors.
-    """
-
-    holds: bool | None
-    evidence: str
-    has_errors: bool = True
 
 
 def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
@@ -87,28 +66,6 @@ def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
 
 def _found(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
     return Finding(decided(margin, error), evidence, bool(np.isfinite(np.asarray(error)).all()))
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The finding on a claim in one reading.
-
-    Attributes
-    ----------
-    claim
-        The claim in words.
-    reading
-        Reading of the damping, such as ``dem``.
-    finding
-        None where the claim cannot be tested.
-    reason
-        Why it cannot be tested.
-    """
-
-    claim: str
-    reading: str
-    finding: Finding | None
-    reason: str = ""
 
 
 def fill_is_most_effective(
@@ -390,7 +347,7 @@ def _family_verdicts(
                 "Each damper reduces the response most at the point nearest to it",
                 own_point_gains_most(gained, error, away) if whole else None,
             )
-    else:
+    elif len(rms) > 1:
         oaspl = np.array([s.oaspl_db for s in scenarios], float)
         yield verdict(
             "The response shifts linearly with the sound level",
@@ -405,29 +362,3 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     centre = weight @ corners.mean(axis=1) / weight.sum(axis=1, keepdims=True)
     away = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
     return pd.DataFrame(away, basis.patch_names, basis.point_names)
-
-
-def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
-    """Return the claims, each once with all its readings, and the verdicts; None for none."""
-    if not verdicts:
-        return None
-    rows = []
-    for verdict in verdicts:
-        if verdict.finding is None:
-            answer, evidence = "cannot be tested", verdict.reason
-        else:
-            finding = verdict.finding
-            undecided = "within the errors" if finding.has_errors else "no error, no verdict"
-            answers = {True: "holds", False: "does not hold", None: undecided}
-            answer, evidence = answers[finding.holds], finding.evidence
-        rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
-    claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
-    rows.sort(key=lambda row: claims.index(row[0]))
-    for before, row in reversed(list(pairwise(rows))):
-        row[0] = "" if row[0] == before[0] else row[0]
-    return Table(
-        "The paper's claims tested against these results; decided where the numbers are more than "
-        f"{APART:g} standard errors apart",
-        ["claim", "reading", "verdict", "evidence (rms acceleration)"],
-        rows,
-    )

@@ -13,6 +13,10 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
 from pidpanel.study import Study
+from pidpanel.study.damping import COUPLED
+
+COUPLED_TABLES = ("summary", "third_octaves", "impedance", "psd", "verdict")
+"""Tables of the coupled runs in ``coupled/``."""
 
 
 def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
@@ -36,6 +40,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             else "none: the bare panel alone",
         ),
         *([("C_e(r, f, Γ) read at", read_at_text(study))] if study.scenarios else []),
+        *coupled_facts(inputs),
         (
             "Power balance",
             f"power input and loss agree within {_share(good['power_balance_error'].max())} of "
@@ -50,8 +55,19 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
     for name, coupon in inputs.coupons.items():
         called = "Coupon" if name == SECTION else f"Coupon {name}"
         rows.append((called, cases_text(coupon.cases)))
-    rows.append(("Software", software_text(inputs.stamp, dem=bool(inputs.coupons))))
+    rows.append(
+        ("Software", software_text(inputs.stamp, dem=bool(inputs.coupons) or study.is_coupled))
+    )
     return rows
+
+
+def coupled_facts(inputs: Inputs) -> list[tuple[str, str]]:
+    """Return how many coupled runs there are; nothing in a study without any."""
+    if inputs.coupled is None:
+        return []
+    runs = inputs.coupled.summary.drop_duplicates("scenario")["runs"]
+    how_many = f"{counted(int(runs.sum()), 'run')} of {counted(len(runs), 'scenario')}"
+    return [("Panel and particles together", how_many)]
 
 
 def _share(value: float) -> str:
@@ -78,6 +94,8 @@ def sound_text(study: Study) -> str:
 def read_at_text(study: Study) -> str:
     """Return at which Γ the damping is read."""
     level = study.damping.level
+    if study.readings == (COUPLED,):
+        return "the motion that each patch has in the coupled runs"
     if level.by == "element":
         return "the acceleration of each element of a patch (level.by: element)"
     if level.kind == "patch":
@@ -142,6 +160,7 @@ def files_step(study: Study, folder: Path) -> tuple[str, str]:
     files += ["response/stress.csv", "response/maps.nc"]
     if study.response.radiation_beside != "none":
         files.append("response/radiation.csv")
+    files += [f"coupled/{name}.csv" for name in COUPLED_TABLES if study.is_coupled]
     files = [name for name in files if (folder / name).is_file()]
     text = (
         f"Tables and fields behind this page are in results/{study.name}: {', '.join(files)}; its "

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import pandas as pd
 import xarray as xr
 
-from pidpanel.damping.random_reading import RandomReading
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.random_round import RandomRound
 from pidpanel.report.evidence import Record, Shot, Spheres
 from pidpanel.round import Round
 from pidpanel.study import Study
@@ -67,42 +64,21 @@ class DampingResults:
 
 
 @dataclass(frozen=True)
-class RandomResults:
-    """What the rounds of the random drive left.
-
-    Attributes
-    ----------
-    rounds
-        ``random/round*.json`` in order, the last wants no more.
-    readings
-        By scenario and patch, from the impedances of the last round.
-    depth
-        Of the cells of each damper [m].
-    panel_mass
-        Of the bare panel per area [kg/m²].
-    """
-
-    rounds: Sequence[RandomRound]
-    readings: Mapping[tuple[str, str], RandomReading]
-    depth: Mapping[str, float] = field(default_factory=dict)
-    panel_mass: float = math.inf
-
-
-@dataclass(frozen=True)
 class CoupledResults:
     """What the runs of panel and particles together left; points as text.
 
     Attributes
     ----------
-    summary, psd
-        ``coupled/summary.csv``, ``coupled/psd.csv``.
+    summary, psd, impedance
+        ``coupled/summary.csv``, ``coupled/psd.csv``, ``coupled/impedance.csv``.
     verdict
-        ``coupled/verdict.csv``: every reading beside them.
+        ``coupled/verdict.csv``: the other readings beside them; None in a study without others.
     """
 
     summary: pd.DataFrame
     psd: pd.DataFrame
-    verdict: pd.DataFrame
+    impedance: pd.DataFrame
+    verdict: pd.DataFrame | None = None
 
 
 @dataclass(frozen=True)
@@ -133,8 +109,6 @@ class Inputs:
         None without coupled runs.
     damping
         Of the coupons that are read, by the names of their dampers.
-    random
-        Of the coupons driven at random; None where there are none.
     """
 
     study: Study
@@ -153,4 +127,3 @@ class Inputs:
     maps: xr.Dataset | None = None
     coupled: CoupledResults | None = None
     damping: Mapping[str, DampingResults] = field(default_factory=dict)
-    random: RandomResults | None = None

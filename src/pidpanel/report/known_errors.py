@@ -10,9 +10,13 @@ import xarray as xr
 
 from pidpanel.study import Study
 from pidpanel.study.dampers import Damper
+from pidpanel.study.damping import COUPLED
 
 COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
 """Columns of ``response/summary.csv`` with errors."""
+
+PARTLY = ("stated", COUPLED)
+"""Readings in which patches are read as the study states them."""
 
 
 def states_error(damper: Damper) -> bool:
@@ -47,7 +51,7 @@ def _columns(table: Path) -> list[str]:
 def partly_known(study: Study) -> list[str]:
     """Return the scenarios some of whose dampers state no error, by label.
 
-    What the reading ``stated`` finds for them holds the errors of the others alone.
+    What `PARTLY` find for them holds the errors of the others alone.
     """
     known = {name for name, damper in study.all_dampers.items() if states_error(damper)}
     return [
@@ -61,13 +65,13 @@ def with_known_errors(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset
 ) -> tuple[pd.DataFrame, xr.Dataset]:
     """Return ``summary.csv`` and ``psd.nc`` without the errors of `partly_known` scenarios."""
-    labels = partly_known(study) if "stated" in study.readings else []
+    labels = partly_known(study) if set(PARTLY) & set(study.readings) else []
     if not labels:
         return summary, psd
     summary, psd = summary.copy(), psd.copy()
-    of = (summary["reading"] == "stated") & summary["scenario"].isin(labels)
+    of = summary["reading"].isin(PARTLY) & summary["scenario"].isin(labels)
     summary.loc[of, [name for name in COLUMNS if name in summary]] = np.nan
     if "acceleration_psd_log_error" in psd:
-        of_psd = (psd["reading"] == "stated") & psd["scenario"].isin(labels)
+        of_psd = psd["reading"].isin(PARTLY) & psd["scenario"].isin(labels)
         psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~of_psd)
     return summary, psd

@@ -101,7 +101,7 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
     return Table(
         "Mass of the dampers, in kg and in percent of the panel with what is attached to it; rms "
         "acceleration, and its reduction against the bare panel under the same sound. "
-        f"{DEAD_WEIGHT} ±: one standard error due to that of C_e and m_a, where known. –: the "
+        f"{DEAD_WEIGHT} ±: one standard error, where known. –: the "
         "mass of the damper is not known.",
         columns,
         rows,
@@ -160,11 +160,13 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
     of = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
     by = inputs.study.damping.level.by
     read = {
-        "patch": "C_e of all its elements is read at the mean of the patch; damping.level.by: "
-        "element reads it at the motion of each element",
-        "element": "C_e of each element is read at its own motion (damping.level.by: element); "
-        "Γ of C_e is their mean",
+        "patch": " C_e of all elements is read at the mean of the patch; damping.level.by: "
+        "element reads it at the motion of each element.",
+        "element": " C_e of each element is read at its own motion (damping.level.by: element); "
+        "Γ of C_e is their mean.",
     }[by]
+    if not of["damping_read_at_g"].notna().any():
+        read = ""
     names = names_of(inputs.study)
     rows = [
         [
@@ -185,7 +187,7 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
     return Table(
         "Motion: amplitude of the sine with the rms acceleration of the patch, "
         "mean over its area, with the dampers and on the bare panel; of its elements: lowest and "
-        f"highest. What the mean hides: {read}.",
+        f"highest.{read}",
         ["layout", "reading", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
          "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
         rows,

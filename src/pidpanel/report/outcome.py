@@ -9,8 +9,9 @@ from itertools import product
 
 import pandas as pd
 
-from pidpanel.report.answer import AtPoint, Candidate, alike, candidates_of, is_gain, together
+from pidpanel.report.answer import AtPoint, Candidate, alike, candidates_of, is_gain
 from pidpanel.report.rms import moving_points
+from pidpanel.report.scenario_list import together
 from pidpanel.report.text import READINGS, number, value_text
 from pidpanel.study import Study
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -12,21 +10,16 @@ import xarray as xr
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon
 from pidpanel.damping import surface_files
-from pidpanel.damping.random_reading import read_random
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
-from pidpanel.random_round import RandomRound
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
-from pidpanel.report.inputs import CoupledResults, Coupon, DampingResults, Inputs, RandomResults
+from pidpanel.report.inputs import CoupledResults, Coupon, DampingResults, Inputs
 from pidpanel.report.known_errors import with_known_errors
 from pidpanel.round import read_rounds
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
-
-COUPLED = ("summary", "psd", "verdict")
-"""Tables of `CoupledResults`."""
 
 STEADINESS_SHOWN = 6
 """Cases of which the cycles are shown."""
@@ -58,7 +51,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         study=study,
         stamp=stamp(study),
         summary=summary,
-        layouts=pd.read_csv(response / "layouts.csv"),
+        layouts=_read_by_point(response / "layouts.csv"),
         psd=psd,
         modes=pd.read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),
@@ -72,53 +65,32 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         stress=_read_by_point(response / "stress.csv"),
         radiation=_read_by_point(response / "radiation.csv") if beside else None,
         maps=_read_dataset(response / "maps.nc"),
-        coupled=CoupledResults(
-            *(_read_by_point(folder / "coupled" / f"{name}.csv") for name in COUPLED)
-        )
-        if study.is_coupled
-        else None,
+        coupled=read_coupled(study, folder / "coupled") if study.is_coupled else None,
         damping={name: read_damping(study, name, folder) for name in study.surfaces},
-        random=read_rounds_at_random(
-            folder / "random",
-            {str(of.damper): one.cell.depth for _, of, one in study.random_coupons()},
-            panel_mass_of(pd.read_csv(panel / "section.csv")),
-        )
-        if study.random_coupons()
-        else None,
     )
 
 
-def panel_mass_of(section: pd.DataFrame) -> float:
-    """Return the mass per area of the bare panel [kg/m²], from ``panel/section.csv``."""
-    return float(section.loc[section["quantity"] == "mass_per_area", "value"].iloc[0])
-
-
-def read_rounds_at_random(
-    folder: Path, depth: Mapping[str, float], panel_mass: float = math.inf
-) -> RandomResults:
-    """Read ``random/round*.json`` up to the last, and the impedances that it found.
-
-    Files of more rounds than that are of an older run, and are not looked at.
+def read_coupled(study: Study, folder: Path) -> CoupledResults:
+    """Read what the runs of panel and particles together left.
 
     Parameters
     ----------
+    study
+        The study.
     folder
-        ``random``.
-    depth
-        Of the cells of each damper [m].
-    panel_mass
-        Of the bare panel per area [kg/m²].
+        ``results/<study>/coupled``.
     """
-    rounds = [RandomRound.read(folder / "round0.json")]
-    while not rounds[-1].is_last:
-        rounds.append(RandomRound.read(folder / f"round{len(rounds)}.json"))
-    readings = read_random(folder / f"impedance{len(rounds) - 1}.csv")
-    return RandomResults(rounds, readings, depth, panel_mass)
+    summary, psd, impedance = (
+        _read_by_point(folder / f"{name}.csv") for name in ("summary", "psd", "impedance")
+    )
+    others = len(study.readings) > 1
+    verdict = _read_by_point(folder / "verdict.csv") if others else None
+    return CoupledResults(summary, psd, impedance, verdict)
 
 
 def _read_by_point(path: Path) -> pd.DataFrame:
-    """Read a table whose points are names, even where they look like numbers."""
-    return pd.read_csv(path, dtype={"point": str})
+    """Read a table whose names are names, even where they look like numbers."""
+    return pd.read_csv(path, dtype=dict.fromkeys(("scenario", "patch", "point"), str))
 
 
 def _read_dataset(path: Path) -> xr.Dataset:

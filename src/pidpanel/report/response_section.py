@@ -17,7 +17,7 @@ from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
 from pidpanel.response.bands import reduction, third_octaves
 from pidpanel.study import Scenario
-from pidpanel.study.damping import RANDOM
+from pidpanel.study.damping import COUPLED
 
 EQUIVALENT_SINE = "Γ = √2 a_rms/g, the sine of equal rms, is an assumption."
 
@@ -157,7 +157,7 @@ def _accelerations(inputs: Inputs, name: str, reading: str) -> dict[str, float]:
 
 def refuted(inputs: Inputs, name: str, reading: str) -> list[str]:
     """Return the scenarios of a family in which coupled runs refute a reading."""
-    if inputs.coupled is None:
+    if inputs.coupled is None or inputs.coupled.verdict is None:
         return []
     of = inputs.coupled.verdict
     wrong = set(of.loc[(of["reading"] == reading) & (of["holds"] == "no"), "scenario"])
@@ -173,8 +173,8 @@ def reading_title(inputs: Inputs, name: str, reading: str) -> str:
 
 def acceleration_note(inputs: Inputs, name: str, reading: str) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
-    if reading in RANDOM:
-        return "$C_e$ of each patch's own random motion"
+    if reading == COUPLED:
+        return "$C_e$ at the patch's own motion"
     read_at = np.array(list(_accelerations(inputs, name, reading).values()))
     if np.isnan(read_at).all():
         return "$C_e$ independent of Γ"
@@ -192,8 +192,8 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
                 f"{READINGS[reading]}: refuted by coupled runs for {', '.join(wrong)} (Which "
                 "reading holds)."
             )
-        if reading in RANDOM:
-            parts.append(f"{READINGS[reading]}: C_e of each patch's own random motion.")
+        if reading == COUPLED:
+            parts.append(f"{READINGS[reading]}: C_e at the patch's own motion.")
             continue
         read_at = _accelerations(inputs, name, reading)
         if all(np.isnan(gamma) for gamma in read_at.values()):

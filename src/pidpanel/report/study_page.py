@@ -11,7 +11,9 @@ from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
 from pidpanel.report.answer_text import NOTHING_MOVES, caveats, headline
-from pidpanel.report.claims import patch_distance, verdict_table, verdicts
+from pidpanel.report.claims import patch_distance, verdicts
+from pidpanel.report.claims_table import verdict_table
+from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.coupon_section import Law, coupon_section
 from pidpanel.report.coupon_text import coupon_text
 from pidpanel.report.damping_section import damping_section
@@ -25,8 +27,8 @@ from pidpanel.report.names import names_of, with_names
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
-from pidpanel.report.random_section import near_gap, not_agreed, random_section, too_heavy
 from pidpanel.report.response_section import response_section
+from pidpanel.report.rms import moving_points
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
@@ -45,17 +47,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         How to reproduce the results, as of `pidpanel.report.html.Page`.
     """
     study = inputs.study
-    ended = not_agreed(inputs.random.rounds) if inputs.random else []
-    crossing = near_gap(inputs.random) if inputs.random else []
-    heavy = too_heavy(inputs.random) if inputs.random else []
-    answer = answer_of(
-        study,
-        inputs.summary,
-        inputs.coupled,
-        {one.scenario for one in ended},
-        {one.scenario for one in crossing},
-        {one.scenario for one in heavy},
-    )
+    answer = answer_of(study, inputs.summary)
     return Page(
         title=study.title or study.name,
         answer=headline(answer) if answer else NOTHING_MOVES,
@@ -107,13 +99,14 @@ def _sections(inputs: Inputs) -> list[Section]:
     for name in tracked(list(inputs.coupons), "coupons of the page"):
         of_coupon = _coupon_sections(inputs, name, law)
         sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
-    if inputs.random is not None:
-        sections.append(random_section(inputs.random, names))
+    if inputs.coupled is not None:
+        moving = moving_points(inputs.summary, points)
+        sections.append(coupled_section(inputs.coupled, names, moving))
     if study.layouts:
         sections.append(layouts_section(inputs))
     families = tracked(list(study.families), "families of scenarios of the page")
     sections += [response_section(inputs, name) for name in families]
-    if inputs.coupled is not None:
+    if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.radiation is not None:

@@ -13,8 +13,6 @@ READINGS = {
     "stated": "As stated",
     "bare": "Bare panel",
     "dem": "DEM",
-    "random": "DEM, driven at random",
-    "random_with_source": "DEM, driven at random, with the particles' own force",
     "coupled": "Panel and particles together",
     "paper_corrected": "The paper's law, corrected",
     "paper_printed": "The paper's law, as printed",

@@ -17,12 +17,11 @@ from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import of_layouts
-from pidpanel.report.limits import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
 from pidpanel.report.names import names_of, with_names
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
-from pidpanel.report.random_section import random_warnings
 from pidpanel.report.text import READINGS, number, percent, records
+from pidpanel.response.trust import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
 from pidpanel.round import Round
 from pidpanel.study import Study
 
@@ -65,8 +64,6 @@ def study_warnings(inputs: Inputs) -> list[str]:
         worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
         response = study.response
         said.append(radiation_finding(both, response.radiation, worst, air_mass=response.air_mass))
-    if inputs.random is not None:
-        said += random_warnings(inputs.random, names_of(study))
     for results in inputs.damping.values():
         said += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():

@@ -22,8 +22,8 @@
     The files of the stage.
 `rounds`
     The rounds of a target: which cases of the coupon to run next.
-`random_rounds`, `random_motions`
-    The rounds of the random drive: with which motions to shake the coupons next.
+`source`, `coupled_damping`
+    The particles' own force as a load; what coupled runs found as a damping model.
 `verification`
     Cases with a known answer.
 """

@@ -35,6 +35,8 @@ class Curve:
         Number of the point, from 1.
     acceleration_psd
         (nf,) one-sided [(m/s²)²/Hz].
+    doubts
+        Why it is not to be trusted; empty where it is.
     """
 
     reading: str
@@ -42,6 +44,13 @@ class Curve:
     point: str
     node: int
     acceleration_psd: Array
+    doubts: str = ""
+
+    @property
+    def title(self) -> str:
+        """What it is the PSD of, in a line."""
+        said = f" (not to be trusted: {self.doubts})" if self.doubts else ""
+        return f"{self.reading}, {self.scenario}, point {self.point}{said}"
 
 
 def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
@@ -64,7 +73,7 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
     with path.open("w", encoding="ascii", errors="replace") as file:
         file.write(f"$ {title}\n$ one-sided acceleration PSD, (m/s**2)**2/Hz over Hz\n")
         for number, curve in enumerate(curves, start=1):
-            file.write(f"$ {curve.reading}, {curve.scenario}, point {curve.point}\n")
+            file.write(f"$ {curve.title}\n")
             axes = ("LINEAR", "LINEAR")
             file.writelines(
                 large_field_table("TABRND1", number, axes, frequency, curve.acceleration_psd)
@@ -78,7 +87,7 @@ def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: st
     """
     sets = [
         pyuff.prepare_58(
-            id1=f"{curve.reading}, {curve.scenario}, point {curve.point}"[:80],
+            id1=curve.title[:80],
             id2=title[:80],
             id3="one-sided acceleration PSD, (m/s**2)**2/Hz",
             func_type=PSD,

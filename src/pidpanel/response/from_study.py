@@ -16,15 +16,14 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.damping.from_study import reading_of, reading_of_damper
-from pidpanel.damping.random_reading import RandomReading, read_random
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.plane_mesh import cell_areas
-from pidpanel.response.as_coupled import read_coupled
 from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
+from pidpanel.response.coupled_damping import CoupledDamping, read_coupled
 from pidpanel.response.linearisation import DampingOfMotion
 from pidpanel.response.lines import (
     LINES_PER_BANDWIDTH,
@@ -37,14 +36,14 @@ from pidpanel.response.radiation import Air
 from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
 from pidpanel.response.sharpness import least_damping_ratio
 from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
-from pidpanel.response.source import force_psd, patch_integrals
+from pidpanel.response.source import between, elements_of_patch
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import air_tables, modal_force_tables, spectrum_of
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Filling, Scenario, Study
-from pidpanel.study.damping import COUPLED, RANDOM
+from pidpanel.study.damping import COUPLED
 from pidpanel.study.response import Radiation
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
@@ -61,6 +60,10 @@ BALANCE_LINES = (2, 12)
 
 BALANCE_WORK = 1e8
 """Shapes cubed times lines of a power balance, a dense solve each."""
+
+OWN_FORCE_NODES = 25
+"""Frequencies at which the modal load of the particles' own force is computed; linear in ln f
+between them."""
 
 HELD = 1e-6
 """Motion of a point over the largest of its shape below which it does not move [1]: rounding is
@@ -142,7 +145,7 @@ class Filled:
     source: str
     reading: DampingReading
     fill_fraction: float
-    source_force: RandomReading | None = None
+    source_force: CoupledDamping | None = None
 
     @property
     def mass_per_area(self) -> float:
@@ -234,11 +237,9 @@ class Readings:
         What the reading ``stated`` takes for each damper, by the name of the damper.
     names
         Names of all readings of the study in order.
-    at_random
-        Of coupons driven at random, by scenario and patch; patches without one are read as
-        ``stated`` in those readings.
     coupled
-        Found by coupled runs, by scenario and patch, for the reading ``coupled``.
+        Found by coupled runs, by scenario and patch, for the reading ``coupled``; patches without
+        are read as ``stated`` there.
     """
 
     def __init__(
@@ -246,12 +247,10 @@ class Readings:
         names: Sequence[str],
         of_all: Mapping[str, DampingReading],
         of_dampers: Mapping[str, DampingReading],
-        at_random: Mapping[tuple[str, str], RandomReading] | None = None,
-        coupled: Mapping[tuple[str, str], RandomReading] | None = None,
+        coupled: Mapping[tuple[str, str], CoupledDamping] | None = None,
     ) -> None:
         self.names = tuple(names)
         self._coupled = coupled or {}
-        self._at_random = at_random or {}
         self._of_all = of_all
         self._of_dampers = of_dampers
 
@@ -260,15 +259,11 @@ class Readings:
         # constants have no fill, and are asked at that of a full cell
         fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
         if name == COUPLED:
-            own = self._coupled[scenario, filling.patch]
-            return Filled(patch, carrier, f"{filling.damper} on {filling.patch}", own, fill, own)
-        if name in RANDOM:
-            random = self._at_random.get((scenario, filling.patch))
-            if random is not None:
+            found = self._coupled.get((scenario, filling.patch))
+            if found is not None:
                 # each patch has its own motion, and its own errors
                 source = f"{filling.damper} on {filling.patch}"
-                force = random if name == "random_with_source" else None
-                return Filled(patch, carrier, source, random, fill, force)
+                return Filled(patch, carrier, source, found, fill, found)
             name = "stated"
         if name == "stated":
             damper = str(filling.damper)
@@ -277,9 +272,7 @@ class Readings:
         return Filled(patch, carrier, source, self._of_all[name], fill)
 
 
-def readings_of(
-    study: Study, folder: Path | None, random: Path | None = None, coupled: Path | None = None
-) -> Readings:
+def readings_of(study: Study, folder: Path | None, coupled: Path | None = None) -> Readings:
     """Return the readings of a study.
 
     Parameters
@@ -288,8 +281,6 @@ def readings_of(
         The study.
     folder
         Of the surfaces, ``results/<study>/damping``; None for a study without any.
-    random
-        Table of the coupons driven at random; None for a study without any.
     coupled
         ``coupled/impedance.csv``; None for a study without coupled runs.
 
@@ -298,7 +289,6 @@ def readings_of(
     DampingError
         As `reading_of` and `reading_of_damper`.
     """
-    at_random = {} if random is None else read_random(random)
     together = {} if coupled is None else read_coupled(coupled)
 
     def surface(damper: str) -> Path | None:
@@ -309,7 +299,7 @@ def readings_of(
     of_all: dict[str, DampingReading] = {
         name: reading_of(name, study, surface(SECTION))
         for name in study.damping.readings or ("dem",)
-        if name in study.readings and name not in ("stated", COUPLED, *RANDOM)
+        if name in study.readings and name not in ("stated", COUPLED)
     }
     stated = {
         name: reading_of_damper(study.all_dampers[name], surface(name))
@@ -317,8 +307,8 @@ def readings_of(
     }
     if not study.response.damper_mass:
         stated = {name: reading.without_mass() for name, reading in stated.items()}
-        at_random = {key: reading.without_mass() for key, reading in at_random.items()}
-    return Readings(study.readings, of_all, stated, at_random, together)
+        together = {key: reading.without_mass() for key, reading in together.items()}
+    return Readings(study.readings, of_all, stated, together)
 
 
 def damping_of_motion(reading: DampingReading, fill_fraction: float) -> DampingOfMotion:
@@ -663,42 +653,37 @@ class PanelInSound:
     def _source(self, filled: Sequence[Filled]) -> Callable[[Array], Array] | None:
         """Return the PSD of the modal forces of the particles; None where they have none."""
         sources = {one.patch: one.source_force for one in filled if one.source_force is not None}
-        if not sources:
-            return None
+        return self.own_forces(sources) if sources else None
 
-        def of_patches(frequency: Array) -> tuple[Array, Array]:
-            return (
-                np.stack([one.common_force_psd(frequency) for one in sources.values()]),
-                np.stack([one.own_force_psd(frequency) for one in sources.values()]),
-            )
-
-        return self.source_of(list(sources), of_patches)
-
-    def source_of(
-        self, patches: list[int], of_patches: Callable[[Array], tuple[Array, Array]]
-    ) -> Callable[[Array], Array]:
+    def own_forces(self, sources: Mapping[int, CoupledDamping]) -> Callable[[Array], Array]:
         """Return the PSD of the modal forces of particles over frequency [N²/Hz].
 
         Parameters
         ----------
-        patches
-            On which they are.
-        of_patches
-            What all cells of each share [Pa²/Hz], and the density of what is each cell's own
-            [Pa² m²/Hz], (n_patches, nf) each, at (nf,) [Hz].
+        sources
+            By patch.
         """
         basis = self.basis
-        integrals = patch_integrals(
-            basis.shape_at_vertices,
-            basis.cells,
-            cell_areas(basis.vertex_position, basis.cells),
-            basis.cell_in_patch,
-        )[patches]
+        nodes = np.geomspace(*self.study.response.frequency_hz, OWN_FORCE_NODES)
+        area = cell_areas(basis.vertex_position, basis.cells)
+        total = np.zeros((len(nodes), *basis.patch_overlap.shape[1:]))
+        for patch, source in sources.items():
+            parts = elements_of_patch(
+                basis.shape_at_vertices,
+                basis.vertex_position,
+                basis.cells,
+                area,
+                basis.cell_in_patch[patch],
+            )
+            independent = source.cell_area * basis.patch_overlap[patch]
+            for k, (f, psd, c) in enumerate(zip(nodes, *source.own_force(nodes), strict=True)):
+                coherent = parts.coherent_load(source.own_length / f)
+                total[k] += psd * (c * coherent + (1 - c) * independent)
 
-        def psd(frequency: Array) -> Array:
-            return force_psd(*of_patches(frequency), integrals, basis.patch_overlap[patches])
+        def psd_at(frequency: Array) -> Array:
+            return between(frequency, nodes, total)(slice(None))
 
-        return psd
+        return psd_at
 
     def _filled(self, scenario: Scenario, readings: Readings, name: str) -> tuple[Filled, ...]:
         found = []

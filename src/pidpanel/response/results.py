@@ -14,12 +14,11 @@ import xarray as xr
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.random_reading import RandomReading
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.response import stress, uncertainty
-from pidpanel.response.as_coupled import read_errors
+from pidpanel.response.coupled_damping import read_coupled, read_errors
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.from_study import (
     PanelFiles,
@@ -47,6 +46,7 @@ from pidpanel.response.tables import (
     stress_rows,
     summary_rows,
 )
+from pidpanel.response.trust import BETWEEN, TRUST, doubts_in, judged
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.damping import COUPLED
@@ -78,7 +78,6 @@ def write_response(
     section: Path,
     damping: Path | None,
     output: ResponseFiles,
-    random: Path | None = None,
     coupled: Path | None = None,
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario in every reading.
@@ -97,8 +96,6 @@ def write_response(
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     output
         What to write.
-    random
-        Table of the coupons driven at random; None for a study without any.
     coupled
         Folder of what the coupled runs found; None for a study without any.
 
@@ -110,7 +107,7 @@ def write_response(
         As the stages upstream have it.
     """
     found_coupled = None if coupled is None else coupled / "impedance.csv"
-    readings = readings_of(study, damping, random, found_coupled)
+    readings = readings_of(study, damping, found_coupled)
     start = read_panel_in_sound(study, files, study.response.radiation)
     checked = checked_responses(start, plate, readings)
     panel = checked.panel
@@ -152,7 +149,8 @@ def write_response(
     labels = [scenario.label for scenario in study.all_scenarios()]
     basis = panel.basis
     axes = (panel.frequency, list(readings.names), labels, basis.point_names)
-    _write_csv(output.summary_csv, pd.DataFrame(rows))
+    summary = judged(study, pd.DataFrame(rows), of_coupled if coupled is not None else None)
+    _write_csv(output.summary_csv, summary)
     _write_csv(output.layouts_csv, pd.DataFrame(layout_rows, columns=list(PATCH_COLUMNS)))
     psds = uncertainty.with_errors(psd_dataset(found, dead, *axes, basis.patch_names), errors)
     psds.assign_attrs(
@@ -291,9 +289,6 @@ def _summary(
         full=full,
         read_at_g=read_at,
         patch_motion_g=motion,
-        agreed=all(
-            one.reading.agreed for one in case.filled if isinstance(one.reading, RandomReading)
-        ),
     )
     beside = dead_weight_columns(
         case.bare, case.dead_weight, case.masses(panel.load_area(one)), panel_mass
@@ -336,14 +331,7 @@ def on_patches(panel: PanelInSound, case: SolvedScenario, one: ScenarioResponse)
         damping[patch] = share @ one.equivalent_damping[own]
         mass[patch] = share @ one.apparent_mass[own]
         inside[patch] = one.inside[own].all(axis=0)
-    sources = {filled.patch: filled.source_force for filled in case.filled if filled.source_force}
-    if not sources:
-        return OnPatches(one.response, damping, mass, inside)
-    common, own_force = np.zeros((2, count, panel.frequency.size))
-    for patch, source in sources.items():
-        common[patch] = source.common_force_psd(panel.frequency)
-        own_force[patch] = source.own_force_psd(panel.frequency)
-    return OnPatches(one.response, damping, mass, inside, common, own_force)
+    return OnPatches(one.response, damping, mass, inside)
 
 
 PATCH_COLUMNS = (
@@ -438,6 +426,7 @@ def write_maps(
     plate: Path,
     left_out: Path,
     psd_nc: Path,
+    coupled: Path | None,
     maps_nc: Path,
     folder: Path,
 ) -> None:
@@ -451,6 +440,8 @@ def write_maps(
         ``panel/plate.nc`` and ``response/left_out.nc``: the basis of the responses.
     psd_nc
         ``response/psd.nc``, from which C_e and m_a are taken.
+    coupled
+        ``coupled/impedance.csv``, from which the particles' own force is taken; None for none.
     maps_nc, folder
         What to write: NetCDF, and a folder for ParaView.
     """
@@ -458,16 +449,25 @@ def write_maps(
     panel = widened(panel, read_plate(plate), read_left_out(left_out))
     psd, basis, layers = read_psd(psd_nc), panel.basis, _layers(panel)
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
+    own_forces = {} if coupled is None else read_coupled(coupled)
     by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, Scenario]]] = {}
     for scenario in study.mapped_scenarios():
         for reading in study.readings[: 1 if scenario.is_bare else None]:
             if is_steady(psd, reading, scenario.label):
                 # a force of the particles' own is that of one scenario
-                own = f"{reading}/{scenario.label}" if _has_own(psd, reading, scenario) else ""
+                own = scenario.label if reading == COUPLED and not scenario.is_bare else ""
                 by_patches.setdefault((scenario.patches, own), []).append((reading, scenario))
     found: dict[tuple[str, str], dict[str, Array]] = {}
     for (names, own), cases in by_patches.items():
-        force = _force_with_own(panel, psd, *cases[0]) if own else panel.force
+        force: Callable[[Array], Array | Complexes] = panel.force
+        sources = {
+            basis.patch_names.index(patch): one
+            for (label, patch), one in own_forces.items()
+            if label == own
+        }
+        if sources:
+            factor = panel.pressure_factor(cases[0][1])
+            force = panel.force_with(panel.own_forces(sources), factor)
         covariances = modal_covariances(
             panel.coarse_frequency,
             panel.modal,
@@ -487,32 +487,6 @@ def write_maps(
     dataset = map_dataset(found, errors, basis.vertex_position, basis.cells, layers.names)
     dataset.assign_attrs(stamp(study)).to_netcdf(maps_nc, engine="scipy")
     write_paraview(folder, dataset)
-
-
-def _has_own(psd: xr.Dataset, reading: str, scenario: Scenario) -> bool:
-    """Whether the particles of a scenario push on their own in a reading."""
-    if "own_force_psd" not in psd or scenario.is_bare:
-        return False
-    one = psd["own_force_psd"].sel(reading=reading, scenario=scenario.label)
-    return not bool(np.isnan(one).any())
-
-
-def _force_with_own(
-    panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: Scenario
-) -> Callable[[Array], Array | Complexes]:
-    """Return G of the sound and of the particles' own force; see `PanelInSound.force_with`."""
-    names, lines = list(scenario.patches), psd["frequency"].to_numpy()
-    one = psd.sel(reading=reading, scenario=scenario.label, patch=names)
-
-    def of_patches(frequency: Array) -> tuple[Array, Array]:
-        common, own = (
-            np.array([np.interp(frequency, lines, row) for row in one[name].to_numpy()])
-            for name in ("common_force_psd", "own_force_psd")
-        )
-        return common, own
-
-    patches = [panel.basis.patch_names.index(name) for name in names]
-    return panel.force_with(panel.source_of(patches, of_patches), panel.pressure_factor(scenario))
 
 
 def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
@@ -545,7 +519,7 @@ def _dampers(
     return read("equivalent_damping"), read("apparent_mass"), panel.pressure_factor(scenario)
 
 
-def write_export(study: Study, modes: Path, psd_nc: Path, folder: Path) -> None:
+def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path) -> None:
     """Write files for other programs: CSV, third octaves, Nastran TABRND1 and TABDMP1, UFF 58.
 
     Parameters
@@ -554,13 +528,19 @@ def write_export(study: Study, modes: Path, psd_nc: Path, folder: Path) -> None:
         The study.
     modes
         ``panel/modes.nc``.
-    psd_nc
-        ``response/psd.nc``.
+    psd_nc, summary_csv
+        ``response/psd.nc`` and ``response/summary.csv``.
     folder
         Made where it is not there.
     """
     folder.mkdir(exist_ok=True)
     psd = read_psd(psd_nc)
+    summary = pd.read_csv(summary_csv, dtype={"scenario": str})
+    trust = summary.groupby(["reading", "scenario"])[TRUST].first()
+    doubts = {
+        (row.reading, row.scenario): BETWEEN.join(doubts_in({"doubts": row.doubts}))
+        for row in trust.reset_index().itertuples()
+    }
     frequency = psd["frequency"].to_numpy()
     points = [str(name) for name in psd["point"].to_numpy()]
     bare_of = {scenario.label: scenario.bare.label for scenario in study.all_scenarios()}
@@ -573,21 +553,25 @@ def write_export(study: Study, modes: Path, psd_nc: Path, folder: Path) -> None:
             for point in points:
                 bare[label, point] = under.sel(point=point).to_numpy()
             one = psd.sel(reading=reading, scenario=label)
-            curves += _curves(one, reading, label, points)
+            curves += _curves(one, reading, label, points, doubts[reading, label])
             _write_csv(
                 folder / f"psd_{reading}_{label}.csv", _psd_columns(one, frequency, points), 7
             )
     title = f"pidpanel study {study.name}"
-    _write_csv(folder / "third_octaves.csv", third_octave_rows(frequency, curves, bare))
+    bands = third_octave_rows(frequency, curves, bare)
+    _write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
     write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
     write_uff58(folder / "psd.uff", frequency, curves, title)
     own, ratios = modal_damping(study, read_basis(modes), psd)
     write_tabdmp1(folder / "tabdmp1.bdf", own, ratios, title)
 
 
-def _curves(one: xr.Dataset, reading: str, label: str, points: Sequence[str]) -> list[Curve]:
+def _curves(
+    one: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
+) -> list[Curve]:
+    psd = one["acceleration_psd"]
     return [
-        Curve(reading, label, point, node, one["acceleration_psd"].sel(point=point).to_numpy())
+        Curve(reading, label, point, node, psd.sel(point=point).to_numpy(), doubts)
         for node, point in enumerate(points, start=1)
     ]
 

@@ -1,59 +1,118 @@
 """The force of the particles that is not linear in the motion of their patch, as a load.
 
-It acts on the panel beside the sound and independently of it, with the PSD over the area that the
-random drive of a coupon found (`damping.best_linear`):
+It acts on the panel beside the sound and independently of it. Two cells a distance d apart have
+the cross-PSD S c exp(−d f/λ), with S the PSD of a cell and c and λ as coupled runs find them; the
+rest of each cell, 1 − c, is independent. On the modes that is
 
-- what all cells share acts on the patch like a pressure of its own, S_c b bᵀ with b = ∫_p φ dA,
-  as if every cell felt the mean motion of its patch;
-- what is each cell's own is independent from cell to cell: a coupon of area A_c with the PSD S_o of
-  its mean has the density S_o A_c over area, so that the modal forces have S_o A_c D_p. On a patch
-  of area A the mean pressure has S_o A_c/A: it falls with the number of cells.
+    S [c ∬ φ φ′ᵀ exp(−d f/λ) dA dA′ + (1 − c) A_cell D],    D = ∫ φ φᵀ dA over the patch.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 
 
-def patch_integrals(
-    shape_at_vertices: Array, cells: Index, cell_area: Array, cell_in_patch: Flags
-) -> Array:
-    """Return b = ∫_p φ dA of each patch (n_patches, n) [m²], from the means of its cells' corners.
+@dataclass(frozen=True)
+class PatchParts:
+    """Parts that make up a patch, about square.
 
-    With six cells to a wavelength that is within 10 % (h²k²/12), with twelve within 3 %.
+    Attributes
+    ----------
+    shape, area, position
+        (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) [m].
+    """
+
+    shape: Array
+    area: Array
+    position: Array
+
+    def coherent_load(self, length: float) -> Array:
+        """Return ∬ φ φ′ᵀ exp(−d/l) dA dA′ over the patch, (n, n) [m⁴], for l [m]."""
+        apart = np.hypot(*(self.position[:, None] - self.position[None]).transpose(2, 0, 1))
+        coherence = np.exp(-apart / length)
+        np.fill_diagonal(coherence, mean_coherence(np.sqrt(self.area), length))
+        weighted = self.shape * self.area[:, None]
+        result: Array = weighted.T @ coherence @ weighted
+        return result
+
+
+def elements_of_patch(
+    shape_at_vertices: Array, position: Array, cells: Index, cell_area: Array, inside: Flags
+) -> PatchParts:
+    """Return the elements of a patch as its parts, with the mean of the shapes at their corners.
+
+    With six elements to a wavelength that is within 10 % (h²k²/12), with twelve within 3 %.
 
     Parameters
     ----------
-    shape_at_vertices
-        (n_vertices, n) [1].
-    cells
-        (n_cells, k) vertices of each cell.
-    cell_area
-        (n_cells,) [m²].
-    cell_in_patch
-        (n_patches, n_cells).
+    shape_at_vertices, position
+        (n_vertices, n) [1] and (n_vertices, 2) [m].
+    cells, cell_area
+        (n_cells, k) vertices and (n_cells,) area [m²] of each element.
+    inside
+        (n_cells,) whether it is part of the patch.
     """
-    by_cell = cell_area[:, None] * shape_at_vertices[cells].mean(axis=1)
-    integrals: Array = cell_in_patch.astype(np.float64) @ by_cell
-    return integrals
+    corners = cells[inside]
+    return PatchParts(
+        shape_at_vertices[corners].mean(axis=1),
+        cell_area[inside],
+        position[corners].mean(axis=1),
+    )
 
 
-def force_psd(common: Array, own: Array, integrals: Array, overlap: Array) -> Array:
-    """Return the PSD of the modal forces (nf, n, n) [N²/Hz].
+def mean_coherence(side: Array | float, length: Array | float) -> Array:
+    """Return the mean of exp(−d/l) over two points of a square.
 
     Parameters
     ----------
-    common
-        (n_patches, nf) S_c [Pa²/Hz].
-    own
-        (n_patches, nf) S_o A_c [Pa² m²/Hz].
-    integrals
-        (n_patches, n) b [m²].
-    overlap
-        (n_patches, n, n) D [m²].
+    side, length
+        Of the square and l [m].
+
+    Notes
+    -----
+    With the density of the distance of two points of a unit square (Ghosh 1951) by Gauss'
+    quadrature of the two differences.
+
+    Examples
+    --------
+    Far smaller than the length; far larger, 2π l² − 16 l³.
+
+    >>> float(mean_coherence(1.0, 1e6).round(3)), float((mean_coherence(1.0, 0.01) * 1e4).round(2))
+    (1.0, 6.12)
     """
-    together = integrals[:, :, None] * integrals[:, None, :]
-    psd: Array = np.tensordot(common.T, together, axes=1) + np.tensordot(own.T, overlap, axes=1)
-    return psd
+    ratio = np.asarray(side, dtype=np.float64) / np.asarray(length, dtype=np.float64)
+    node, weight = np.polynomial.legendre.leggauss(60)
+    # u³ gathers the nodes where the exponential falls
+    u = (0.5 + 0.5 * node) ** 3
+    w = 0.5 * weight * 3 * (0.5 + 0.5 * node) ** 2
+    across = np.hypot(u[:, None], u[None, :])
+    kernel = 4 * np.outer(w * (1 - u), w * (1 - u))
+    result: Array = np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
+    return result
+
+
+def between(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
+    """Return values at nodes, (k, n, n), as a function of lines; linear in ln f.
+
+    Parameters
+    ----------
+    frequency, nodes
+        (nf,) and (k,) rising [Hz]; values are held beyond the nodes.
+    load
+        (k, n, n) at the nodes.
+    """
+    place = np.interp(np.log(frequency), np.log(nodes), np.arange(len(nodes)))
+    lower = np.minimum(place.astype(int), max(len(nodes) - 2, 0))
+    upper = np.minimum(lower + 1, len(nodes) - 1)
+    share = (place - lower)[:, None, None]
+
+    def values(lines: slice) -> Array:
+        result: Array = (1 - share[lines]) * load[lower[lines]] + share[lines] * load[upper[lines]]
+        return result
+
+    return values

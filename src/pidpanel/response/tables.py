@@ -25,7 +25,6 @@ def summary_rows(
     full: Response,
     read_at_g: float,
     patch_motion_g: float,
-    agreed: bool,
 ) -> list[dict[str, Any]]:
     """Rms values of a scenario, a row per point.
 
@@ -44,8 +43,6 @@ def summary_rows(
         diagonal form was asked for.
     read_at_g, patch_motion_g
         Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
-    agreed
-        Whether damping that was measured under a motion agrees with that of the scenario.
     """
     rows = []
     outside = 1 - float(found.inside.all(axis=0).mean()) if len(found.inside) else 0.0
@@ -69,7 +66,6 @@ def summary_rows(
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
                 "motion_residual": found.residual,
-                "agreed": agreed,
             }
         )
     return rows
@@ -138,18 +134,12 @@ class OnPatches:
         (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled.
     inside
         (n_patches, nf) whether the damping is within the simulated range.
-    common_force, own_force
-        (n_patches, nf) PSD of the particles' force that is not linear in the motion, as far as all
-        cells share it [Pa²/Hz], and density over area of what is each cell's own [Pa² m²/Hz]; None
-        where it does not act.
     """
 
     response: Response
     equivalent_damping: Array
     apparent_mass: Array
     inside: Array
-    common_force: Array | None = None
-    own_force: Array | None = None
 
 
 def psd_dataset(
@@ -176,7 +166,7 @@ def psd_dataset(
     """
     shape = (len(readings), len(labels), len(frequency))
     acceleration, velocity, displacement, dead = np.full((4, *shape, len(points)), np.nan)
-    damping, mass, inside, common, own = np.full((5, *shape[:2], len(patches), shape[2]), np.nan)
+    damping, mass, inside = np.full((3, *shape[:2], len(patches), shape[2]), np.nan)
     for (reading, label), psd in dead_weight.items():
         dead[readings.index(reading), labels.index(label)] = psd
     for (reading, label), one in found.items():
@@ -185,8 +175,6 @@ def psd_dataset(
         velocity[at] = one.response.velocity_psd
         displacement[at] = one.response.displacement_psd
         damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
-        if one.common_force is not None and one.own_force is not None:
-            common[at], own[at] = one.common_force, one.own_force
     dims = ("reading", "scenario", "frequency")
     by_patch = ("reading", "scenario", "patch", "frequency")
     variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
@@ -201,13 +189,6 @@ def psd_dataset(
         ("apparent_mass", by_patch, mass, "kg m-2", "m_a of the patch, 0 if not filled"),
         ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
-    if any(one.common_force is not None for one in found.values()):
-        variables += [
-            ("common_force_psd", by_patch, common, "Pa2 Hz-1",
-             "one-sided PSD of the particles' own force that all cells share"),
-            ("own_force_psd", by_patch, own, "Pa2 m2 Hz-1",
-             "one-sided PSD times area of the force that is each cell's own"),
-        ]  # fmt: skip
     # a NetCDF 3 file has no dimension of length 0
     kept = [one for one in variables if patches or "patch" not in one[1]]
     return xr.Dataset(

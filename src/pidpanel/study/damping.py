@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import Model, RelativeError
 from pidpanel.study.coupon import Gamma, Modulus
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Mistake, Mistakes
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 
 Reading = Literal[
     "stated",
     "dem",
-    "random",
-    "random_with_source",
     "paper_corrected",
     "paper_printed",
     "table",
     "coupled",
 ]
-RANDOM: tuple[Reading, ...] = ("random", "random_with_source")
-"""Readings for which coupons are driven at random."""
 NEIGHBOURS_DB = 3.0
 """Farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
 within some decibels, and push a thousand times as much then."""
 COUPLED: Reading = "coupled"
 """Reading of panel and particles in one time integration."""
+REMOVED = ("random", "random_with_source")
+"""Readings of version 1, of coupons driven at random."""
 
 
 class Level(Model):
@@ -98,54 +96,37 @@ class Tones(Model):
     """Most tones in all."""
 
 
-class RandomDrive(Model):
-    """How long coupons are driven at random with the motion of their own patch.
-
-    Rounds of the coupon and the panel follow each other until no rms acceleration moves by more
-    than 1 % and all are known to ``relative_error``.
-    """
-
-    relative_error: RelativeError = 0.02
-    """Wanted of every rms acceleration, as far as the damping makes it uncertain."""
-    seeds: Annotated[int, whole(2, 50)] = 2
-    """Packings that are driven alike; two and more tell what of their force they share."""
-    time_s: Annotated[float, Quantity(0.2, 60, units=MILLISECONDS)] = 1.0
-    """Record of the first round, of each packing [s]; its inverse is from line to line, and the
-    range of the response must hold ten lines."""
-    max_time_s: Annotated[float, Quantity(0.2, 1000)] = 20.0
-    """Most record of all rounds together, of each packing [s]."""
-    max_rounds: Annotated[int, whole(2, 30)] = 8
-    """Most rounds."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a time that does not hold two rounds."""
-        if self.max_time_s < 2 * self.time_s:
-            yield Mistake(("max_time_s",), f"must be at least twice time_s = {self.time_s:g}")
-
-
 class Coupled(Model):
     """How panel and particles are integrated together, for the reading ``coupled``.
 
-    Every scenario is run ``seeds`` times, each with packings and a sound of its own, for
-    ``settle_s`` and then ``duration_s``.
+    Every scenario is run once, with packings and a sound of its own, for ``settle_s`` and then
+    ``duration_s``. Further runs follow until every g rms is known to ``relative_error``, up to
+    ``runs``.
     """
 
-    duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 2.0
-    """Of motion that counts [s]."""
-    settle_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.5
-    """Of motion before it [s]."""
-    seeds: Annotated[int, whole(2, 50)] = 4
-    """Runs of each scenario; errors come from their differences."""
-    stations: Annotated[int, whole(1, 100)] = 16
+    relative_error: RelativeError = 0.02
+    """Wanted relative standard error of every rms acceleration."""
+    duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
+    """Of the motion that counts in each run [s]."""
+    settle_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.4
+    """Of the motion before it [s]."""
+    runs: Annotated[int, whole(1, 100)] = 4
+    """Most runs of each scenario."""
+    stations: Annotated[int, whole(1, 100)] = 8
     """Places of a patch that have a motion and cells of their own."""
-    cells: Annotated[int, whole(1, 200)] = 16
+    cells: Annotated[int, whole(2, 200)] = 16
     """Cells of a patch that are simulated, the same number at every station."""
     youngs_modulus_mpa: Modulus | None = None
-    """Of the contacts [MPa]; by default the softest of ``coupon.stiffness`` whose contacts are
-    short and shallow at the motion of the bare patch."""
+    """Of the contacts [MPa]; by default the softest that lowers g rms by at most 2 %, which is
+    part of the error."""
     scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     """Labels of those that are run; by default all. What is found there is carried to other
     levels of the same layouts, within 3 dB, and the error of that is stated."""
+
+    @property
+    def run_s(self) -> float:
+        """Length of a run [s]."""
+        return self.settle_s + self.duration_s
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield cells that cannot be shared out evenly."""
@@ -158,28 +139,41 @@ class Damping(Model):
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
     """``stated``: every patch as ``dampers`` states it. The others are of all patches alike:
-    ``dem`` the section ``coupon``, ``table`` the key below, ``paper_…`` the paper's law.
-    ``random``: as ``stated``, but every coupon is driven at random with the motion of its own
-    patch; ``random_with_source``: the force that is not linear in that motion acts on the panel
-    besides. With ``coupled`` beside another reading, panel and particles are integrated together
-    too, and what is found then, their own force included, is a reading like the others. By
-    default ``random`` where a scenario has a coupon, since sound is no sine; with ``level``,
-    ``target`` or ``tones``, which are of single tones, and without a coupon, ``stated`` in a study
-    with ``dampers``, else ``dem``."""
+    ``dem`` the section ``coupon`` under single tones, ``table`` the key below, ``paper_…`` the
+    paper's law. ``coupled``: panel and particles are integrated together; patches without a coupon
+    are read as ``stated``. By default ``coupled`` where a scenario has a coupon, since sound is no
+    sine; with ``level``, ``target`` or ``tones``, which are of single tones, with diagonal modal
+    damping, and without a coupon, ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The amplitude at which C_e is read."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of measured damping, for the reading ``table``."""
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
-    random: RandomDrive = RandomDrive()
-    """For the readings ``random`` and ``random_with_source``."""
     coupled: Coupled = Coupled()
     """For the reading ``coupled``."""
     target: Target | None = None
     """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
     """By default nothing is run beside ``coupon.sweep``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_removed(cls, values: Any) -> Any:
+        if isinstance(values, Mapping):
+            readings = values.get("readings")
+            items = list(readings) if isinstance(readings, list | tuple) else []
+            says = f"is gone; '{COUPLED}', the default for sound, has taken its place"
+            found = [
+                Mistake(("readings", place), f"{name!r} {says}")
+                for place, name in enumerate(items)
+                if name in REMOVED
+            ]
+            if "random" in values:
+                found.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
+            if found:
+                raise Mistakes(found)
+        return values
 
     @property
     def is_of_tones(self) -> bool:
@@ -191,10 +185,6 @@ class Damping(Model):
         readings = self.readings or ()
         if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a reading more than once")
-        if readings == ("coupled",):
-            yield Mistake(("readings",), "must contain another reading beside 'coupled'")
-        if "coupled" not in readings and self.coupled != Coupled():
-            yield Mistake(("coupled",), "only allowed with the reading 'coupled'")
         if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
         if self.tones is not None and self.target is not None:

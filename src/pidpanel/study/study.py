@@ -11,7 +11,7 @@ from pidpanel.paths import SECTION
 from pidpanel.study.base import Model, Text, as_tuple
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB, RANDOM, Damping
+from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
@@ -37,6 +37,9 @@ RESERVED = ("coupon", "verification")
 
 FEWEST_LINES = 10
 """Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e."""
+
+FEWEST_PERIODS = 10
+"""Of the lowest frequency in a record: both of its halves then resolve a third octave there."""
 
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
@@ -69,9 +72,10 @@ class CouponStudy(Model):
         """Coupons to simulate by name, that of the section first."""
         return {SECTION: self.coupon} if self.coupon else {}
 
-    def random_coupons(self) -> tuple[tuple[Scenario, Filling, Coupon], ...]:
-        """Return what is driven at random; see `Study`."""
-        return ()
+    @property
+    def is_coupled(self) -> bool:
+        """Whether panel and particles are integrated together; see `Study`."""
+        return False
 
 
 class Study(CouponStudy):
@@ -118,15 +122,15 @@ class Study(CouponStudy):
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
-        """Names of the dampers that are filled in with the reading ``stated`` or at random."""
+        """Names of the dampers that are filled in with the reading ``stated`` or ``coupled``."""
         fillings = (f for s in self.all_scenarios() for f in s.fillings)
         named = {filling.damper for filling in fillings}
         used = tuple(name for name in self.all_dampers if name in named)
-        return used if {"stated", *RANDOM} & set(self.readings) else ()
+        return used if {"stated", COUPLED} & set(self.readings) else ()
 
     @property
     def stated_dampers(self) -> tuple[str, ...]:
-        """Names of those that are read as the study states them: at random all but coupons."""
+        """Names of those that are read as the study states them; coupled all but coupons."""
         if "stated" in self.readings:
             return self.used_dampers
         return tuple(name for name in self.used_dampers if self.all_dampers[name].coupon is None)
@@ -135,10 +139,9 @@ class Study(CouponStudy):
     def coupons(self) -> Mapping[str, Coupon]:
         """Coupons to simulate by the names of their dampers, that of the section first.
 
-        A coupon that is driven at random alone needs no sweep.
+        A coupon that is only integrated together with the panel needs no sweep.
         """
-        at_random = set(self.readings) & set(RANDOM) and "dem" not in self.readings
-        of_section = {} if at_random else super().coupons
+        of_section = {} if self.is_coupled and "dem" not in self.readings else super().coupons
         used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
         return {**of_section, **{name: one for name, one in used.items() if one is not None}}
 
@@ -155,8 +158,9 @@ class Study(CouponStudy):
             return (BARE,)
         if self.damping.readings is not None:
             return tuple(self.damping.readings)
-        if self._has_filled_coupon and not self.damping.is_of_tones:
-            return ("random",)
+        is_full = self.response.modal_damping == "full"
+        if self._has_filled_coupon and is_full and not self.damping.is_of_tones:
+            return (COUPLED,)
         return ("stated",) if self.dampers else ("dem",)
 
     @property
@@ -172,20 +176,22 @@ class Study(CouponStudy):
 
     @property
     def is_coupled(self) -> bool:
-        """Whether panel and particles are integrated together too."""
-        return bool(self.scenarios) and COUPLED in (self.damping.readings or ())
+        """Whether panel and particles are integrated together."""
+        return COUPLED in self.readings
 
-    def random_coupons(self) -> tuple[tuple[Scenario, Filling, Coupon], ...]:
-        """Return every filled patch of every scenario whose coupon is driven at random."""
-        if not set(self.readings) & set(RANDOM):
-            return ()
+    def coupled_scenarios(self) -> tuple[Scenario, ...]:
+        """Return the scenarios with a coupon, where they are integrated together with the panel."""
+        return tuple(s for s in self.all_scenarios() if self.is_coupled and self.beds_of(s))
+
+    def beds_of(self, scenario: Scenario) -> tuple[tuple[Filling, Coupon, float], ...]:
+        """Return the filled patches of a scenario that have a coupon, with it and its fill."""
+        dampers = self.all_dampers
         return tuple(
-            (scenario, filling, coupon)
-            for scenario in self.all_scenarios()
+            (filling, damper.coupon, filling.fill_fraction)
             for filling in scenario.fillings
-            if filling.damper is not None
-            for coupon in (self.all_dampers[filling.damper].coupon,)
-            if coupon is not None
+            if (damper := dampers.get(str(filling.damper))) is not None
+            and damper.coupon is not None
+            and filling.fill_fraction is not None
         )
 
     def coupon_of(self, damper: str) -> Coupon:
@@ -219,14 +225,8 @@ class Study(CouponStudy):
                 yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
         if "stated" in self.readings and not self.all_dampers:
             yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
-        if set(self.readings) & set(RANDOM) and not any(
-            damper.coupon for damper in self.all_dampers.values()
-        ):
-            says = "a section coupon or a damper with a coupon is required to drive it at random"
-            yield Mistake(("damping", "readings"), says)
-        if "random" in self.damping.model_fields_set and not set(self.readings) & set(RANDOM):
-            says = f"only allowed with the reading {' or '.join(RANDOM)}"
-            yield Mistake(("damping", "random"), says)
+        if "coupled" in self.damping.model_fields_set and not self.is_coupled:
+            yield Mistake(("damping", "coupled"), f"only allowed with the reading '{COUPLED}'")
         yield from self._mistakes_of_lines()
         yield from self._mistakes_of_coupled()
         if self.damping.target is not None and "dem" not in self.readings:
@@ -237,37 +237,22 @@ class Study(CouponStudy):
     def _mistakes_of_lines(self) -> Iterator[Mistake]:
         """Yield records that have too few lines in the range of the response, 1/T apart."""
         low, high = self.response.frequency_hz
-        least = FEWEST_LINES / (high - low)
-        random, coupled = self.damping.random, self.damping.coupled
-        for wanted, key, name, time in (
-            (bool(set(self.readings) & set(RANDOM)), "random", "time_s", random.time_s),
-            (self.is_coupled, "coupled", "duration_s", coupled.duration_s),
-        ):
-            if wanted and time < least:
-                says = (
-                    f"must be at least {least:.3g} for {FEWEST_LINES} lines in "
-                    f"response.frequency_hz = [{low:g}, {high:g}]"
-                )
-                yield Mistake(("damping", key, name), says)
+        least = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
+        if self.is_coupled and self.damping.coupled.duration_s < least:
+            says = f"must be at least {least:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
+            yield Mistake(("damping", "coupled", "duration_s"), says)
 
     def _mistakes_of_coupled(self) -> Iterator[Mistake]:
         """Yield what panel and particles cannot be integrated with."""
         if not self.is_coupled:
             return
         keys = ("damping", "readings")
-        if self.response.radiation != "none":
-            yield Mistake(keys, "the reading 'coupled' is only allowed with radiation: none")
         if self.response.modal_damping != "full":
-            yield Mistake(keys, "the reading 'coupled' is only allowed with modal_damping: full")
-        for name, damper in self.all_dampers.items():
-            used = any(
-                filling.damper == name for one in self.all_scenarios() for filling in one.fillings
-            )
-            if used and damper.coupon is None:
-                yield Mistake(keys, f"the reading 'coupled' needs a coupon; damper {name} has none")
-        if not self.all_dampers:
-            yield Mistake(("coupon",), "missing; required for the reading 'coupled' of damping")
-        filled = {one.label: one for one in self.all_scenarios() if not one.is_bare}
+            yield Mistake(keys, f"the reading '{COUPLED}' is only allowed with modal_damping: full")
+        if not self._has_filled_coupon:
+            says = f"the reading '{COUPLED}' needs a scenario with a coupon; there is none"
+            yield Mistake(keys, says)
+        filled = {one.label: one for one in self.coupled_scenarios()}
         run = self.damping.coupled.scenarios or tuple(filled)
         at = ("damping", "coupled", "scenarios")
         for label in run:
@@ -396,7 +381,7 @@ class Study(CouponStudy):
     def _needs_fill(self, damper: str | None) -> Iterator[str]:
         """Yield what of a patch with a damper asks for its fill."""
         for reading in self.readings:
-            if reading != "stated" and reading not in RANDOM:
+            if reading not in ("stated", COUPLED):
                 yield f"the reading '{reading}' of damping"
             elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"

@@ -1,4 +1,4 @@
-"""LIGGGHTS as a library: the spheres of some cells as arrays that are changed from step to step.
+"""LIGGGHTS as a library: the spheres of some cells as arrays that are changed between steps.
 
 The only module that knows the C interface. An error of LIGGGHTS ends the process that loaded it:
 this runs in a process of its own (`process`).
@@ -18,8 +18,6 @@ from pidpanel.coupon.liggghts.failures import ParticlesLost, SolverMissing
 from pidpanel.coupon.liggghts.process import LONE_RANK
 
 MPI, LIBRARY = "libmpi.so.40", "libliggghts.so.3"
-STEP = b"run 1 pre no post no"
-"""One step: half a kick, drift, contact forces, half a kick; nothing is set up or printed."""
 
 
 def load_library() -> CDLL:
@@ -58,29 +56,34 @@ class Spheres:
     Parameters
     ----------
     library
-        Of `load_library`.
+        From `load_library`.
     deck
         ``templates/coupled.in.j2`` with its values, or text that ends likewise in ``run 0``.
-    group
-        (n,) the station of each sphere, spheres in the order of the data file and of the stations.
-    weight
-        (stations,) gravity on the spheres of each station along z [N], which the deck applies.
+    cell, mass
+        (n,) the cell and the mass [kg] of each sphere, in the order of the data file and of the
+        cells.
+    gravity
+        Along z, as in the deck [m/s²].
+    time_step
+        As in the deck [s].
 
     Attributes
     ----------
     velocity, force
-        (n, 3) of the spheres, of which the force holds gravity [m/s], [N].
+        (n, 3) of the spheres; the force includes gravity [m/s], [N].
 
     Raises
     ------
     ParticlesLost
-        If LIGGGHTS holds other spheres than ``group``, or in another order.
+        If LIGGGHTS holds other spheres than ``cell``, or in another order.
     """
 
     velocity: Array
     force: Array
 
-    def __init__(self, library: CDLL, deck: str, group: Index, weight: Array) -> None:
+    def __init__(
+        self, library: CDLL, deck: str, cell: Index, mass: Array, gravity: float, time_step: float
+    ) -> None:
         self._library = library
         words = (b"liggghts", b"-screen", b"/dev/stdout", b"-log", b"none")
         arguments = (c_char_p * len(words))(*words)
@@ -89,15 +92,15 @@ class Spheres:
         for line in commands(deck):
             library.lammps_command(self._handle, line.encode())
         count = library.lammps_get_natoms(self._handle)
-        if count != len(group):
-            raise ParticlesLost(f"LIGGGHTS holds {count} spheres, not {len(group)}")
+        if count != len(cell):
+            raise ParticlesLost(f"LIGGGHTS holds {count} spheres, not {len(cell)}")
         identity = cast(library.lammps_extract_atom(self._handle, b"id"), POINTER(c_int))
-        # sums over a station are sums over a slice
-        if np.any(np.diff(group) < 0) or identity[:count] != list(range(1, count + 1)):
-            raise ParticlesLost("the spheres are not in the order of their stations")
-        self._station = group
-        self._weight = weight
-        self._start = np.searchsorted(group, np.arange(len(weight)))
+        # sums over a cell are sums over a slice
+        if np.any(np.diff(cell) < 0) or identity[:count] != list(range(1, count + 1)):
+            raise ParticlesLost("the spheres are not in the order of their cells")
+        self._cell, self._mass, self._time_step = cell, mass, time_step
+        self._start = np.flatnonzero(np.diff(cell, prepend=-1))
+        self._weight = gravity * np.add.reduceat(mass, self._start)
         self._count = count
         self._attach()
 
@@ -118,10 +121,10 @@ class Spheres:
         return first_row(b"v"), first_row(b"f"), first_row(b"torque")
 
     def write_restart(self, path: Path) -> None:
-        """Write the spheres and their contacts to a file; the last that is asked of them.
+        """Write spheres and contacts to a file; the last call of a run.
 
-        A deck that begins with this file, and `go_on` with the forces of now, go on from here:
-        LIGGGHTS computes the forces of a restart from other velocities than those of a step.
+        A deck that reads this file, followed by `restore_forces`, resumes the run: LIGGGHTS
+        computes the forces of a restart from other velocities than those of a step.
         """
         self._library.lammps_command(self._handle, f"write_restart {path}".encode())
 
@@ -129,21 +132,33 @@ class Spheres:
         """Return forces and torques on the spheres, (n, 6) [N], [N m]."""
         return np.hstack([self.force, self._torque])
 
-    def go_on(self, forces: Array) -> None:
-        """Set forces and torques to what `forces` said when the restart was written."""
+    def restore_forces(self, forces: Array) -> None:
+        """Set forces and torques to what `forces` returned when the restart was written."""
         self.force[:], self._torque[:] = forces[:, :3], forces[:, 3:]
 
     def wall_force(self) -> Array:
-        """Return the force of the walls on the spheres of each station along z, (stations,) [N].
+        """Return the force of the walls on the spheres of each cell along z, (cells,) [N].
 
-        The sum over all contacts: those between spheres cancel.
+        The sum over all contacts, in which those between spheres cancel.
         """
         total: Array = np.add.reduceat(self._force_z, self._start) - self._weight
         return total
 
-    def step(self, kick: Array) -> None:
-        """Give the spheres of each station a velocity along z, (stations,) [m/s]; go one step."""
-        self._velocity_z += kick[self._station]
-        self._library.lammps_command(self._handle, STEP)
+    def advance(self, kick: Array, substeps: int) -> Array:
+        """Add a velocity along z, (cells,) [m/s], to the spheres of each cell and go some steps.
+
+        Returns
+        -------
+        (cells,) impulse of the walls along z [N s]: the momentum gained, without that of gravity.
+        """
+        self._velocity_z += kick[self._cell]
+        before = self._momentum()
+        command = f"run {substeps} pre no post no"
+        self._library.lammps_command(self._handle, command.encode())
         if self._addresses() != self._address:
             self._attach()
+        return self._momentum() - before - self._weight * (substeps * self._time_step)
+
+    def _momentum(self) -> Array:
+        total: Array = np.add.reduceat(self._mass * self._velocity_z, self._start)
+        return total

@@ -1,0 +1,138 @@
+"""A panel in its sound with filled patches, of which some cells are simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.own_force import OwnForce
+from pidpanel.response.model import ModalBasis
+from pidpanel.response.source import PatchParts
+
+Impedance = Callable[[Array], Complexes]
+"""Z of a patch over frequency: (nf,) [Hz] to (nf,) [N s/m³]."""
+
+
+@dataclass(frozen=True)
+class CoupledPatch:
+    """A filled patch: its simulated cells, and the whole of it.
+
+    Attributes
+    ----------
+    shape, area, position
+        (c, n) the shapes at the simulated cells [1], (c,) the area that each represents [m²] and
+        (c, 2) their places [m].
+    cell_area
+        Of a cell [m²].
+    overlap
+        (n, n) D = ∫ φ φᵀ dA of the patch [m²].
+    parts
+        Parts that make up the patch.
+    """
+
+    shape: Array
+    area: Array
+    position: Array
+    cell_area: float
+    overlap: Array
+    parts: PatchParts
+
+    @property
+    def factor(self) -> Array:
+        """(n, r) E with D = E Eᵀ, parts below 1e-8 of the largest left out [m]."""
+        value, vector = np.linalg.eigh((self.overlap + self.overlap.T) / 2)
+        kept = value > 1e-8 * value[-1]
+        result: Array = vector[:, kept] * np.sqrt(value[kept])
+        return result
+
+    @property
+    def distance(self) -> Array:
+        """(c, c) of the simulated cells from each other [m]."""
+        apart = self.position[:, None] - self.position[None]
+        result: Array = np.hypot(*apart.transpose(2, 0, 1))
+        return result
+
+    def whole_load(self, own: OwnForce, frequency: Array) -> Array:
+        """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴]."""
+        independent = self.cell_area * self.overlap
+        return np.array(
+            [
+                c * self.parts.coherent_load(own.length / f) + (1 - c) * independent
+                for f, c in zip(frequency, own.coherence, strict=True)
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class CoupledPanel:
+    """The panel in its sound with the patches of a scenario.
+
+    Attributes
+    ----------
+    modal
+        Its shapes.
+    points
+        (p, n) the shapes at the points [1].
+    patches
+        Filled ones, in the order of the cells of a record.
+    pressure_psd
+        S_p over frequency [Pa²/Hz].
+    modal_force
+        G over frequency [m⁴].
+    """
+
+    modal: ModalBasis
+    points: Array
+    patches: Sequence[CoupledPatch]
+    pressure_psd: Callable[[Array], Array]
+    modal_force: Callable[[Array], Array | Complexes]
+
+    def stiffness(self, frequency: Array) -> Complexes:
+        """Return Z₀ (nf, n) [N/m] at (nf,) [Hz]."""
+        return self.modal.dynamic_stiffness(frequency)
+
+    @property
+    def slices(self) -> list[slice]:
+        """Cells of each patch."""
+        ends = np.cumsum([0] + [len(patch.area) for patch in self.patches]).tolist()
+        return [slice(first, last) for first, last in pairwise(ends)]
+
+    def bare_psd(self, shape: Array, frequency: Array) -> Array:
+        """Return the PSDs (nf, s) [m²/Hz] of motions of the bare panel with the shapes (s, n)."""
+        none = Receptances.of(
+            frequency, self.stiffness(frequency), np.zeros((shape.shape[1], 0)), shape
+        )
+        sound = self.pressure_psd(frequency)[:, None, None]
+        (psd,) = none.psds(
+            [np.zeros((len(frequency), 0), complex)],
+            lambda lines: sound[lines] * self.modal_force(frequency[lines]),
+            [None],
+        )
+        return np.asarray(psd)
+
+    @property
+    def at_cells(self) -> Array:
+        """(c, n) the shapes at all simulated cells."""
+        return np.concatenate([patch.shape for patch in self.patches])
+
+    @property
+    def area(self) -> Array:
+        """(c,) that the simulated cells represent [m²]."""
+        return np.concatenate([patch.area for patch in self.patches])
+
+
+def cell_load(panel: CoupledPanel, frequency: Array, impedances: Sequence[Impedance]) -> Complexes:
+    """Return the diagonal (nf, c) of a_c Z_c."""
+    load: Complexes = np.concatenate(
+        [
+            impedance(frequency)[:, None] * patch.area
+            for impedance, patch in zip(impedances, panel.patches, strict=True)
+        ],
+        axis=1,
+    )
+    return load

@@ -1,0 +1,258 @@
+"""File of the estimate of a scenario: NetCDF; and its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from pidpanel import durable
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupled.estimate import ScenarioEstimate
+from pidpanel.response.bands import band_rms, whole_third_octaves
+
+DECIBEL = 10 / np.log(10)
+"""dB of ln of a mean square."""
+
+
+class SimulatedBed(NamedTuple):
+    """The simulated bed of a patch.
+
+    Attributes
+    ----------
+    patch
+        Its name.
+    cell_area
+        Of a cell [m²].
+    mass_per_area
+        Of the particles [kg/m²].
+    modulus
+        Young's modulus of the contacts [Pa].
+    """
+
+    patch: str
+    cell_area: float
+    mass_per_area: float
+    modulus: float
+
+
+def write_estimate(
+    path: Path,
+    found: ScenarioEstimate,
+    beds: Sequence[SimulatedBed],
+    points: Sequence[str],
+    runs: int,
+    attributes: Mapping[str, str],
+) -> None:
+    """Write the estimate of a scenario.
+
+    Parameters
+    ----------
+    path
+        The ``.nc`` file.
+    found
+        The estimate.
+    beds
+        Of its patches.
+    points
+        Names of the response points.
+    runs
+        Number of runs behind it.
+    attributes
+        Global attributes.
+    """
+    by_patch, by_point = ("patch", "band"), ("band", "point")
+    z = [patch.impedance for patch in found.patches]
+
+    def stacked(values: Sequence[ArrayLike]) -> Array:
+        return np.stack([np.asarray(one, dtype=np.float64) for one in values])
+
+    dataset = xr.Dataset(
+        {
+            "impedance_frequency": (
+                by_patch, stacked([one.frequency for one in z]), {"units": "Hz"},
+            ),
+            "equivalent_damping": (
+                by_patch, stacked([one.value.real for one in z]), {"units": "N s m-3"},
+            ),
+            "equivalent_damping_error": (
+                by_patch,
+                stacked([one.equivalent_damping_error for one in found.patches]),
+                {"units": "N s m-3"},
+            ),
+            "apparent_mass": (
+                by_patch,
+                stacked([one.value.imag / (2 * np.pi * one.frequency) for one in z]),
+                {"units": "kg m-2"},
+            ),
+            "apparent_mass_error": (
+                by_patch,
+                stacked([one.apparent_mass_error for one in found.patches]),
+                {"units": "kg m-2"},
+            ),
+            "own_force_psd": (
+                by_patch, stacked([one.own.psd for one in found.patches]), {"units": "Pa2 Hz-1"},
+            ),
+            "own_force_coherence": (
+                by_patch, stacked([one.own.coherence for one in found.patches]), {"units": "1"},
+            ),
+            "own_force_error": (
+                by_patch, stacked([one.own_error for one in found.patches]), {"units": "1"},
+            ),
+            "common_error": (
+                ("patch",), np.array([one.common_error for one in found.patches]), {"units": "1"},
+            ),
+            "own_force_length": (
+                ("patch",), np.array([one.own.length for one in found.patches]), {"units": "m Hz"},
+            ),
+            "cell_area": (("patch",), np.array([bed.cell_area for bed in beds]), {"units": "m2"}),
+            "mass_per_area": (
+                ("patch",), np.array([bed.mass_per_area for bed in beds]), {"units": "kg m-2"},
+            ),
+            "youngs_modulus": (
+                ("patch",), np.array([bed.modulus for bed in beds]), {"units": "Pa"},
+            ),
+            "displacement_psd": (("frequency", "point"), found.psd, {"units": "m2 Hz-1"}),
+            "linear_displacement_psd": (
+                ("frequency", "point"), found.linear_psd, {"units": "m2 Hz-1"},
+            ),
+            "displacement_psd_log_error": (
+                ("frequency", "point"), found.log_psd_error, {"units": "1"},
+            ),
+            "band_log_error": (by_point, found.log_band_error, {"units": "1"}),
+            "band_residual": (by_point, found.band_residual, {"units": "1"}),
+            "log_error": (("point",), found.log_error, {"units": "1"}),
+            "residual": (("point",), found.residual, {"units": "1"}),
+            "recorded": (("point",), found.recorded, {"units": "m2 s-4"}),
+        },
+        coords={
+            "band": ("band", found.centre, {"units": "Hz"}),
+            "frequency": ("frequency", found.frequency, {"units": "Hz"}),
+            "patch": ("patch", [bed.patch for bed in beds]),
+            "point": ("point", list(points)),
+        },
+        attrs={**attributes, "runs": runs},
+    )  # fmt: skip
+    with durable.replacing(path) as draft:
+        dataset.to_netcdf(draft, engine="scipy")
+
+
+def read_estimate(path: Path) -> xr.Dataset:
+    """Read what `write_estimate` wrote."""
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return dataset.load()
+
+
+class Frames(NamedTuple):
+    """Tables of a scenario; units as in the names of the columns."""
+
+    summary: pd.DataFrame
+    third_octaves: pd.DataFrame
+    impedance: pd.DataFrame
+    psd: pd.DataFrame
+
+
+def frames(scenario: str, stored: xr.Dataset) -> Frames:
+    """Return the tables of a scenario.
+
+    Parameters
+    ----------
+    scenario
+        Its label.
+    stored
+        Of `read_estimate`.
+    """
+    frequency = stored["frequency"].to_numpy()
+    scale = ((2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2)[:, None]
+    psd, linear = (
+        scale * stored[name].to_numpy() for name in ("displacement_psd", "linear_displacement_psd")
+    )
+    centre, edge = whole_third_octaves(frequency[0], frequency[-1])
+    squares, linear_squares = (np.trapezoid(v, frequency, axis=0) for v in (psd, linear))
+    points = [str(name) for name in stored["point"].to_numpy()]
+    g_rms = np.sqrt(squares)
+    recorded = np.sqrt(stored["recorded"].to_numpy()) / STANDARD_GRAVITY
+    summary = pd.DataFrame(
+        {
+            "scenario": scenario,
+            "point": points,
+            "g_rms": g_rms,
+            "g_rms_error": g_rms * stored["log_error"].to_numpy() / 2,
+            "linear_g_rms": np.sqrt(linear_squares),
+            "recorded_g_rms": recorded,
+            "residual_db": DECIBEL * stored["residual"].to_numpy(),
+            "runs": int(stored.attrs["runs"]),
+        }
+    )
+    bands = band_rms(frequency, psd, edge)
+    third_octaves = pd.concat(
+        pd.DataFrame(
+            {
+                "scenario": scenario,
+                "point": name,
+                "frequency_hz": centre,
+                "g_rms": bands[:, p],
+                "error_db": DECIBEL * stored["band_log_error"].to_numpy()[:, p],
+                "residual_db": DECIBEL * stored["band_residual"].to_numpy()[:, p],
+            }
+        )
+        for p, name in enumerate(points)
+    )
+    lines = pd.concat(
+        pd.DataFrame(
+            {
+                "scenario": scenario,
+                "point": name,
+                "frequency_hz": frequency,
+                "acceleration_psd_g2_hz": psd[:, p],
+                "error_db": DECIBEL * stored["displacement_psd_log_error"].to_numpy()[:, p],
+                "linear_acceleration_psd_g2_hz": linear[:, p],
+            }
+        )
+        for p, name in enumerate(points)
+    )
+    return Frames(summary, third_octaves, _impedance(scenario, stored), lines)
+
+
+IMPEDANCE_COLUMNS = {
+    "frequency_hz": "impedance_frequency",
+    "equivalent_damping_n_s_m3": "equivalent_damping",
+    "equivalent_damping_error_n_s_m3": "equivalent_damping_error",
+    "apparent_mass_kg_m2": "apparent_mass",
+    "apparent_mass_error_kg_m2": "apparent_mass_error",
+    "own_force_psd_pa2_hz": "own_force_psd",
+    "own_force_coherence": "own_force_coherence",
+    "own_force_error": "own_force_error",
+    "own_force_length_m_hz": "own_force_length",
+    "cell_area_m2": "cell_area",
+    "common_error": "common_error",
+    "particle_mass_per_area_kg_m2": "mass_per_area",
+    "youngs_modulus_mpa": "youngs_modulus",
+}
+"""Names in the file of an estimate by the columns of the table."""
+
+
+def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
+    parts = []
+    for patch in stored["patch"].to_numpy():
+        of_patch = stored.sel(patch=patch)
+        values = {column: of_patch[name].to_numpy() for column, name in IMPEDANCE_COLUMNS.items()}
+        values["youngs_modulus_mpa"] = values["youngs_modulus_mpa"] / 1e6
+        parts.append(
+            pd.DataFrame(
+                {
+                    "scenario": scenario,
+                    "patch": str(patch),
+                    "band_hz": stored["band"].to_numpy(),
+                    **values,
+                    "carried_from": "",
+                }
+            )
+        )
+    return pd.concat(parts)

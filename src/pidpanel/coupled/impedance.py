@@ -1,0 +1,179 @@
+"""C_e and m_a from records of the coupled run.
+
+The sound is known, so the motion r that a linear panel has under it is known too, and it is
+independent of the part n of the walls' force that is not linear in the motion. In a band
+
+    Z = Σ a σ r* / Σ a v r*,    σ = Z v + n,    Z = C_e + iω m_a,
+
+summed over lines, segments and cells: r is the instrument. The ratio of σ to v alone would include
+the response of the panel to n. Z is the best linear approximation at the motion that the panel has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.coupled.spectra import band_sums
+
+LINES_PER_FREEDOM = 1.5
+"""Lines of a Hann window for one that is independent of the others [1]."""
+
+BAND_STEP = 0.3
+"""Expected relative change of Z from one third octave to the next [1]: that of a mass grows by
+26 %, that of an agitated bed is flat."""
+
+
+@dataclass(frozen=True)
+class ImpedanceSums:
+    """Cross-spectra with the instrument, from which Z of a patch follows.
+
+    Attributes
+    ----------
+    force, velocity
+        (segments, cells, bands) Σ a σ r* and Σ a v r* over the lines of each band.
+    moment
+        (segments, bands) Σ f a v r* over lines and cells [Hz].
+    scatter
+        (segments, 3, bands) Σ |x|², Σ |y|² and Σ x y* over lines, of the sums x and y of the
+        cells.
+    """
+
+    force: Complexes
+    velocity: Complexes
+    moment: Complexes
+    scatter: Complexes
+
+    @staticmethod
+    def of(
+        frequency: Array,
+        pressure: Complexes,
+        velocity: Complexes,
+        instrument: Complexes,
+        area: Array,
+        edge: Array,
+    ) -> ImpedanceSums:
+        """Return the sums of a record.
+
+        Parameters
+        ----------
+        frequency
+            (nf,) [Hz].
+        pressure, velocity, instrument
+            (segments, nf, cells) σ, v and r.
+        area
+            (cells,) that each represents [m²].
+        edge
+            (bands, 2) [Hz].
+        """
+        x, y = (values * instrument.conj() * area for values in (pressure, velocity))
+        force, moved = (np.swapaxes(band_sums(frequency, v, edge, axis=1), 1, 2) for v in (x, y))
+        x, y = x.sum(axis=2), y.sum(axis=2)
+        products = np.stack([np.abs(x) ** 2 + 0j, np.abs(y) ** 2 + 0j, x * y.conj()], axis=1)
+        return ImpedanceSums(
+            force,
+            moved,
+            moment=band_sums(frequency, frequency * y, edge, axis=1),
+            scatter=band_sums(frequency, products, edge, axis=2),
+        )
+
+    @staticmethod
+    def joined(parts: Sequence[ImpedanceSums]) -> ImpedanceSums:
+        """Return the sums of several runs, with the cells of each run as cells of their own."""
+        cells = [part.force.shape[1] for part in parts]
+        ends = np.cumsum([0, *cells])
+
+        def placed(values: Complexes, k: int) -> Complexes:
+            wide = np.zeros((len(values), ends[-1], values.shape[2]), complex)
+            wide[:, ends[k] : ends[k + 1]] = values
+            return wide
+
+        return ImpedanceSums(
+            np.concatenate([placed(part.force, k) for k, part in enumerate(parts)]),
+            np.concatenate([placed(part.velocity, k) for k, part in enumerate(parts)]),
+            np.concatenate([part.moment for part in parts]),
+            np.concatenate([part.scatter for part in parts]),
+        )
+
+    def impedance(self, segments: Array | None = None, cells: Array | None = None) -> BandImpedance:
+        """Return Z of each band, with weights of the segments and the cells.
+
+        Parameters
+        ----------
+        segments, cells
+            Weights, 0 where one is left out; None for 1.
+        """
+        segments = np.ones(len(self.force)) if segments is None else segments
+        cells = np.ones(self.force.shape[1]) if cells is None else cells
+        force, velocity = (
+            np.einsum("scb,s,c->b", values, segments, cells)
+            for values in (self.force, self.velocity)
+        )
+        ratio = force / velocity
+        of_x, of_y, product = np.einsum("skb,s->kb", self.scatter, segments)
+        total = np.einsum("scb,s->b", self.velocity, segments)
+        whole = np.einsum("scb,s->b", self.force, segments) / total
+        scatter = of_x.real - 2 * (whole.conj() * product).real + np.abs(whole) ** 2 * of_y.real
+        variance = LINES_PER_FREEDOM * np.maximum(scatter, 0.0) / np.abs(total) ** 2
+        frequency = (np.einsum("sb,s->b", self.moment, segments) / total).real
+        value, _ = smoothed(ratio, variance)
+        return BandImpedance(frequency, value)
+
+
+@dataclass(frozen=True)
+class BandImpedance:
+    """Z of a patch in bands; C_e and m_a are linear in ln f between them.
+
+    Attributes
+    ----------
+    frequency
+        (bands,) rising, the mean of the motion in each band [Hz].
+    value
+        (bands,) Z [N s/m³].
+    """
+
+    frequency: Array
+    value: Complexes
+
+    def __call__(self, frequency: Array) -> Complexes:
+        """Return Z (nf,) at frequencies [Hz]."""
+        lowest = self.frequency[0] / 2
+        place, nodes = np.log(np.maximum(frequency, lowest)), np.log(self.frequency)
+        damping = np.interp(place, nodes, self.value.real)
+        mass = np.interp(place, nodes, self.value.imag / (2 * np.pi * self.frequency))
+        result: Complexes = damping + 2j * np.pi * frequency * mass
+        return result
+
+    def scaled(self, factor: float) -> BandImpedance:
+        """Return the same with another C_e."""
+        return BandImpedance(self.frequency, factor * self.value.real + 1j * self.value.imag)
+
+
+def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
+    """Return the most likely Z of the bands, and its variance.
+
+    Neighbours differ by about `BAND_STEP`: Σ |Z_b − ratio_b|²/variance_b + Σ |Z_b −
+    Z_{b+1}|²/(0.3 s_b)² is least, with s the size of Z there. Bands with small variance keep their
+    ratio; others follow their neighbours.
+
+    Parameters
+    ----------
+    ratio, variance
+        (bands,) of Z of each band alone.
+    """
+    weight = 1 / np.maximum(variance, 1e-6 * np.abs(ratio) ** 2 + 1e-300)
+    value = ratio
+    for _ in range(4):
+        near, squares = (
+            np.convolve(v, np.ones(5))[2:-2] for v in (weight, weight * np.abs(value) ** 2)
+        )
+        size = np.sqrt(squares / near)
+        tie = 1 / (BAND_STEP * (size[1:] + size[:-1]) / 2) ** 2
+        matrix = np.diag(weight) - np.diag(tie, 1) - np.diag(tie, -1)
+        matrix += np.diag(np.append(tie, 0.0) + np.insert(tie, 0, 0.0))
+        value = np.linalg.solve(matrix, weight * ratio)
+    variance_of_value: Array = np.diagonal(np.linalg.inv(matrix)).copy()
+    return value, variance_of_value

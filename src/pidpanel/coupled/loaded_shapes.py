@@ -1,0 +1,128 @@
+"""The shapes of a panel in air and with dampers that are not integrated, for the time integration.
+
+The panel moves in shapes of its own, each a single oscillator. The air adds the diagonal of its
+mass and resistance; dampers add m_a D to the mass, with which new shapes follow, and the diagonal
+of C_e D to their damping. What is left out changes the motion in which the particles are seen a
+little, and C_e and m_a hardly; the response is computed with all of it (`pidpanel.response`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.response.model import ModalBasis
+
+AIR_NODES = 25
+"""Frequencies at which the air is looked at."""
+
+
+class LinearDamper(NamedTuple):
+    """A damper with given C_e and m_a on a patch.
+
+    Attributes
+    ----------
+    overlap
+        (n, n) D of its patch [m²].
+    values
+        C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz].
+    """
+
+    overlap: Array
+    values: Callable[[Array], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class LoadedShapes:
+    """Oscillators, and their shapes in those of the bare panel.
+
+    Attributes
+    ----------
+    modal
+        The oscillators.
+    vectors
+        (n, n) new shapes as columns; None where they are those of the bare panel.
+    """
+
+    modal: ModalBasis
+    vectors: Array | None
+
+    def shape(self, values: Array) -> Array:
+        """Return shapes (k, n) of the bare panel as those of here."""
+        return values if self.vectors is None else np.asarray(values @ self.vectors)
+
+    def square(self, matrix: Array | Complexes) -> Array | Complexes:
+        """Return matrices (…, n, n) on the shapes of the bare panel as those on these."""
+        if self.vectors is None:
+            return matrix
+        result: Array | Complexes = self.vectors.T @ matrix @ self.vectors
+        return result
+
+
+def loaded_shapes(
+    modal: ModalBasis,
+    extent: tuple[float, float],
+    air: Callable[[Array], Complexes] | None,
+    dampers: Sequence[LinearDamper],
+) -> LoadedShapes:
+    """Return the oscillators of a panel in air with dampers.
+
+    Parameters
+    ----------
+    modal
+        The bare panel.
+    extent
+        Lowest and highest frequency of the response [Hz]; beyond, air and dampers are held.
+    air
+        iωR − ω²M over frequency: (k,) [Hz] to (k, n, n) [N/m]; None for none.
+    dampers
+        With their patches.
+    """
+    if air is not None:
+        modal = _in_air(modal, extent, air)
+    if not dampers:
+        return LoadedShapes(modal, None)
+    nodes = np.geomspace(*extent, AIR_NODES)
+    # one mass for all frequencies: its mean over their logarithm
+    heavy = np.diag(modal.modal_mass) + sum(
+        damper.values(nodes)[1].mean() * damper.overlap for damper in dampers
+    )
+    square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
+    natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
+    at = np.clip(natural, *extent)
+    damping = np.einsum("in,i,in->n", vectors, modal.damping, vectors)
+    for damper in dampers:
+        own = np.einsum("in,ij,jn->n", vectors, damper.overlap, vectors)
+        damping = damping + damper.values(at)[0] * own
+    return LoadedShapes(_oscillators(natural, np.ones(len(natural)), damping), vectors)
+
+
+def _in_air(
+    modal: ModalBasis, extent: tuple[float, float], air: Callable[[Array], Complexes]
+) -> ModalBasis:
+    nodes = np.geomspace(*extent, AIR_NODES)
+    stiffness = np.stack([np.diagonal(air(nodes[k : k + 1])[0]) for k in range(len(nodes))])
+    omega = 2 * np.pi * nodes[:, None]
+    at = np.log(np.clip(modal.natural_frequency, *extent))
+
+    def at_modes(values: Array) -> Array:
+        return np.array(
+            [np.interp(f, np.log(nodes), row) for f, row in zip(at, values.T, strict=True)]
+        )
+
+    mass = modal.modal_mass + at_modes(-stiffness.real / omega**2)
+    damping = modal.damping + at_modes(stiffness.imag / omega)
+    natural = modal.natural_frequency * np.sqrt(modal.modal_mass / mass)
+    return _oscillators(natural, mass, damping)
+
+
+def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
+    """Return oscillators; one at rest has no damping of its own."""
+    omega = 2 * np.pi * natural
+    ratio = np.divide(damping, 2 * mass * omega, out=np.full_like(omega, 1e-6), where=omega > 0)
+    return ModalBasis(natural, mass, ratio)

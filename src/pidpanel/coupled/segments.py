@@ -1,0 +1,136 @@
+"""A record in segments, and a linear panel under the same sound beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
+from pidpanel.coupled.impedance import ImpedanceSums
+from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.own_force import own_force_sums
+from pidpanel.coupled.sound_record import samples
+from pidpanel.coupled.spectra import Segments, band_sums, pressure_segments, segment_spectra
+
+SEGMENT_S = 0.5
+"""Length of a segment [s], or half a record that is shorter than two: 2 Hz resolve a resonance of
+65 Hz with ζ = 3 %."""
+
+PERIODS = 5.0
+"""Fewest periods of the lowest frequency in a segment: its third octave then holds a line."""
+
+
+@dataclass(frozen=True)
+class SettledRecord:
+    """A record with its sound.
+
+    Attributes
+    ----------
+    frequency, amplitude
+        (nf,) of the tones of the sound [Hz] and (nf, n) their modal forces [N].
+    first, rows, settled
+        Number of the first tone in periods of the record, rows of the record, and the first row
+        that counts.
+    interval
+        Time between rows [s].
+    at_cells, at_points, impulse
+        As in `integration.Record`.
+    """
+
+    frequency: Array
+    amplitude: Complexes
+    first: int
+    rows: int
+    settled: int
+    interval: float
+    at_cells: Array
+    at_points: Array
+    impulse: Array
+
+    @property
+    def segment(self) -> int:
+        """Rows of a segment."""
+        length = max(SEGMENT_S, PERIODS / self.frequency[0])
+        return min(round(length / self.interval), (self.rows - self.settled - 1) // 2)
+
+
+class RecordSegments:
+    """Spectra of the segments of one record, and of a linear panel under the same sound."""
+
+    def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
+        self._panel, self._record, self._band = panel, record, band
+        self._cells = len(panel.at_cells)
+        self._receptances = Receptances.of(
+            record.frequency,
+            panel.stiffness(record.frequency),
+            panel.at_cells.T,
+            np.concatenate([panel.at_cells, panel.points]),
+        )
+        rows = np.concatenate([record.at_cells, record.at_points], axis=1)
+        motion = self._spectra(rows)
+        self.frequency, self.resolution = motion.frequency, motion.resolution
+        self.count = len(motion.values)
+        self._omega = 2j * np.pi * self.frequency[:, None]
+        self.velocity = self._omega * motion.values[:, :, : self._cells]
+        self.recorded = motion.values[:, :, self._cells :]
+        self.pressure = pressure_segments(
+            record.impulse[record.settled :], record.interval, record.segment, band
+        ).values
+
+    def _spectra(self, rows: Array) -> Segments:
+        record = self._record
+        return segment_spectra(
+            rows[record.settled : -1], record.interval, record.segment, self._band
+        )
+
+    def linear_motion(self, impedances: Sequence[Impedance]) -> Complexes:
+        """Return the spectra of the motion of cells and points with linear dampers."""
+        record = self._record
+        amplitude = self._receptances.motion(
+            cell_load(self._panel, record.frequency, impedances), record.amplitude
+        )
+        values: Complexes = self._spectra(samples(amplitude, record.first, record.rows)).values
+        return values
+
+    def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
+        """Return the cross-spectra of a patch with a linear motion as instrument."""
+        part = self._panel.slices[patch]
+        return ImpedanceSums.of(
+            self.frequency,
+            self.pressure[:, :, part],
+            self.velocity[:, :, part],
+            self._omega * motion[:, :, part],
+            self._panel.area[part],
+            edge,
+        )
+
+    def own_force(self, impedance: Impedance, patch: int, edge: Array) -> Array:
+        """Return the cross-spectra of the own forces of the cells of a patch."""
+        part = self._panel.slices[patch]
+        linear_part = impedance(self.frequency)[:, None] * self.velocity[:, :, part]
+        return own_force_sums(self.frequency, self.pressure[:, :, part] - linear_part, edge)
+
+    def velocity_squares(self) -> Array:
+        """Return the mean squares of the velocity of each patch, (segments, patches) [m²/s²]."""
+        by_cell = (np.abs(self.velocity) ** 2).sum(axis=1) * self.resolution
+        area = self._panel.area
+        parts = self._panel.slices
+        return np.stack([by_cell[:, s] @ area[s] / area[s].sum() for s in parts], axis=1)
+
+    def squares(self, values: Complexes, edge: Array) -> Array:
+        """Return the mean squares of accelerations, (segments, bands, p), of displacements."""
+        psd = np.abs(self._omega**2 * values) ** 2
+        return band_sums(self.frequency, psd, edge, axis=1) * self.resolution
+
+    def predicted_squares(self, motion: Complexes, edge: Array) -> Array:
+        """Return those at the points of a linear motion."""
+        return self.squares(motion[:, :, self._cells :], edge)
+
+    def lines(self, edge: Array) -> Index:
+        """Return the number of lines of each band."""
+        index = np.searchsorted(self.frequency, edge)
+        found: Index = index[:, 1] - index[:, 0]
+        return found

@@ -1,0 +1,131 @@
+"""How soft the contacts of a coupled run may be, and what that costs in accuracy.
+
+A softer sphere allows a longer time step. Two things go wrong with it:
+
+- A bed that is thrown up and caught rebounds in series, layer by layer. What counts is the contact
+  time over the flight time, s = t_c g/v with v the rms velocity of the patch. Against the
+  material's own modulus g rms of the paper's panel was lower by 0.8 s per layer (r = 0.5 and 0.9,
+  50 to 800 MPa, 119 to 125 dB), and the same within its scatter from 131 dB on.
+- A bed that crosses its gap is shorter by the overlaps of its spheres: δ/R (`contact`).
+
+Runs in docs/coupled.md; ``benchmarks/convergence.py`` makes them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import contact
+from pidpanel.coupon.cases import Bed
+from pidpanel.damping.surface_cases import clear_gap
+
+CHOICES = (50e6, 200e6, 800e6, 3200e6, 12800e6, 51200e6)
+"""Moduli to choose from below that of the material [Pa]."""
+
+LARGEST_BIAS = 0.02
+"""Largest bias of g rms that a softer modulus may cause [1]."""
+
+PER_LAYER = 0.8
+"""Bias of g rms over s for each layer of the bed [1]."""
+
+PER_OVERLAP = 1.0
+"""Bias of g rms over δ/R where the bed crosses [1]."""
+
+FASTEST = 3.0
+"""Velocity of the deepest impacts over the rms velocity of the patch [1]."""
+
+CROSSES = 0.2
+"""Stroke of the bare patch over the clear gap from which its bed may cross [1]."""
+
+USUAL = 400e6
+"""Geometric mean of the moduli of acrylic from 122 to 142 dB [Pa]."""
+
+
+class Motion(NamedTuple):
+    """Rms motion of the bare patch.
+
+    Attributes
+    ----------
+    velocity, acceleration
+        [m/s], [m/s²].
+    """
+
+    velocity: float
+    acceleration: float
+
+    @property
+    def stroke(self) -> float:
+        """Amplitude of the sine with both [m]."""
+        return float(np.sqrt(2) * self.velocity**2 / self.acceleration)
+
+
+class Softened(NamedTuple):
+    """A modulus [Pa] and its bias of g rms [1]."""
+
+    modulus: float
+    bias: float
+
+
+def softening_bias(own: float, bed: Bed, motion: Motion, modulus: float) -> float:
+    """Return by how much a modulus lowers g rms against that of the material [1].
+
+    Parameters
+    ----------
+    own
+        Young's modulus of the material [Pa].
+    bed
+        The bed.
+    motion
+        Of the bare patch.
+    modulus
+        Young's modulus of the contacts [Pa].
+    """
+    packing = bed.packing
+    radius = packing.sizes.largest / 2
+    layers = bed.fill_fraction * packing.depth / packing.diameter
+
+    def excess(of: str) -> float:
+        values = []
+        for stiffness in (modulus, own):
+            sphere = (radius, packing.density, stiffness, packing.poissons_ratio)
+            if of == "time":
+                time = contact.wall_contact_time(*sphere, motion.velocity)
+                values.append(time * STANDARD_GRAVITY / motion.velocity)
+            else:
+                depth = contact.wall_overlap(*sphere, FASTEST * motion.velocity)
+                values.append(depth / radius)
+        return max(values[0] - values[1], 0.0)
+
+    bias = PER_LAYER * layers * excess("time")
+    gap = packing.depth * float(clear_gap(np.array(bed.fill_fraction)))
+    if motion.stroke >= CROSSES * gap:
+        bias = max(bias, PER_OVERLAP * excess("overlap"))
+    return bias
+
+
+def softened_modulus(own: float, bed: Bed, motion: Motion) -> float:
+    """Return the softest modulus whose bias is allowed [Pa]; that of the material if none is.
+
+    Parameters
+    ----------
+    own, bed, motion
+        As in `softening_bias`.
+    """
+    for modulus in CHOICES:
+        if modulus < own and softening_bias(own, bed, motion, modulus) <= LARGEST_BIAS:
+            return modulus
+    return own
+
+
+def usual_modulus(own: float, density: float) -> float:
+    """Return about the modulus of a run before the motion of the panel is known [Pa].
+
+    Parameters
+    ----------
+    own, density
+        Young's modulus [Pa] and density [kg/m³] of the spheres.
+    """
+    return min(own, USUAL * density / 1190.0)

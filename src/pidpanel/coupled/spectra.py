@@ -1,0 +1,120 @@
+"""Spectra of overlapping segments of a record (Welch 1967)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+
+Values = TypeVar("Values", Array, Complexes)
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Fourier coefficients of segments, e^{iωt}, scaled so that the mean of |x|² is a PSD.
+
+    Attributes
+    ----------
+    frequency
+        (nf,) [Hz].
+    values
+        (segments, nf, columns) [unit/√Hz].
+    """
+
+    frequency: Array
+    values: Complexes
+
+    @property
+    def resolution(self) -> float:
+        """Distance of the lines [Hz]."""
+        return float(self.frequency[1] - self.frequency[0])
+
+
+def segment_count(rows: int, length: int) -> int:
+    """Return the number of segments that overlap by half.
+
+    Examples
+    --------
+    >>> segment_count(100, 40), segment_count(30, 40)
+    (4, 1)
+    """
+    return max(1, 2 * rows // length - 1)
+
+
+def segment_spectra(
+    rows: Array, interval: float, length: int, band: tuple[float, float]
+) -> Segments:
+    """Return the spectra of the columns of a record in Hann windows that overlap by half.
+
+    Parameters
+    ----------
+    rows
+        (m, columns).
+    interval
+        Time between rows [s].
+    length
+        Rows of a segment; at most m.
+    band
+        Lowest and highest frequency [Hz]; lines outside are left out.
+    """
+    window = np.hanning(length + 2)[1:-1]
+    scale = np.sqrt(2 * interval / (window @ window))
+    frequency = np.fft.rfftfreq(length, interval)
+    kept = (frequency >= band[0]) & (frequency < band[1])
+    last = len(rows) - length
+    count = segment_count(len(rows), length)
+    starts = np.linspace(0, last, count).round().astype(int) if count > 1 else [0]
+    values = []
+    for start in starts:
+        part = rows[start : start + length]
+        tapered = (part - part.mean(axis=0)) * window[:, None]
+        values.append(np.fft.rfft(tapered, axis=0)[kept] * scale)
+    return Segments(np.asarray(frequency[kept], dtype=np.float64), np.array(values))
+
+
+def pressure_segments(
+    impulse: Array, interval: float, length: int, band: tuple[float, float]
+) -> Segments:
+    """Return the spectra of the force per area whose impulse since the start is given.
+
+    The difference of two rows is the mean over the time between them: sinc(fΔ) times a tone half
+    an interval later.
+
+    Parameters
+    ----------
+    impulse
+        (m + 1, columns) [N s/m²].
+    interval
+        Δ, time between rows [s].
+    length, band
+        As in `segment_spectra`.
+    """
+    mean = segment_spectra(np.diff(impulse, axis=0) / interval, interval, length, band)
+    delay = mean.frequency * interval
+    factor = np.exp(-1j * np.pi * delay) / np.sinc(delay)
+    return Segments(mean.frequency, mean.values * factor[:, None])
+
+
+def band_sums(frequency: Array, values: Values, edge: Array, axis: int = 0) -> Values:
+    """Return the sums over the lines of each band.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising [Hz].
+    values
+        nf along ``axis``, which becomes that of the bands.
+    edge
+        (bands, 2) [Hz]; a line at an upper edge belongs to the next band.
+    axis
+        Of the lines.
+    """
+    moved: Array | Complexes = np.moveaxis(values, axis, 0)
+    cumulative = np.concatenate([np.zeros((1, *moved.shape[1:])), np.cumsum(moved, axis=0)])
+    index = np.searchsorted(frequency, edge)
+    sums = cumulative[index[:, 1]] - cumulative[index[:, 0]]
+    result: Values = np.moveaxis(sums, 0, axis)
+    return result

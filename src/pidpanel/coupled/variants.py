@@ -1,0 +1,223 @@
+"""The response of a panel to its sound and to the own force of its particles, and its changes.
+
+All is in closed form and linear in changes of C_e, m_a and own force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
+from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.own_force import OwnForce
+from pidpanel.coupled.spectra import band_sums
+from pidpanel.response.bands import band_rms
+from pidpanel.response.source import between
+
+EXPONENT, EXPONENT_ERROR = 0.75, 0.35
+"""γ of C_e ∝ v^−γ, and how far it may be off: 1 of a bed that is thrown up and caught, −1 of one
+that crosses its gap, 0.75 of acrylic at r = 0.5 from 131 to 137 dB."""
+
+SMALL = 0.01
+"""Change of Z, over its size, from which derivatives are taken [1]."""
+
+
+@dataclass(frozen=True)
+class Variants:
+    """PSDs of the displacement at the points and the cells, and their changes with the damping.
+
+    Attributes
+    ----------
+    panel
+        With its patches.
+    frequency, centre
+        (nf,) [Hz] and (bands,) nodes of the own force [Hz].
+    impedances
+        Z of each patch.
+    linear_psd
+        (nf, p + c) without own force [m²/Hz].
+    own_psd
+        (patches, nf, p + c) of the own force of each patch [m²/Hz].
+    of_damping, of_mass
+        (patches, nf, p + c) derivatives of the whole PSD by C_e and m_a.
+    """
+
+    panel: CoupledPanel
+    frequency: Array
+    centre: Array
+    impedances: Sequence[Impedance]
+    linear_psd: Array
+    own_psd: Array
+    of_damping: Array
+    of_mass: Array
+
+    @staticmethod
+    def of(
+        panel: CoupledPanel,
+        frequency: Array,
+        centre: Array,
+        impedances: Sequence[Impedance],
+        own: Sequence[OwnForce],
+    ) -> Variants:
+        """Compute them."""
+        factors = [patch.factor for patch in panel.patches]
+        felt = np.concatenate(factors, axis=1)
+        owner = np.repeat(np.arange(len(factors)), [factor.shape[1] for factor in factors])
+        z = np.array([impedance(frequency) for impedance in impedances])
+        step = SMALL * np.abs(z)
+        loads = [
+            patch.whole_load(force, centre) * force.psd[:, None, None]
+            for patch, force in zip(panel.patches, own, strict=True)
+        ]
+        total = np.sum(loads, axis=0)
+        sets: list[tuple[Complexes, Array | None]] = [(z, None), (z, total)]
+        sets += [(z, load) for load in loads]
+        for p in range(len(loads)):
+            for unit in (1.0, 1j):
+                changed = z.copy()
+                changed[p] += unit * step[p]
+                sets.append((changed, total))
+        sound = panel.pressure_psd(frequency)[:, None, None]
+        seen = np.concatenate([panel.points, panel.at_cells])
+        psds = Receptances.of(frequency, panel.stiffness(frequency), felt, seen).psds(
+            [values[owner].T for values, _ in sets],
+            lambda lines: sound[lines] * panel.modal_force(frequency[lines]),
+            [None if load is None else between(frequency, centre, load) for _, load in sets],
+        )
+        base, whole, patches = psds[0], psds[1], len(loads)
+        changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
+        slope = (changed - whole) / step[:, None, :, None]
+        return Variants(
+            panel,
+            frequency,
+            centre,
+            impedances,
+            base,
+            psds[2 : 2 + patches] - base,
+            slope[:, 0],
+            slope[:, 1] * (2 * np.pi * frequency)[None, :, None],
+        )
+
+    @property
+    def points(self) -> slice:
+        """Columns of the points."""
+        return slice(len(self.panel.points))
+
+    @property
+    def psd(self) -> Array:
+        """(nf, p + c) with own force [m²/Hz]."""
+        result: Array = self.linear_psd + self.own_psd.sum(axis=0)
+        return result
+
+    def at_motion(self, recorded: Array, reference: Array | None = None) -> Array:
+        """Return factors (patches,) of C_e from the motion of the records to that of the panel.
+
+        C_e falls as the rms velocity v of its patch rises, about as v^−`EXPONENT`, and v follows
+        C_e: ln of the factor is γ m with m = ln(v_recorded/v) + Σ_q ∂ ln v/∂ ln C_e γ m_q.
+
+        Parameters
+        ----------
+        recorded
+            (patches,) mean squares of the velocity of the records [m²/s²].
+        reference
+            Factors that the impedances of here contain already; None for 1.
+        """
+        omega = 2 * np.pi * self.frequency[:, None]
+        first = len(self.panel.points)
+        velocity, slope = [], []
+        for part in self.panel.slices:
+            columns = slice(first + part.start, first + part.stop)
+            area = self.panel.area[part] / self.panel.area[part].sum()
+            velocity.append(np.trapezoid((omega**2 * self.psd[:, columns]) @ area, self.frequency))
+            slope.append(
+                [
+                    np.trapezoid(
+                        (omega**2 * of[:, columns]) @ area * z(self.frequency).real, self.frequency
+                    )
+                    for of, z in zip(self.of_damping, self.impedances, strict=True)
+                ]
+            )
+        square = np.array(velocity)
+        by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
+        apart = np.log(recorded / square) / 2
+        if reference is not None:
+            # m of before, about which the panel is linearised
+            apart = apart + by_damping @ np.log(reference)
+        matrix = np.eye(len(square)) + EXPONENT * by_damping
+        result: Array = np.exp(EXPONENT * np.linalg.solve(matrix, apart))
+        return result
+
+    def change(self, impedances: Sequence[Impedance], own: Sequence[Array] | None) -> Array:
+        """Return the change of ln of the PSD, (nf, p + c).
+
+        Parameters
+        ----------
+        impedances
+            Of each patch.
+        own
+            (bands,) PSD of the own force of each patch over that of here; None for the same.
+        """
+        total = np.zeros_like(self.linear_psd)
+        for p, impedance in enumerate(impedances):
+            apart = impedance(self.frequency) - self.impedances[p](self.frequency)
+            mass = apart.imag / (2 * np.pi * self.frequency)
+            total += self.of_damping[p] * apart.real[:, None] + self.of_mass[p] * mass[:, None]
+            if own is not None:
+                ratio = np.interp(np.log(self.frequency), np.log(self.centre), own[p])
+                total += self.own_psd[p] * (ratio - 1)[:, None]
+        psd = self.psd
+        return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
+
+    def _acceleration(self) -> Array:
+        result: Array = (2 * np.pi * self.frequency[:, None]) ** 4 * self.psd[:, self.points]
+        return result
+
+    def total_change(self, change: Array) -> Array:
+        """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
+        psd = self._acceleration()
+        moved = np.trapezoid(psd * change[:, self.points], self.frequency, axis=0)
+        whole = np.trapezoid(psd, self.frequency, axis=0)
+        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+
+    def band_change(self, change: Array, edge: Array) -> Array:
+        """Return that of the mean square in each band, (bands, p)."""
+        psd = self._acceleration()
+        width = np.gradient(self.frequency)[:, None]
+        moved, whole = (
+            band_sums(self.frequency, values * width, edge)
+            for values in (psd * change[:, self.points], psd)
+        )
+        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+
+    def band_squares(self, psd: Array, edge: Array) -> Array:
+        """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
+        squares = band_rms(self.frequency, (2 * np.pi * self.frequency[:, None]) ** 4 * psd, edge)
+        result: Array = squares**2
+        return result
+
+
+def simulated_psd(
+    panel: CoupledPanel,
+    frequency: Array,
+    centre: Array,
+    impedances: Sequence[Impedance],
+    own_sums: Sequence[Array],
+    lines: Array,
+) -> Array:
+    """Return the PSDs (nf, p) at the points of the own force of the simulated cells."""
+    load = np.zeros((len(centre), panel.points.shape[1], panel.points.shape[1]))
+    for patch, sums in zip(panel.patches, own_sums, strict=True):
+        weighted = patch.shape * patch.area[:, None]
+        psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
+        load += weighted.T @ psd @ weighted
+    receptances = Receptances.of(
+        frequency, panel.stiffness(frequency), panel.at_cells.T, panel.points
+    )
+    (result,) = receptances.psds(
+        [cell_load(panel, frequency, impedances)], None, [between(frequency, centre, load)]
+    )
+    return result

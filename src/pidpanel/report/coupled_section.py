@@ -1,0 +1,149 @@
+"""Coupled runs on the page: how well they know g rms, and C_e and m_a of every patch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pidpanel.report import style
+from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.inputs import CoupledResults
+from pidpanel.report.layout import WIDTH, few_of, frequency_axis
+from pidpanel.report.text import number, plain, signed
+
+CURVES = 6
+"""Patches in the figure at most."""
+
+WHAT = (
+    "Panel and particles are integrated together under a random sound. The force of the particles "
+    "is then split into a part that is linear in the motion of the patch, C_e and m_a, and the "
+    "particles' own force, which is the rest. The panel with both has the PSDs of this page. "
+    "Residual: mean square of the records over that of the panel with both under the same sound; "
+    "where it exceeds its scatter it is part of the error."
+)
+
+
+def coupled_section(
+    results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
+) -> Section:
+    """Return what the coupled runs know and found: a table, and C_e and m_a over frequency.
+
+    Parameters
+    ----------
+    results
+        What the runs left.
+    names
+        Of the scenarios by their labels, in order.
+    points
+        Names of the moving points.
+    """
+    figure = coupled_figure(run_itself(results.impedance), names)
+    blocks: list[Block] = [
+        Paragraph(WHAT),
+        coupled_table(results, names, points),
+        Picture(
+            "coupled_damping",
+            style.png(figure),
+            "C_e and m_a of patches at their own motion, in third octaves, with standard errors. "
+            "A negative C_e is not drawn.",
+        ),
+    ]
+    return Section("coupled", "Panel and particles together", blocks)
+
+
+def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of ``coupled/impedance.csv`` that are not carried from other levels."""
+    return impedance[impedance["carried_from"].isna() | (impedance["carried_from"] == "")]
+
+
+def coupled_table(
+    results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
+) -> Table:
+    """Return a row for each scenario; parameters are those of `coupled_section`."""
+    summary = results.summary[results.summary["point"].isin(points)]
+    own = set(run_itself(results.impedance)["scenario"])
+    by_label = dict(list(results.impedance.groupby("scenario")))
+    rows = []
+    for label, beds in ((one, by_label[one]) for one in names if one in by_label):
+        of = summary[summary["scenario"] == label]
+        if label in own:
+            error = 100 * of["g_rms_error"] / of["g_rms"]
+            share = 100 * (1 - (of["linear_g_rms"] / of["g_rms"]) ** 2)
+            known = [
+                str(int(of["runs"].iloc[0])),
+                _range([number(value, 2) for value in (error.min(), error.max())]),
+                _range([signed(f(of["residual_db"]), 2) for f in (min, max)]),
+                _range([plain(value, 1) for value in (share.min(), share.max())]),
+            ]
+        else:
+            near = str(beds["carried_from"].iloc[0]).split(" and ")
+            known = [f"0, from {' and '.join(names.get(one, one) for one in near)}", *["–"] * 3]
+        columns = ("youngs_modulus_mpa", "particle_mass_per_area_kg_m2")
+        rows.append([names[label], *known, *(_by_patch(beds, column) for column in columns)])
+    return Table(
+        "Coupled runs; ranges are over the points. Own force: share of the mean square of the "
+        "acceleration that is due to it.",
+        [
+            "scenario", "runs", "standard error of g rms, %", "residual, dB", "own force, %",
+            "Young's modulus of the contacts, MPa", "particles, kg/m²",
+        ],
+        rows,
+    )  # fmt: skip
+
+
+def _range(texts: Sequence[str]) -> str:
+    low, high = texts
+    return low if low == high else f"{low} to {high}"
+
+
+def _by_patch(beds: pd.DataFrame, column: str) -> str:
+    """Return a quantity of the simulated beds, by patch where they differ; "–" without it."""
+    if column not in beds:
+        return "–"
+    first = beds.drop_duplicates("patch")
+    found = {patch: number(x) for patch, x in zip(first["patch"], first[column], strict=True)}
+    if len(set(found.values())) == 1:
+        return next(iter(found.values()))
+    return ", ".join(f"{value} ({patch})" for patch, value in found.items())
+
+
+def coupled_figure(own: pd.DataFrame, names: Mapping[str, str]) -> Figure:
+    """Draw C_e and m_a over frequency, at most `CURVES` patches.
+
+    Parameters
+    ----------
+    own
+        Of `run_itself`.
+    names
+        Of the scenarios by their labels.
+    """
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    damping, mass = figure.subplots(1, 2)
+    beds = few_of(
+        [(key, rows) for key, rows in own.groupby(["scenario", "patch"], sort=False)], CURVES
+    )
+    for index, ((label, patch), rows) in enumerate(beds):
+        several = own.loc[own["scenario"] == label, "patch"].nunique() > 1
+        look = {
+            "fmt": f"-{style.MARKERS[index % len(style.MARKERS)]}",
+            "color": style.PLACES[index % len(style.PLACES)],
+            "capsize": 1.5,
+            "elinewidth": 0.7,
+            "label": names[str(label)] + (f": {patch}" if several else ""),
+        }
+        positive = rows["equivalent_damping_n_s_m3"].where(rows["equivalent_damping_n_s_m3"] > 0)
+        errors = rows["equivalent_damping_error_n_s_m3"], rows["apparent_mass_error_kg_m2"]
+        damping.errorbar(rows["frequency_hz"], positive, errors[0], **look)
+        mass.errorbar(rows["frequency_hz"], rows["apparent_mass_kg_m2"], errors[1], **look)
+    for axes in (damping, mass):
+        frequency_axis(axes, 0.9 * own["frequency_hz"].min(), 1.1 * own["frequency_hz"].max())
+    damping.set_yscale("log", nonpositive="clip")
+    above = own.loc[own["equivalent_damping_n_s_m3"] > 0, "equivalent_damping_n_s_m3"]
+    damping.set_ylim(bottom=above.min() / 3 if len(above) else None)  # not to an error's lower end
+    damping.set_ylabel("$C_e$, N s/m³")
+    mass.set_ylabel("$m_a$, kg/m²")
+    mass.axhline(0, color="#999999", lw=0.6)
+    figure.legend(*mass.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure

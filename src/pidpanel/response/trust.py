@@ -1,0 +1,147 @@
+"""Which numbers of ``summary.csv`` are to be trusted, why not, and the source of the damping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from pidpanel.study import Scenario, Study
+from pidpanel.study.damping import COUPLED
+
+POWER_BALANCE = 1e-3
+"""Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
+
+MOTION_RESIDUAL = 1e-3
+"""|ln(Γ_out/Γ)| from which a motion is not converged: rms values are good to 1e-3."""
+
+BASIS_ERROR = 5e-3
+"""Error of a PSD that the shapes of the panel may leave (README)."""
+
+NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
+CARRIED, KNOWN_TO = "carried from another level", "known to"
+
+TOO_FAR = 2.0
+"""Standard error of a coupled g rms over the wanted one, from which it is doubted [1]."""
+
+BETWEEN = "; "
+"""Between the doubts of a scenario."""
+
+SOURCES: dict[str, str] = {
+    COUPLED: "coupled runs of this study",
+    "dem": "simulated coupons under single tones",
+    "table": "table",
+    "paper_corrected": "law of the paper, corrected",
+    "paper_printed": "law of the paper as printed",
+}
+"""Where the damping comes from, by reading; `STATED` for what the dampers state."""
+
+TRUST = ["trusted", "doubts", "damping_source"]
+"""Columns of `judged`."""
+
+STATED, NONE = "as stated for each damper", "none"
+
+
+def judged(study: Study, summary: pd.DataFrame, run: Collection[str] | None) -> pd.DataFrame:
+    """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
+
+    Parameters
+    ----------
+    study
+        The study.
+    summary
+        Its rows, a point each.
+    run
+        Labels of the scenarios that coupled runs are of; None for all.
+    """
+    by_label = {scenario.label: scenario for scenario in study.all_scenarios()}
+    said: dict[Hashable, list[str]] = {}
+    for key, rows in summary.groupby(["reading", "scenario"], sort=False):
+        reading, scenario = str(key[0]), by_label[str(key[1])]
+        found = [{str(k): v for k, v in row.items()} for row in rows.to_dict("records")]
+        moving = [row for row in found if row["status"] == "ok"]
+        if not moving:
+            said[key] = [str(found[0]["status"])]
+            continue
+        said[key] = doubts(moving, is_bare=scenario.is_bare)
+        if reading == COUPLED and scenario in study.coupled_scenarios():
+            is_carried = run is not None and scenario.label not in run
+            wanted = study.damping.coupled.relative_error
+            said[key] += doubts_of_runs(moving, wanted, is_carried=is_carried)
+    keys = list(zip(summary["reading"], summary["scenario"], strict=True))
+    return summary.assign(
+        trusted=["no" if said[key] else "yes" for key in keys],
+        doubts=[BETWEEN.join(said[key]) for key in keys],
+        damping_source=[source_of(str(reading), by_label[str(label)]) for reading, label in keys],
+    )
+
+
+def source_of(reading: str, scenario: Scenario) -> str:
+    """Return where the damping of a scenario comes from."""
+    return NONE if scenario.is_bare else SOURCES.get(reading, STATED)
+
+
+def doubts(rows: Sequence[dict[str, Any]], *, is_bare: bool) -> list[str]:
+    """Return why the numbers of a scenario are not to be trusted; nothing where they are.
+
+    Parameters
+    ----------
+    rows
+        Its rows in ``response/summary.csv``, a moving point each.
+    is_bare
+        Whether it is the bare panel, whose damping has no error.
+    """
+    first, said = rows[0], []
+    if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):
+        said.append(NOT_LINEAR)
+    if first["outside_run_points_share"] > 0:
+        share = max(first["outside_run_points_share"], 0.01)
+        said.append(f"{100 * share:.0f} % of lines {EXTRAPOLATED}")
+    if first["levels"] > 1:
+        said.append("several solutions")
+    if first["motion_residual"] > MOTION_RESIDUAL:
+        said.append("motion not converged")
+    if first.get("basis_error", 0.0) > BASIS_ERROR:
+        said.append("basis too small")
+    if not is_bare and not math.isfinite(first.get("reduction_error_db", math.nan)):
+        said.append(NO_ERROR)
+    return said
+
+
+def doubts_of_runs(rows: Sequence[dict[str, Any]], wanted: float, *, is_carried: bool) -> list[str]:
+    """Return the doubts about the coupled runs of a scenario.
+
+    Parameters
+    ----------
+    rows
+        As of `doubts`.
+    wanted
+        Wanted relative standard error of its rms accelerations [1].
+    is_carried
+        Whether it was not run itself.
+    """
+    errors = [
+        row.get("acceleration_rms_error_g", math.nan) / row["acceleration_rms_g"]
+        for row in rows
+        if row["acceleration_rms_g"] > 0
+    ]
+    error = max((error for error in errors if math.isfinite(error)), default=0.0)
+    said = [CARRIED] if is_carried else []
+    if error > TOO_FAR * wanted:
+        more = "" if is_carried else " (more damping.coupled.runs)"
+        said.append(f"{KNOWN_TO} ± {100 * error:.2g} % only{more}")
+    return said
+
+
+def doubts_in(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the doubts in a row of ``summary.csv``.
+
+    Examples
+    --------
+    >>> doubts_in({"doubts": "not linear; several solutions"}), doubts_in({"doubts": math.nan})
+    (('not linear', 'several solutions'), ())
+    """
+    said = row.get("doubts")
+    return tuple(said.split(BETWEEN)) if isinstance(said, str) and said else ()

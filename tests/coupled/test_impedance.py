@@ -1,0 +1,147 @@
+"""The impedance comes back from records in which the panel answers the bed's own force."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums, smoothed
+
+EDGE = np.array([[50.0, 100.0], [100.0, 200.0]])
+DAMPING, MASS = 400.0, 2.0
+AREA = np.array([1.0, 2.0, 3.0])
+
+
+def noise(rng, *size):
+    return (rng.standard_normal(size) + 1j * rng.standard_normal(size)) / np.sqrt(2)
+
+
+def loop(seed, lines=400, segments=10, own=1000.0):
+    """f, σ, v and r of three cells: v answers the sound, and n as much; σ = Z v + n."""
+    rng = np.random.default_rng(seed)
+    frequency = np.linspace(50, 199.9, lines)
+    size = (segments, lines, 3)
+    sound, force = noise(rng, *size), own * noise(rng, *size)
+    z = (DAMPING + 2j * np.pi * frequency * MASS)[:, None]
+    receptance = 1e-3 * np.exp(0.7j)
+    linear = sound / (1 + receptance * z)
+    velocity = linear - receptance * force / (1 + receptance * z)
+    return frequency, z * velocity + force, velocity, linear
+
+
+def parts_of(found):
+    return found.value.real, found.value.imag / (2 * np.pi * found.frequency)
+
+
+def test_damping_and_mass_come_back_although_the_panel_answers_the_bed():
+    # own force as large as the linear one: bands have 3·1300 and 3·2700 triples, C_e to
+    # about 1000·1.3/√12000/√2 = 8 and m_a to 8/2πf; four of them
+    # red: `instrument.conj()` → its own motion, `velocity.conj()`
+    damping, mass = parts_of(ImpedanceSums.of(*loop(1, lines=4000), AREA, EDGE).impedance())
+    assert damping == pytest.approx([DAMPING] * 2, abs=30)
+    assert mass == pytest.approx([MASS] * 2, abs=0.07)
+
+
+def test_without_own_force_every_subset_has_the_same_impedance():
+    # and the frequency of a band is the mean of the motion in it
+    # red: `frequency * y` → `y` in the moment; area left out of one of x, y
+    sums = ImpedanceSums.of(*loop(2, own=0.0), AREA, EDGE)
+    for weights in ({}, {"segments": np.eye(10)[3]}, {"cells": np.array([0.0, 1.0, 1.0])}):
+        damping, mass = parts_of(sums.impedance(**weights))
+        # m_a: the mean frequency of the motion is that of all cells
+        assert damping == pytest.approx([DAMPING] * 2, rel=1e-9)
+        assert mass == pytest.approx([MASS] * 2, rel=0.01)
+
+
+def test_what_is_left_out_does_not_count():
+    # red: `segments` left out of the einsum of force and velocity, or of the moment; `cells` too
+    frequency, *spectra = loop(3)
+    sums = ImpedanceSums.of(frequency, *spectra, AREA, EDGE)
+    kept = np.array([1.0, 0, 1, 1, 0, 1, 1, 1, 0, 1])
+    few = ImpedanceSums.of(frequency, *(part[kept > 0] for part in spectra), AREA, EDGE)
+    found, wanted = sums.impedance(segments=kept), few.impedance()
+    assert found.value == pytest.approx(wanted.value, rel=1e-9)
+    assert found.frequency == pytest.approx(wanted.frequency, rel=1e-12)
+    two = ImpedanceSums.of(frequency, *(part[:, :, [0, 2]] for part in spectra), AREA[[0, 2]], EDGE)
+    # neighbours weigh as with all cells: bands are resolved and keep their ratio to 1 %
+    of_two = sums.impedance(cells=np.array([1.0, 0.0, 1.0])).value
+    assert of_two == pytest.approx(two.impedance().value, rel=0.01)
+    assert np.abs(of_two / sums.impedance().value - 1).max() > 0.01
+
+
+def test_runs_are_joined_with_cells_of_their_own():
+    # red: `ends[k] : ends[k + 1]` → `: cells[k]`
+    first, second = (ImpedanceSums.of(*loop(seed), AREA, EDGE) for seed in (4, 5))
+    joined = ImpedanceSums.joined([first, second])
+    assert joined.force.shape == (20, 6, 2)
+    assert not joined.force[:10, 3:].any()
+    assert not joined.velocity[10:, :3].any()
+    total = first.force.sum(axis=(0, 1)) + second.force.sum(axis=(0, 1))
+    assert joined.force.sum(axis=(0, 1)) == pytest.approx(total, rel=1e-12)
+    alone = joined.impedance(segments=np.repeat([0.0, 1.0], 10)).value
+    assert alone == pytest.approx(second.impedance().value, rel=1e-9)
+
+
+def test_unresolved_bands_follow_their_neighbours_by_the_scatter_of_the_sums(monkeypatch):
+    # the variance that is handed to `smoothed` is that of many records: 200 of them know it to 10 %
+    # red: `whole.conj() * product` → `product`; LINES_PER_FREEDOM left out
+    ratios, variances = [], []
+
+    def kept(ratio, variance):
+        ratios.append(ratio)
+        variances.append(variance)
+        return ratio, variance
+
+    monkeypatch.setattr("pidpanel.coupled.impedance.smoothed", kept)
+    for seed in range(200):
+        ImpedanceSums.of(*loop(seed, lines=60, segments=4), AREA, EDGE).impedance()
+    # lines here are independent, those of a Hann window are not
+    stated = np.mean(variances, axis=0) / 1.5
+    assert stated == pytest.approx(np.var(ratios, axis=0), rel=0.3)
+
+
+def test_bands_that_are_known_stay_and_others_follow_their_neighbours():
+    # red: weight * ratio → ratio in `smoothed`
+    ratio = np.array([400.0, 420.0, 430.0, -5000.0, 460.0, 470.0]) + 0j
+    variance = np.array([1.0, 1.0, 1.0, 1e8, 1.0, 1.0])
+    found, of_found = smoothed(ratio, variance)
+    assert np.delete(found, 3) == pytest.approx(np.delete(ratio, 3), rel=1e-3)
+    assert 400 < found[3].real < 480
+    # as unsure as two steps of 30 % at once, one from each side: 0.3·445/√2
+    assert np.sqrt(of_found[3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.1)
+
+
+@pytest.mark.parametrize("bands", [1, 2, 3, 7])
+def test_of_any_number_of_bands_those_above_and_below_count_alike(bands):
+    # red: `[2:-2]` → `[1:-3]`; mode "same" of np.convolve, which has five bands at least
+    rng = np.random.default_rng(bands)
+    ratio = np.geomspace(100, 900, bands) + noise(rng, bands) * 50
+    variance = 1e4 * (1 + rng.random(bands))
+    found, _ = smoothed(ratio, variance)
+    turned, _ = smoothed(ratio[::-1], variance[::-1])
+    assert turned[::-1] == pytest.approx(found, rel=1e-9)
+
+
+def test_a_mass_is_not_smoothed_away():
+    # Im Z = ω m grows by 26 % from band to band, with errors of 10 %
+    # red: BAND_STEP = 0.03
+    centre = 10 ** (np.arange(20, 31) / 10)
+    mass = 2j * np.pi * centre * 6.0
+    found, _ = smoothed(mass, (0.1 * np.abs(mass)) ** 2)
+    assert found[1:-1] == pytest.approx(mass[1:-1], rel=0.05)
+
+
+def test_between_bands_damping_and_mass_are_linear_over_the_logarithm():
+    # and held beyond them; red: `np.log(frequency)` → `frequency`; m_a from Im Z / Im Z of a node
+    nodes = np.array([100.0, 400.0])
+    value = np.array([300.0, 500.0]) + 2j * np.pi * nodes * np.array([2.0, 1.0])
+    asked = np.array([0.0, 50.0, 200.0, 800.0])
+    found = BandImpedance(nodes, value)(asked)
+    assert found.real == pytest.approx([300, 300, 400, 500])
+    assert found.imag == pytest.approx(2 * np.pi * asked * np.array([2.0, 2.0, 1.5, 1.0]))
+
+
+def test_another_damping_leaves_the_mass():
+    # red: factor * self.value
+    z = BandImpedance(np.array([100.0, 400.0]), np.array([300.0 + 50j, 500.0 - 20j]))
+    found = z.scaled(2.0)
+    assert found.value.tolist() == [600.0 + 50j, 1000.0 - 20j]
+    assert found.frequency is z.frequency

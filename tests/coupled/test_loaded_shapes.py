@@ -1,0 +1,69 @@
+"""Oscillators of a panel with what is not integrated, against closed forms."""
+
+import numpy as np
+import pytest
+
+from pidpanel.coupled.loaded_shapes import LinearDamper, loaded_shapes
+from pidpanel.response.model import ModalBasis
+
+NATURAL, MASS = np.array([50.0, 120.0, 300.0]), np.array([1.5, 1.5, 2.0])
+PANEL = ModalBasis(NATURAL, MASS, 0.01)
+PER_AREA = 4.0
+WHOLE = np.diag(MASS) / PER_AREA
+EXTENT = (20.0, 1000.0)
+
+
+def damper(overlap, damping, mass):
+    return LinearDamper(overlap, lambda f: (np.full(f.shape, damping), np.full(f.shape, mass)))
+
+
+def test_a_damper_on_the_whole_panel_lowers_all_frequencies_alike():
+    # red: `heavy` without the dampers; own = 1; C_e times the mass
+    found = loaded_shapes(PANEL, EXTENT, None, [damper(WHOLE, 30.0, 2.0)])
+    ratio = np.sqrt(PER_AREA / (PER_AREA + 2.0))
+    np.testing.assert_allclose(found.modal.natural_frequency, NATURAL * ratio, rtol=1e-12)
+    # c/m of the panel, of its mass with the damper
+    wanted = (2 * 0.01 * 2 * np.pi * NATURAL * PER_AREA + 30.0) / (PER_AREA + 2.0)
+    have = 2 * found.modal.damping_ratio * found.modal.angular_frequency
+    np.testing.assert_allclose(have, wanted, rtol=1e-12)
+
+
+def test_the_new_shapes_have_the_response_of_the_whole_matrices():
+    # red: vectors.T for vectors in `shape`
+    row = np.array([0.8, -0.5, 0.3])
+    overlap, heavy = 0.05 * np.outer(row, row), 8.0
+    found = loaded_shapes(PANEL, EXTENT, None, [damper(overlap, 0.0, heavy)])
+    frequency, point = np.array([47.0, 111.0, 290.0]), np.array([[1.0, 0.6, -0.9]])
+    seen = found.shape(point)
+    for f in frequency:
+        omega = 2 * np.pi * f
+        stiffness = np.diag(PANEL.dynamic_stiffness(np.array([f]))[0]) - omega**2 * heavy * overlap
+        whole = (point @ np.linalg.solve(stiffness, point.T))[0, 0]
+        own = (seen**2 / found.modal.dynamic_stiffness(np.array([f]))).sum()
+        # the damping of the bare panel counts with its diagonal
+        assert abs(own - whole) < 0.02 * abs(whole)
+    square = found.square(np.diag(1 / MASS))
+    assert np.allclose(square, square.T)
+
+
+def test_the_air_adds_the_diagonal_of_its_mass_and_resistance():
+    # red: the sign of the mass; omega left out of the resistance
+    def air(frequency):
+        omega = 2 * np.pi * frequency[:, None, None]
+        both = np.eye(3) + 0.1
+        return -(omega**2) * 0.5 * both + 1j * omega * 7.0 * both
+
+    found = loaded_shapes(PANEL, EXTENT, air, []).modal
+    np.testing.assert_allclose(found.modal_mass, MASS + 0.55, rtol=1e-12)
+    np.testing.assert_allclose(
+        found.natural_frequency, NATURAL * np.sqrt(MASS / (MASS + 0.55)), rtol=1e-12
+    )
+    np.testing.assert_allclose(found.damping, PANEL.damping + 7.7, rtol=1e-12)
+
+
+def test_a_panel_that_is_free_keeps_its_motion_as_a_rigid_body():
+    # red: `where=omega > 0` left out
+    free = ModalBasis([0.0, 100.0], [4.0, 1.0], 0.01)
+    found = loaded_shapes(free, EXTENT, None, [damper(np.diag([1.0, 0.2]), 5.0, 1.0)]).modal
+    assert found.natural_frequency[0] == pytest.approx(0.0, abs=1e-4)
+    assert np.isfinite(found.damping_ratio).all()

@@ -1,0 +1,111 @@
+"""Contacts are as soft as the motion allows."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pidpanel.coupled.softening import (
+    CHOICES,
+    FASTEST,
+    LARGEST_BIAS,
+    PER_LAYER,
+    PER_OVERLAP,
+    Motion,
+    softened_modulus,
+    softening_bias,
+    usual_modulus,
+)
+from pidpanel.coupon.from_study import bed_of
+from pidpanel.study.coupon import Coupon
+
+OWN, RADIUS, DENSITY, POISSON = 3.3e9, 1.25e-3, 1190.0, 0.35
+COUPON = Coupon.model_validate(
+    {
+        "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
+        "particles": {
+            "diameter_mm": 2 * RADIUS * 1e3,
+            "youngs_modulus_mpa": OWN / 1e6,
+            "density_kg_m3": DENSITY,
+            "poissons_ratio": POISSON,
+        },
+        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
+    }
+)
+BED = bed_of(COUPON, 0.5, cells=8, seed=1)
+LAYERS = 0.5 * 8 / 2.5
+
+
+def motion(velocity, frequency=300.0):
+    return Motion(velocity, 2 * np.pi * frequency * velocity)
+
+
+def contact_time(modulus, velocity):
+    """Hertz: 2.87 (m²/(R E*² v))^{1/5}."""
+    mass = DENSITY * 4 / 3 * np.pi * RADIUS**3
+    effective = modulus / (2 * (1 - POISSON**2))
+    return 2.87 * (mass**2 / (RADIUS * effective**2 * velocity)) ** 0.2
+
+
+def test_a_sine_has_its_stroke():
+    # red: √2 left out
+    amplitude, omega = 1e-4, 2 * np.pi * 130
+    rms = Motion(amplitude * omega / np.sqrt(2), amplitude * omega**2 / np.sqrt(2))
+    assert rms.stroke == pytest.approx(amplitude)
+
+
+@pytest.mark.parametrize("velocity", [0.02, 0.1, 0.3])
+def test_a_bed_that_rides_is_late_by_the_contact_time_of_its_layers(velocity):
+    # red: `layers *` left out; the material's own time not taken off
+    for modulus in CHOICES[:2]:
+        late = contact_time(modulus, velocity) - contact_time(OWN, velocity)
+        wanted = PER_LAYER * LAYERS * late * 9.80665 / velocity
+        found = softening_bias(OWN, BED, motion(velocity), modulus)
+        assert found == pytest.approx(wanted, rel=0.01)
+
+
+def test_a_bed_that_crosses_is_shorter_by_its_overlaps():
+    # 2.94 δ/v is the contact time; red: FASTEST * → 1 * ; `motion.stroke >=` → `<`
+    fast = motion(2.0, frequency=100.0)
+    apart = [
+        contact_time(modulus, FASTEST * 2.0) * FASTEST * 2.0 / 2.943 for modulus in (50e6, OWN)
+    ]
+    found = softening_bias(OWN, BED, fast, 50e6)
+    assert found == pytest.approx(PER_OVERLAP * (apart[0] - apart[1]) / RADIUS, rel=0.01)
+    # as fast, but too high in frequency to cross
+    assert softening_bias(OWN, BED, motion(2.0, frequency=2000.0), 50e6) < found / 10
+
+
+@pytest.mark.parametrize(("velocity", "frequency"), [(0.1, 300.0), (2.0, 100.0)])
+def test_a_stiffer_contact_is_never_worse_and_the_own_one_has_no_bias(velocity, frequency):
+    # red: `max(…, 0.0)` left out (negative above the own modulus)
+    biases = [softening_bias(OWN, BED, motion(velocity, frequency), m) for m in CHOICES]
+    assert all(softer >= stiffer for softer, stiffer in pairwise(biases))
+    assert biases[0] > biases[1] > 0
+    assert softening_bias(OWN, BED, motion(velocity, frequency), OWN) == 0.0
+    assert biases[-1] == 0.0
+
+
+def test_a_louder_motion_allows_softer_contacts():
+    # until beds cross; red: `<= LARGEST_BIAS` → `>=`; CHOICES from the stiffest on
+    speeds = np.geomspace(0.005, 1.0, 30)
+    moduli = [softened_modulus(OWN, BED, motion(speed, 1000.0)) for speed in speeds]
+    assert all(slow >= fast for slow, fast in pairwise(moduli))
+    assert moduli[-1] == CHOICES[0]
+    assert len(set(moduli)) >= 4
+    for speed, modulus in zip(speeds, moduli, strict=True):
+        assert softening_bias(OWN, BED, motion(speed, 1000.0), modulus) <= LARGEST_BIAS
+
+
+def test_where_none_is_allowed_the_modulus_is_that_of_the_material():
+    # and a choice above that of the material is none; red: `modulus < own and` left out
+    assert softened_modulus(3.1e9, BED, motion(1e-4)) == 3.1e9
+    assert softened_modulus(60e6, BED, motion(1e-3)) == 60e6
+
+
+def test_the_usual_modulus_is_never_above_that_of_the_material():
+    # red: min left out
+    assert usual_modulus(60e6, DENSITY) == 60e6
+    assert usual_modulus(OWN, DENSITY) == pytest.approx(400e6, rel=0.01)
+    # heavier spheres stay longer in contact
+    assert usual_modulus(2e11, 7800.0) == pytest.approx(7800 / 1190 * 400e6, rel=0.01)

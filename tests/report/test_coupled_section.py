@@ -1,0 +1,101 @@
+"""Coupled runs on the page: what they know, and C_e and m_a over frequency."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from coupled_study import coupled_results
+
+from pidpanel.report import html, style
+from pidpanel.report.coupled_section import (
+    CURVES,
+    coupled_figure,
+    coupled_section,
+    coupled_table,
+    run_itself,
+)
+from pidpanel.report.names import names_of
+from pidpanel.report.study_page import study_page
+
+POINTS = ["middle", "corner"]
+
+
+def test_a_row_has_runs_errors_residual_and_share_of_the_own_force(coupled):
+    # red: share of the rms, 1 − 8/10 = 20 %; the residual of the first point alone
+    names = names_of(coupled.study)
+    table = coupled_table(coupled.coupled, names, POINTS)
+    assert [row[0] for row in table.rows] == [
+        name for label, name in names.items() if not label.startswith("bare")
+    ]
+    for row in table.rows:
+        assert len(row) == len(table.columns)
+        # 1 − (8/10)² = 36 %
+        assert row[1:] == ["2", "1.0", "+0.00 to +0.20", "36.0", "200", "6.70"]
+
+
+def test_a_point_at_rest_takes_no_part(coupled):
+    # red: `isin(points)` left out
+    summary = coupled.coupled.summary.copy()
+    at_rest = summary["point"] == "corner"
+    # rounding: none of it is known
+    summary.loc[at_rest, ["g_rms", "g_rms_error", "linear_g_rms"]] = 1e-15
+    told = replace(coupled.coupled, summary=summary)
+    for row in coupled_table(told, names_of(coupled.study), ["middle"]).rows:
+        assert row[1:] == ["2", "1.0", "+0.00", "36.0", "200", "6.70"]
+
+
+def test_a_scenario_that_is_carried_says_from_where_and_is_not_drawn(coupled):
+    # red: run_itself that returns all rows
+    names = names_of(coupled.study)
+    results = coupled_results(coupled.study, carried=["A_r0.5_140dB"])
+    rows = {row[0]: row for row in coupled_table(results, names, POINTS).rows}
+    assert rows[names["A_r0.5_140dB"]][1] == f"0, from {names['A_r0.1_150dB']}"
+    own = run_itself(results.impedance)
+    assert set(own["scenario"]) == set(names) - {"A_r0.5_140dB", "bare_140dB", "bare_150dB"}
+    drawn = [text.get_text() for text in coupled_figure(own, names).legends[0].get_texts()]
+    assert names["A_r0.5_140dB"] not in drawn
+
+
+def test_patches_with_other_beds_are_named(coupled):
+    # red: the first patch alone
+    impedance = coupled.coupled.impedance.assign(scenario="A_r0.1_150dB")
+    other = impedance["patch"] == "B"
+    impedance.loc[other, "youngs_modulus_mpa"] = 800.0
+    told = replace(coupled.coupled, impedance=impedance)
+    (row,) = coupled_table(told, names_of(coupled.study), POINTS).rows
+    assert row[-2] == "200 (A), 800 (B)" and row[-1] == "6.70"
+    without = replace(told, impedance=impedance.drop(columns="youngs_modulus_mpa"))
+    assert coupled_table(without, names_of(coupled.study), POINTS).rows[0][-2] == "–"
+
+
+def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
+    # red: CURVES = 99; where(… < 0)
+    impedance = coupled.coupled.impedance
+    with style.context():
+        damping, mass = coupled_figure(impedance, names_of(coupled.study)).axes
+    assert len(damping.containers) == len(mass.containers) == min(CURVES, 6)
+    values = damping.containers[0].lines[0].get_ydata()
+    assert values[:2] == pytest.approx([300.0, 100.0]) and np.isnan(values[2])
+    assert damping.get_ylim()[0] == pytest.approx(100 / 3)
+
+
+def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled):
+    # red: `is not None` left out of the verdict's section; the family of one level in claims
+    one_level = coupled.study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
+    scenarios = {**coupled.study.scenarios, "level": one_level}
+    study = coupled.study.model_copy(update={"scenarios": scenarios})
+    page = study_page(replace(coupled, study=study, coupled=coupled_results(study)), [])
+    named = [section.name for section in page.sections]
+    assert "coupled" in named and "verdict" not in named
+    text = html.render(page)
+    assert "10 runs of 5 scenarios" in text
+    assert "the motion that each patch has in the coupled runs" in text
+    assert "LIGGGHTS 3" in text
+    said = [row[0] for row in page.claims.rows if row[0]]
+    assert said and not any("shifts linearly" in claim for claim in said)
+
+
+def test_the_section_explains_the_split_and_has_its_figure(coupled):
+    # red: the picture left out
+    section = coupled_section(coupled.coupled, names_of(coupled.study), POINTS)
+    assert [block.kind for block in section.blocks] == ["paragraph", "table", "picture"]

@@ -1,0 +1,66 @@
+"""Which rows of ``summary.csv`` are to be trusted."""
+
+import math
+
+import pandas as pd
+import pytest
+
+from pidpanel.paths import WORKFLOW
+from pidpanel.response.trust import doubts, doubts_in, doubts_of_runs, judged, source_of
+from pidpanel.study import load_study
+
+GOOD = {
+    "beyond_linear_plate": False, "outside_run_points_share": 0.0, "levels": 1,
+    "motion_residual": 0.0, "basis_error": 1e-3, "reduction_error_db": 0.1,
+    "acceleration_rms_g": 10.0, "acceleration_rms_error_g": 0.3, "status": "ok",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({}, []),
+        ({"beyond_linear_plate": 1}, ["not linear"]),
+        ({"outside_run_points_share": 0.004}, ["1 % of lines extrapolated"]),
+        ({"levels": 2}, ["several solutions"]),
+        ({"motion_residual": 2e-3}, ["motion not converged"]),
+        ({"basis_error": 6e-3}, ["basis too small"]),
+        ({"reduction_error_db": math.nan}, ["no stated error"]),
+    ],
+)
+def test_each_doubt_has_its_limit(changed, said):
+    # red: any limit a hundred times as large
+    assert doubts([{**GOOD, **changed}], is_bare=False) == said
+
+
+def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
+    # red: TOO_FAR = 1; `is_carried` left out
+    assert doubts_of_runs([GOOD], 0.02, is_carried=False) == []
+    assert doubts_of_runs([GOOD], 0.01, is_carried=False) == [
+        "known to ± 3 % only (more damping.coupled.runs)"
+    ]
+    assert doubts_of_runs([GOOD], 0.01, is_carried=True) == [
+        "carried from another level", "known to ± 3 % only",
+    ]  # fmt: skip
+
+
+def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
+    # red: the doubts of another scenario; the row of an unstable scenario left out
+    study = load_study(WORKFLOW / "studies" / "launch.yaml")
+    labels = ["bare", "PID-1_r0.5", "PID-1_r0.9"]
+    rows = [
+        {**GOOD, "reading": "coupled", "scenario": label, "point": point}
+        for label in labels
+        for point in ("326", "189")
+    ]
+    rows[4]["status"] = rows[5]["status"] = "unstable"
+    found = judged(study, pd.DataFrame(rows), {"PID-1_r0.9"})
+    assert found["trusted"].tolist() == ["yes", "yes", "no", "no", "no", "no"]
+    assert found["doubts"].tolist()[2:] == ["carried from another level"] * 2 + ["unstable"] * 2
+    assert set(found["damping_source"][:2]) == {"none"}
+    assert set(found["damping_source"][2:]) == {"coupled runs of this study"}
+    assert [doubts_in(row) for row in found.to_dict("records")][1:3] == [
+        (), ("carried from another level",),
+    ]  # fmt: skip
+    scenario = study.coupled_scenarios()[0]
+    assert source_of("stated", scenario) == "as stated for each damper"

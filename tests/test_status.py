@@ -1,0 +1,55 @@
+"""How far a run has come, as `pidpanel status` tells it."""
+
+import json
+
+from pidpanel.cli import progress
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.paths import STUDIES
+from pidpanel.study import load_any_study
+
+
+def test_status_counts_cases_by_how_they_ended(tmp_path):
+    # red: `done += None in ended`
+    study = load_any_study(STUDIES / "coupon_friction.yaml")
+    cases = cases_of(study.coupon)
+    for case, ends in zip(cases, (["ok", "ok"], ["ok", "RunStopped"], ["ok"]), strict=False):
+        for path, status in zip(case.outcomes(tmp_path), ends, strict=False):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps({"status": status}))
+    found = progress.cases_of(study, tmp_path)
+    assert (found.total, found.done, dict(found.failures)) == (12, 2, {"RunStopped": 1})
+    assert str(found) == "2 of 12 done, 10 left; 1 of them failed (1 RunStopped)"
+
+
+def test_status_tells_stages_and_what_failed_last(tmp_path):
+    # red: STAGE_OF left out; the oldest log in place of the newest; jobs of other studies
+    study = load_any_study(STUDIES / "l_panel.yaml")
+    lines = list(progress.stages(study, {"maps": 1, "report": 1}))
+    assert [line.split() for line in lines[:2]] == [["panel", "done"], ["sound", "done"]]
+    assert "left: 1 × maps" in lines[2] and "left: 1 × report" in lines[3]
+    logs = tmp_path / ".snakemake" / "log"
+    logs.mkdir(parents=True)
+    (tmp_path / "results" / "l_panel").mkdir(parents=True)
+    (tmp_path / "results" / "l_panel" / "maps.log").write_text("first\nno space left\n\n")
+    blocks = [
+        f"Error in rule {rule}:\n    jobid: 2\n    log: {log} (check log file(s) for error details)\n"
+        for rule, log in (
+            ("maps", "results/l_panel/maps.log"),
+            ("sound", "results/l_panel/sound.log"),
+            ("maps", "results/other/maps.log"),
+        )
+    ]
+    (logs / "new.log").write_text("".join(blocks))
+    found = progress.failed(tmp_path, "l_panel", {"maps": 1})
+    assert found == ["failed: maps, results/l_panel/maps.log: no space left"]
+    assert progress.running(tmp_path) == []
+
+
+def test_status_has_coupled_runs_before_the_response_and_their_packings():
+    # red: "coupled" after "response"; the coupon without `is_coupled`
+    study = load_any_study(STUDIES / "layouts.yaml")
+    lines = list(progress.stages(study, {"pour": 3, "coupled_scenario": 4, "coupled": 1}))
+    stages = [line.split()[0] for line in lines]
+    assert stages == ["coupon", "panel", "sound", "coupled", "response", "report"]
+    assert lines[0].endswith("left: 3 × pour")
+    assert lines[3].endswith("left: 4 × coupled_scenario, 1 × coupled")
