@@ -117,3 +117,20 @@ def test_a_solver_that_dies_before_its_first_line_is_no_wrong_version(tmp_path, 
     program.write_text("#!/bin/sh\necho LIGGGHTS 3.7.0\ncat >/dev/null\n")
     with pytest.raises(failures.SolverMissing, match=r"version 3\.8\.0 is required"):
         process.Liggghts(tmp_path, "fill")
+
+
+def test_an_outcome_of_another_target_in_its_place_is_named(left):
+    # red: the target not looked at in `_faults_of_case`
+    folder, batch, file, outcome = left
+    shorter = dataclasses.replace(outcome.target, max_cycles=outcome.target.max_cycles // 2)
+    coding.write(file, dataclasses.replace(outcome, target=shorter, seeds=1))
+    assert finished.changes(batch, folder, "code") == (True, [f"{file}: of another target"])
+
+
+def test_the_time_of_a_run_is_that_of_all_calls(left):
+    # red: `_spent` left out; that of the second call alone
+    folder, batch, file, _ = left
+    assert coding.read(ShakeOutcome, file).solver_cpu_s == 1.0
+    again = folder / "batch" / f"{batch.label}.json"
+    attempts.shake_cases(list(batch.cases), folder, again, "code")
+    assert coding.read(ShakeOutcome, file).solver_cpu_s == 2.0

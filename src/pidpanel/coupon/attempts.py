@@ -250,10 +250,22 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
         return outcomes
     if has_states(case, outcomes, folder):
         longer = replace(target, min_cycles=first.max_cycles, max_cycles=first.max_cycles)
-        return _shake_all(case.with_reserve, longer, folder)
+        return _with_time_of(outcomes, _shake_all(case.with_reserve, longer, folder))
     if first.max_cycles < target.max_cycles:
-        outcomes = _shake_all(case, replace(target, min_cycles=first.min_cycles), folder)
+        longer = replace(target, min_cycles=first.min_cycles)
+        outcomes = _with_time_of(outcomes, _shake_all(case, longer, folder))
     return outcomes
+
+
+def _with_time_of(
+    before: Sequence[ShakeOutcome], after: Sequence[ShakeOutcome]
+) -> list[ShakeOutcome]:
+    """Return outcomes with the CPU time of those before, which are of the same runs."""
+    spent = [one.solver_cpu_s for one in before] + [0.0] * (len(after) - len(before))
+    return [
+        replace(one, solver_cpu_s=round(one.solver_cpu_s + more, 2))
+        for one, more in zip(after, spent, strict=True)
+    ]
 
 
 def first_target(case: Case) -> Target:
@@ -306,11 +318,20 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "")
             outcomes = shake_case(case, folder)
             paths = case.with_reserve.outcomes(folder)
             for path, outcome in zip(paths, outcomes, strict=False):
-                _write(path, replace(outcome, seeds=len(outcomes)))
+                spent = round(outcome.solver_cpu_s + _spent(path), 2)
+                _write(path, replace(outcome, seeds=len(outcomes), solver_cpu_s=spent))
                 ended[str(path.parent.relative_to(folder))] = outcome.status
             for path in paths[len(outcomes) :]:  # of an earlier version that needed them
                 path.unlink(missing_ok=True)
     durable.write_text(file, json.dumps({"code": code, "ended": ended}, indent=1) + "\n")
+
+
+def _spent(file: Path) -> float:
+    """Return the CPU time that earlier calls spent on a run [s]: this one goes on from there."""
+    try:
+        return coding.read(ShakeOutcome, file).solver_cpu_s
+    except SolverFailure:
+        return 0.0
 
 
 def _write(file: Path, outcome: Attempt) -> None:
@@ -342,7 +363,7 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
         if status == OK or attempts == 2:
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-            return Attempt(status, message, attempts, VERSION, round(spent, 2)), found
+            return Attempt(status, message, attempts, VERSION, round(max(spent, 0.0), 2)), found
         if status in DAMAGED:
             durable.set_aside(folder, message)
         elif status != RunStopped.__name__:

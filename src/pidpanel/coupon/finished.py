@@ -11,7 +11,7 @@ from pidpanel.coupon import coding, rows
 from pidpanel.coupon.attempts import check_sound
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.cases import Bed, Case, Run
-from pidpanel.coupon.liggghts.failures import BY_INPUTS, SolverFailure
+from pidpanel.coupon.liggghts.failures import BY_INPUTS, FileDamaged, SolverFailure
 from pidpanel.coupon.records import (
     LoosenOutcome,
     PourOutcome,
@@ -60,6 +60,8 @@ def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
         try:
             outcome = coding.read(ShakeOutcome, path)
             outcome.check_run(run, path)
+            if outcome.target != case.target:
+                raise FileDamaged(f"{path}: of another target")
         except SolverFailure as failure:
             yield str(failure)
             continue

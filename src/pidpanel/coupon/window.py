@@ -17,6 +17,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupon import balance, cycles, geometry
 from pidpanel.coupon.cases import Packing, Run
 from pidpanel.coupon.liggghts import deck, output, start_files
+from pidpanel.coupon.liggghts.failures import LogTruncated
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.records import MeasuredBalance
 
@@ -82,7 +83,9 @@ def _window(
     rolling = run.constants.has_rolling_friction
     first, files = solver.list_contacts(window * steps, stride, rolling=rolling)
     motion = output.read_motion(files.motion.read_bytes(), str(files.motion), spheres=spheres)
-    frames = len(motion.position)
+    frames = window * steps // stride + 1
+    if len(motion.position) != frames:
+        raise LogTruncated(f"{files.motion}: {len(motion.position)} of {frames} frames")
     planes = wall_planes(run.packing)
     pairs, touches = (
         output.read_contacts(

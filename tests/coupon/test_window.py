@@ -1,0 +1,34 @@
+"""The window of the energy balance, as far as it reads files."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pidpanel.coupon import window
+from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.liggghts.failures import LogTruncated
+from pidpanel.study.coupon import Coupon
+
+
+def test_files_that_end_at_the_same_frame_are_told(monkeypatch, tmp_path):
+    # red: `frames = len(motion.position)`
+    coupon = Coupon.model_validate(
+        {
+            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
+            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
+            "sweep": {"fill_fraction": [0.5], "frequency_hz": [200], "acceleration_g": [10]},
+        }
+    )
+    run = cases_of(coupon)[0].point
+    motion = tmp_path / "spheres.bin"
+    motion.touch()
+
+    def list_contacts(steps, stride, *, rolling):
+        read = SimpleNamespace(position=np.zeros((steps // stride, 8, 3)))
+        monkeypatch.setattr(window.output, "read_motion", lambda *_, **__: read)
+        return 0, SimpleNamespace(motion=motion)
+
+    solver = SimpleNamespace(list_contacts=list_contacts)
+    with pytest.raises(LogTruncated, match=r"spheres.bin: (\d+) of (?!\1 )\d+ frames"):
+        window._window(solver, run, 8, 1.0, tmp_path, 6)
