@@ -93,16 +93,18 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
         attempts.pour_packing(bed.packing, packing)
         attempts.loosen_bed(bed, packing, loose)
     rows, settled = (round(t / ROW_S) for t in (SETTLE_S + DURATION_S, SETTLE_S))
-    first = int(np.ceil(LOW * rows * ROW_S))
-    lines = np.arange(first, int(HIGH * rows * ROW_S) + 1) / (rows * ROW_S)
+    period = rows - settled
+    first = int(np.ceil(LOW * period * ROW_S))
+    lines = np.arange(first, int(HIGH * period * ROW_S) + 1) / (period * ROW_S)
     whole, intervals = panel(cells), INTERVALS * 2**halvings
     amplitude = sound_record.draw_modal_force(
         lines, whole.pressure_psd(lines), whole.modal_force, np.array([LOW, HIGH]),
         np.random.default_rng(seed),
     )  # fmt: skip
     held = amplitude * sound_record.before_hold(lines, ROW_S)[:, None]
-    force = sound_record.samples(held, first, rows)
-    bare = amplitude / whole.stiffness(lines)
+    force = sound_record.samples(held, first, period)[np.arange(-settled, period + 1) % period]
+    bare = amplitude * np.exp(-2j * np.pi * lines * settled * ROW_S)[:, None]
+    bare = bare / whole.stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
     run = Integration(
         PanelShapes(
@@ -110,7 +112,7 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
             whole.points,
         ),
         whole.area, np.full(cells, whole.patches[0].cell_area),
-        np.concatenate([force, force[:1]]), ROW_S / intervals, 1, intervals, settled,
+        force, ROW_S / intervals, 1, intervals, settled,
     )  # fmt: skip
     found = pieces.integrated(
         f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose)], folder / name

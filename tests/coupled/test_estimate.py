@@ -21,6 +21,7 @@ CENTRE, EDGE = whole_third_octaves(LOW, HIGH)
 DAMPING, MASS, CELL_AREA = 400.0, 1.5, 4e-5
 OWN, LENGTH = 30.0, 30.0
 """PSD of the own force [Pa²/Hz], and λ where cells share it [m Hz]."""
+SETTLED = 400
 
 
 def impedance(frequency, damping):
@@ -89,7 +90,8 @@ def drawn(coupled, seed, own=OWN, seconds=4.0, louder=1.0, coherence=0.0, packin
         parts = rng.standard_normal((2, len(frequency), columns))
         return np.sqrt(psd / seconds) * (parts[0] + 1j * parts[1])
 
-    amplitude = louder * noise(len(coupled.root), 1.0) @ coupled.root.T
+    phase = 2 * np.pi * rng.random((len(frequency), len(coupled.root)))
+    amplitude = louder * np.sqrt(2 / seconds) * np.exp(1j * phase) @ coupled.root.T
     force = noise(len(area), own)
     if coherence:
         (patch,) = panel.patches
@@ -106,11 +108,12 @@ def drawn(coupled, seed, own=OWN, seconds=4.0, louder=1.0, coherence=0.0, packin
     def over_time(values):
         spectrum = np.zeros((rows // 2 + 1, values.shape[1]), complex)
         spectrum[first : first + len(values)] = values
-        return np.fft.irfft(spectrum, rows, axis=0) * rows / 2
+        period = np.fft.irfft(spectrum, rows, axis=0) * rows / 2
+        return np.concatenate([period[-SETTLED:], period])
 
     w = q @ shape.T
     return SettledRecord(
-        frequency, amplitude, first, rows, 400, INTERVAL,
+        frequency, amplitude, first, rows + SETTLED, SETTLED, INTERVAL,
         over_time(w), over_time(q @ panel.points.T), over_time(z * w + force / omega),
     )  # fmt: skip
 
@@ -135,7 +138,7 @@ def estimated(coupled, *records, **more):
 
 @pytest.fixture(scope="module")
 def quiet(coupled):
-    return estimated(coupled, drawn(coupled, 1, own=0.0), drawn(coupled, 2, own=0.0))
+    return estimated(coupled, *(drawn(coupled, seed, own=0.0) for seed in range(1, 7)))
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +150,10 @@ def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     # what is left leaks through Hann's window at 40 Hz, and is the chance of the records' motion
     # red: PASSES = 1; `self._omega * motion` → `self.velocity` in impedance_sums
     z = quiet.patches[0].impedance
-    assert z.value.real == pytest.approx(np.full(len(CENTRE), DAMPING), rel=0.015)
+    damping = z.value.real
+    assert damping == pytest.approx(np.full(len(CENTRE), damping.mean()), rel=0.01)
+    # all bands together follow the rms velocity of the records, which scatters by 3 % of one
+    assert damping.mean() == pytest.approx(DAMPING, rel=0.03)
     assert z.value.imag / (2 * np.pi * z.frequency) == pytest.approx([MASS] * 12, rel=0.02)
     assert np.abs(quiet.residual).max() < 1e-3
     assert np.abs(quiet.band_residual).max() < 0.02

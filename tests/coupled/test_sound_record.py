@@ -24,7 +24,7 @@ def field(complex_valued):
 def test_drawn_forces_have_the_cross_psds_of_the_field(complex_valued):
     # 40000 tones in a narrow band, over which G is one: a cross-PSD is known to 1/200 of
     # √(G_ii G_jj), four errors allowed
-    # red: `before.T` in place of the factor's own in `_pushed`; 2 left out of the amplitude
+    # red: `before.T` twice in `draw_modal_force`; 2 left out of the amplitude
     modal_force = field(complex_valued)
     frequency = np.linspace(149.9, 150.1, 40001)
     nodes = np.array([140.0, 160.0])

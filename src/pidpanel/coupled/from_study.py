@@ -346,14 +346,15 @@ class ScenarioRuns:
         """Draw the sound of a run and start its beds."""
         study, panel = self.studied.study, self.panel
         low, high = study.response.frequency_hz
-        keys, duration = study.damping.coupled, study.damping.coupled.run_s
-        rows = int(np.ceil(ROWS_PER_PERIOD * high * duration))
-        interval = duration / rows
+        keys, period = study.damping.coupled, study.damping.coupled.duration_s
+        rows = int(np.ceil(ROWS_PER_PERIOD * high * period))
+        interval = period / rows
+        settled = round(keys.settle_s / interval)
         beds = list(zip(self.coupled.beds[number - 1], self.softened, strict=True))
         longest = STEP_RAYLEIGH * min(rayleigh_time_of(bed, soft.modulus) for bed, soft in beds)
         intervals, substeps = _steps(interval, longest, 1 / (INTERVALS_PER_PERIOD * high))
-        first = int(np.ceil(low * duration))
-        frequency = np.arange(first, int(high * duration) + 1) / duration
+        first = int(np.ceil(low * period))
+        frequency = np.arange(first, int(high * period) + 1) / period
         amplitude = sound_record.draw_modal_force(
             frequency,
             panel.pressure_psd(frequency),
@@ -363,7 +364,10 @@ class ScenarioRuns:
         )
         held = amplitude * sound_record.before_hold(frequency, interval)[:, None]
         force = sound_record.samples(held, first, rows)
-        bare = amplitude / panel.stiffness(frequency)
+        # what counts is a period, before it comes the end of the one before
+        force = force[np.arange(-settled, rows + 1) % rows]
+        turned = np.exp(-2j * np.pi * frequency * settled * interval)
+        bare = amplitude * turned[:, None] / panel.stiffness(frequency)
         modal = panel.modal
         shapes = PanelShapes(
             modal.angular_frequency,
@@ -377,11 +381,11 @@ class ScenarioRuns:
                 shapes,
                 panel.area,
                 np.concatenate([np.full(len(one.area), one.cell_area) for one in panel.patches]),
-                np.concatenate([force, force[:1]]),
+                force,
                 interval / (intervals * substeps),
                 substeps,
                 intervals,
-                round(keys.settle_s / interval),
+                settled,
             ),
             np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real]),
             [

@@ -32,8 +32,8 @@ class SettledRecord:
     frequency, amplitude
         (nf,) of the tones of the sound [Hz] and (nf, n) their modal forces [N].
     first, rows, settled
-        Number of the first tone in periods of the record, rows of the record, and the first row
-        that counts.
+        Number of the first tone in periods of the sound, rows of the record, and the first row
+        that counts: from there the sound has one period.
     interval
         Time between rows [s].
     at_cells, at_points, impulse
@@ -81,10 +81,11 @@ class RecordSegments:
         ).values
 
     def _spectra(self, rows: Array) -> Segments:
+        return self._segments_of(rows[self._record.settled :])
+
+    def _segments_of(self, settled: Array) -> Segments:
         record = self._record
-        return segment_spectra(
-            rows[record.settled : -1], record.interval, record.segment, self._band
-        )
+        return segment_spectra(settled[:-1], record.interval, record.segment, self._band)
 
     def linear_motion(self, impedances: Sequence[Impedance]) -> Complexes:
         """Return the spectra of the motion of cells and points with linear dampers."""
@@ -92,7 +93,8 @@ class RecordSegments:
         amplitude = self._receptances.motion(
             cell_load(self._panel, record.frequency, impedances), record.amplitude
         )
-        values: Complexes = self._spectra(samples(amplitude, record.first, record.rows)).values
+        settled = samples(amplitude, record.first, record.rows - record.settled)
+        values: Complexes = self._segments_of(settled).values
         return values
 
     def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
