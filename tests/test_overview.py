@@ -34,9 +34,9 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     assert found["modes"] == ["64.9, 124.8, 199.7, 224.7, 259.6, 359.5 Hz on the study's mesh"]
     # red: `vertex in cells`
     assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]
-    # 0.04 m² × 0.45 × 1190 kg/m³ × 25 mm × r; red: BULK_FRACTION left out
+    # 0.04 m² × 0.458 × 1190 kg/m³ × 25 mm × r; red: bulk left out
     assert found["dampers"] == [
-        "PID-1 coupon, r = 0.1 to 0.9: about 0.054 to 0.48 kg (0.89 to 8 % of that)",
+        "PID-1 coupon, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of that)",
         "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
         "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
     ]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import BULK_FRACTION, cpu_seconds
+from pidpanel.coupon.estimate import bulk_fraction, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.stage_costs import COUPON_COSTS, Cost, panel_costs, shape_count
 from pidpanel.study import CouponStudy, Filling, Study
@@ -225,8 +225,9 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
     if damper.coupon is None:
         return float(reading_of_damper(damper, None).mass_per_area(fill))
     coupon = damper.coupon
-    density = coupon.particles.effective_density(coupon.diameters[0])
-    return BULK_FRACTION * density * coupon.cell.depth * fill
+    diameter = coupon.diameters[0]
+    bulk = bulk_fraction(diameter, coupon.cell.across_flats)
+    return bulk * coupon.particles.effective_density(diameter) * coupon.cell.depth * fill
 
 
 def _of_sound(study: Study) -> str:

@@ -32,6 +32,7 @@ from pidpanel.coupled.softening import (
 )
 from pidpanel.coupled.stations import stations_of
 from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
 from pidpanel.damping.from_study import reading_of_damper
@@ -58,9 +59,6 @@ g rms within their scatter (docs/coupled.md)."""
 
 BALANCE_LIMIT = 0.01
 """Largest share of the sound's energy that may be missing in a run [1]."""
-
-BULK_FRACTION = 0.45
-"""Volume of the spheres over that of a full cell, for an estimate [1]."""
 
 PARTS = 64
 """Parts of a patch over which the own force is summed."""
@@ -543,8 +541,7 @@ def estimated_cpu_seconds(study: Study) -> float:
             if keys.youngs_modulus_mpa is not None:
                 modulus = 1e6 * keys.youngs_modulus_mpa
             steps.append(STEP_RAYLEIGH * rayleigh_time_of(bed, modulus))
-            volume = BULK_FRACTION * packing.area * packing.depth
-            spheres.append(round(fill * volume / (np.pi / 6 * packing.diameter**3)))
+            spheres.append(round(spheres_in(packing, fill)))
         interval = 1 / (INTERVALS_PER_PERIOD * high)
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)

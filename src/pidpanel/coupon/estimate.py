@@ -18,8 +18,9 @@ from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.sizes import Sizes
 
-BULK_FRACTION = 0.45
-"""Of a poured bed of equal spheres in cells a few diameters wide [1] (0.43 to 0.48 seen)."""
+BULK_WIDE, BULK_PER_WIDTH = 0.60, 0.45
+"""Bulk fraction of a poured bed in a wide cell [1], and what diameter over width takes of it: good
+to 3 % in hexagons of 4.8 to 12.7 mm with spheres of 1 to 2.5 mm, to 8 % with wider ones."""
 
 SCATTER = 0.35
 """Scatter of one cell from cycle to cycle over the mean [1], its memory included: the error after
@@ -117,7 +118,24 @@ def travel(run: Run) -> float:
 def spheres_in(packing: Packing, fill_fraction: float) -> float:
     """Spheres expected in all cells of a bed."""
     volume = _mean_volume(packing.sizes)
-    return fill_fraction * BULK_FRACTION * packing.area * packing.depth / volume
+    bulk = bulk_fraction(packing.diameter, packing.across_flats)
+    return fill_fraction * bulk * packing.area * packing.depth / volume
+
+
+def bulk_fraction(diameter: float, across_flats: float) -> float:
+    """Return about the volume of poured spheres over that of their cell [1].
+
+    Parameters
+    ----------
+    diameter, across_flats
+        Of a sphere and of the cell [m].
+
+    Examples
+    --------
+    >>> round(bulk_fraction(2e-3, 6.35e-3), 3)
+    0.458
+    """
+    return max(BULK_WIDE - BULK_PER_WIDTH * diameter / across_flats, 0.3)
 
 
 @cache
