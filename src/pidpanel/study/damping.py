@@ -104,7 +104,7 @@ class Coupled(Model):
     ``runs``.
     """
 
-    relative_error: RelativeError = 0.02
+    relative_error: RelativeError = 0.03
     """Wanted relative standard error of every rms acceleration."""
     duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
     """Of the motion that counts in each run [s]."""
