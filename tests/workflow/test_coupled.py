@@ -131,11 +131,12 @@ def test_records_are_of_their_own_sounds_and_packings(coupled):
     one, other = (stored(coupled / TABLES / f"one/run{k}.nc") for k in (1, 2))
     coherence = np.vdot(one.amplitude, other.amplitude)
     assert abs(coherence) < 0.1 * np.linalg.norm(one.amplitude) * np.linalg.norm(other.amplitude)
-    # the walls carry the bed on the whole: impulse over time is its weight per area
+    # the walls carry the bed on the whole: impulse over time is its weight per area, 5 kg/m², but
+    # for what its momentum changes: 2 m/s of it in 0.3 s are 3.4 kg/m²
     for record in (one, other):
         time = record.interval * (record.rows - 1)
         mean = (record.impulse[-1] - record.impulse[0]) / time / 9.80665
-        assert mean.mean() == pytest.approx(5.0, rel=0.5)
+        assert mean.mean() == pytest.approx(5.0, abs=3.4)
 
 
 @pytest.mark.liggghts

@@ -30,7 +30,7 @@ within some decibels, and push a thousand times as much then."""
 COUPLED: Reading = "coupled"
 """Reading of panel and particles in one time integration."""
 REMOVED = ("random", "random_with_source")
-"""Readings of version 1, of coupons driven at random."""
+"""Readings of coupons driven at random, which there were before."""
 
 
 class Level(Model):
