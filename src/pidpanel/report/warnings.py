@@ -44,7 +44,7 @@ EQUIVALENT_SINE = (
 FEW_CASES = (
     "The cases of this study were chosen until the standard errors met damping.target. With few "
     "cases these errors are too small: in the paper's study, rms accelerations with a stated error "
-    "of 5 % differed by 1 to 18 % from those of the whole sweep (docs/theory.md, Target). Where a "
+    "of 5 % differed by 1 to 18 % from those of the whole sweep (docs/theory/damping.md, Target). Where a "
     "number decides, run the whole sweep."
 )
 
