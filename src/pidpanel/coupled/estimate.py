@@ -138,7 +138,7 @@ def estimate(
     lines = np.array([run.lines(edge) for run in runs for _ in range(run.count)])
     if not lines.all():
         empty = centre[np.argmin(lines.min(axis=0))]
-        raise RecordTooShort(f"the third octave of {empty:.4g} Hz holds no line of a segment")
+        raise RecordTooShort(f"the third octave of {empty:.4g} Hz contains no line of a segment")
     impedances: list[Impedance] = [_zero for _ in patches]
     for _ in range(PASSES):
         motions = [run.linear_motion(impedances) for run in runs]
