@@ -81,7 +81,7 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
 
 def _damping(answer: Answer) -> str:
     """Say what the damping of the scenarios is."""
-    how = ", panel and particles in one time integration" if answer.is_coupled else ""
+    how = ", in one time integration" if answer.is_coupled else ""
     return READINGS[answer.reading] + how
 
 
