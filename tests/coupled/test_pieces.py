@@ -97,5 +97,5 @@ def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys
         path.write_bytes(content)
         stopped(run, folder, monkeypatch, 0)
         said = capsys.readouterr().err
-        assert "begun anew" in said
+        assert "restarted from the beginning" in said
         assert "resumed at" not in said
