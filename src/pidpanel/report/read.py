@@ -116,7 +116,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
         If the table holds a case that the study does not.
     """
     if damper not in study.coupons:
-        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
+        raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = pd.read_csv(table)
     known = {**cases_by_coupon(study)[damper], **_tones(study, damper, cases)}
     if unknown := sorted(set(cases["case"]) - set(known)):
@@ -155,7 +155,7 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
         Results of the study, ``results/<study>``.
     """
     if damper not in study.coupons:
-        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
+        raise StudyError(f"{study.name}: no coupon named {damper!r}")
 
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)
