@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 from pidpanel.damping import forms
 from pidpanel.damping.laws import equation_5
@@ -76,7 +76,7 @@ def test_a_linear_form_is_fitted_and_left_out_as_linear_algebra_says():
     constants, (left,), *_ = np.linalg.lstsq(design, y)
     np.testing.assert_allclose(found.constants, constants, rtol=1e-6)
     error = np.sqrt(np.diag(np.linalg.inv(design.T @ design)) * left / (COUNT - 4))
-    half = stats.t.ppf(0.975, COUNT - 4) * error
+    half = scipy.stats.t.ppf(0.975, COUNT - 4) * error
     np.testing.assert_allclose(found.high - found.constants, half, rtol=1e-5)
     np.testing.assert_allclose(found.constants - found.low, half, rtol=1e-5)
     assert found.rms == pytest.approx(np.sqrt(left / COUNT), rel=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
-from scipy.stats import multivariate_normal, norm
+import scipy
 
 from pidpanel.damping.gaussian_process import fit
 
@@ -27,8 +27,8 @@ def minus_log_posterior(logs, points, values, error):
     covariance = 9 + size**2 * (1 + a + a**2 / 3) * np.exp(-a)
     covariance += np.diag((error / unit) ** 2 + scatter**2)
     y = (values - values.mean()) / unit
-    prior = norm(np.log([1.5, 1.5, 1.5, 0.03]), [1.0, 1.0, 0.7, 1.5])
-    return -multivariate_normal(cov=covariance).logpdf(y) - prior.logpdf(logs).sum()
+    prior = scipy.stats.norm(np.log([1.5, 1.5, 1.5, 0.03]), [1.0, 1.0, 0.7, 1.5])
+    return -scipy.stats.multivariate_normal(cov=covariance).logpdf(y) - prior.logpdf(logs).sum()
 
 
 @pytest.mark.parametrize("count", [16, 5])
