@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
-import scipy
 
 from pidpanel.damping.gaussian_process import fit
 

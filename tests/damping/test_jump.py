@@ -86,7 +86,9 @@ def test_many_cases_agree_with_draws_of_the_jump():
     at = np.vstack([points, [[0.5, 4.0]]])
     distance = np.linalg.norm((at[:, None] - at[None]) / LENGTHS, axis=2)
     tau = rng.multivariate_normal(np.zeros(7), SIZE**2 * matern(distance), 400_000)
-    weight = scipy.stats.norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(axis=1)
+    weight = scipy.stats.norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(
+        axis=1
+    )
     found = Jump(points, CENTRE + away, crosses.astype(float))
     for u in (-0.1, 0.1, 0.3):
         expected = (weight * scipy.stats.norm.cdf((u - tau[:, 6]) / WIDTH)).sum() / weight.sum()
