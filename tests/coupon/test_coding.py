@@ -36,15 +36,16 @@ def values(**changes):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (json.dumps(values(extra=1)), r"unknown key 'extra' in State"),
-        (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"no key 'mass' of State"),
-        (json.dumps(values(spheres="144")), r"spheres = '144': not of type int"),
-        (json.dumps(values(spheres=True)), r"spheres = True: not of type int"),
-        (json.dumps(values(mass=None)), r"mass = None: not of type float"),
-        (json.dumps(values(legs=[12, 6.5])), r"legs\[1\] = 6.5: not of type int"),
-        (json.dumps(values(legs=12)), r"legs = 12: not of type"),
-        (json.dumps(values(ends=[{"cycles": 1, "last_digest": ""}])), r"ends\[0\]: no key 'balance' of End"),
-        (json.dumps([1]), r"\[1\] is not a State"),
+        (json.dumps(values(extra=1)), r"extra: "),
+        (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"mass: "),
+        (json.dumps({k: v for k, v in values().items() if k != "legs"}), r"a key of State is missing"),
+        (json.dumps(values(spheres="144")), r"spheres: "),
+        (json.dumps(values(spheres=True)), r"spheres: "),
+        (json.dumps(values(mass=None)), r"mass: "),
+        (json.dumps(values(legs=[12, 6.5])), r"legs\.1: "),
+        (json.dumps(values(legs=12)), r"legs: "),
+        (json.dumps(values(ends=[{"cycles": 1, "last_digest": ""}])), r"ends\.0\.balance: "),
+        (json.dumps([1]), r"State: "),
         (json.dumps(values())[:-9], r"Expecting|Unterminated|delimiter"),
         ("", r"Expecting value"),
     ],
@@ -88,5 +89,5 @@ def test_of_several_drives_each_comes_back_as_what_it_was():
     for drive in (Tone(100.0, 20.0), Chirp(100.0, 20.0)):
         record = Shaken(drive, None)
         assert coding.decode(Shaken, coding.encode(record)) == record
-    with pytest.raises(RecordUnreadable, match="none of Tone, Chirp"):
+    with pytest.raises(RecordUnreadable, match=r"drive\.Tone\."):
         coding.decode(Shaken, {"drive": {"frequency": 1.0, "kind": "saw"}, "other": None})

@@ -95,7 +95,7 @@ def test_the_columns_keep_their_order(tmp_path):
     ("spoil", "status", "message"),
     [
         (lambda file: file.unlink(), "RecordUnreadable", "No such file"),
-        (lambda file: file.write_text("{}"), "RecordUnreadable", "no key 'attempts'"),
+        (lambda file: file.write_text("{}"), "RecordUnreadable", "status: Field required"),
         (lambda file: (file.parent / "cycles_1.txt").write_text("# cut"), "LogTruncated", "cut"),
         (lambda file: (file.parent / "cycles_1.txt").unlink(), "LogTruncated", "no such file"),
     ],
