@@ -47,7 +47,7 @@ FORMULAS = {
     "coupon": "balance contact cycles drive geometry packings rows states",
     "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
     "surface surface_cases tables thinned",
-    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
+    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "

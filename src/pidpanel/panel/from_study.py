@@ -27,12 +27,12 @@ from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
-from pidpanel.panel.modes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import write_plate
 from pidpanel.panel.resolution import check_resolution
 from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.plane_mesh import edge_lengths
