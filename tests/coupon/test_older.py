@@ -6,9 +6,9 @@ import pytest
 
 from pidpanel import cli, durable
 from pidpanel.coupon import coding, older
-from pidpanel.coupon.cases import POURING
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import process
+from pidpanel.coupon.packing import POURING
 from pidpanel.coupon.records import (
     Loosened,
     LoosenOutcome,

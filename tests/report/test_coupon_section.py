@@ -10,8 +10,9 @@ from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_section
 from pidpanel.report.evidence import Record, Spheres
 from pidpanel.report.inputs import Coupon
-from pidpanel.study.coupon import Cell, Sweep
+from pidpanel.study.coupon import Cell
 from pidpanel.study.coupon import Coupon as Asked
+from pidpanel.study.sweep import Sweep
 
 
 @pytest.fixture

@@ -11,7 +11,9 @@ from pidpanel.coupon.geometry import cell_centres
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.report import coupon_section, evidence
 from pidpanel.report.coupon_section import particles_picture
-from pidpanel.study.coupon import Cell, Coupon, Particles, Sweep
+from pidpanel.study.coupon import Cell, Coupon
+from pidpanel.study.particles import Particles
+from pidpanel.study.sweep import Sweep
 
 
 @pytest.fixture

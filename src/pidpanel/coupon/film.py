@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.cases import Run
+from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.records import State

@@ -13,8 +13,10 @@ from pathlib import Path
 
 from pidpanel.coupon import coding
 from pidpanel.coupon.balance import Balance
-from pidpanel.coupon.cases import Bed, Packing, Run, Target
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Target
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
+from pidpanel.coupon.packing import Packing
 
 OK = "ok"
 """Status of a step that did what it should; any other is the name of a failure."""

@@ -18,7 +18,8 @@ from pathlib import Path
 
 from pidpanel import durable
 from pidpanel.coupon import deadline, geometry, rows, window
-from pidpanel.coupon.cases import Run, Target
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts

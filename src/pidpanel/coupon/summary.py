@@ -17,7 +17,8 @@ import numpy as np
 
 from pidpanel.coupon import coding, cycles, packings, rows, states
 from pidpanel.coupon.attempts import are_apart
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts.failures import (
     EnergyNotClosed,
     LossesApart,

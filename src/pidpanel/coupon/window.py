@@ -15,10 +15,11 @@ import numpy as np
 from pidpanel import fingerprint
 from pidpanel.arrays import Array
 from pidpanel.coupon import balance, cycles, geometry
-from pidpanel.coupon.cases import Packing, Run
+from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
 from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.records import MeasuredBalance
 
 CLOSURE_LIMIT = 0.02

@@ -10,7 +10,8 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import coding, cycles, rows, runs
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome

@@ -10,11 +10,12 @@ from pydantic import Field, model_validator
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import Model, RelativeError
-from pidpanel.study.coupon import Gamma, Modulus
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, Mistakes
+from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
+from pidpanel.study.sweep import Gamma
 
 Reading = Literal[
     "stated",
