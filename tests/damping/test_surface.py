@@ -412,12 +412,14 @@ def test_the_bound_is_that_of_an_inelastic_bed_where_the_mass_is_known(lab_surfa
 
 def test_a_sweep_of_one_acceleration_has_a_hull_in_the_other_two():
     # without the corner of high fill and high frequency; the line from (0.5, 2000) to (0.8, 250)
-    # red: of.shape[1] < 2 → <= 2 in `_facets`
+    # red: dimensions < 2 → <= 2 in SimulatedRange
     frame = cases(levels=(30.0,))
     lacking = (frame["fill_fraction"] == 0.8) & (frame["frequency_hz"] == 2000)
     found = DampingSurface.from_frame(frame[~lacking])
     middle = np.sqrt(250 * 2000)
-    inside = [found.inside(np.array([[0.65 + d, middle, 30.0]]))[0] for d in (-0.01, 0.01)]
+    inside = [
+        found.simulated.contains(np.array([[0.65 + d, middle, 30.0]]))[0] for d in (-0.01, 0.01)
+    ]
     assert inside == [True, False]
 
 

@@ -77,7 +77,7 @@ reason = "left to the reader"
 OTHERS = {
     "": "api arrays check columns constants durable fingerprint locks made overview owner paths progress "
     "round script stage_costs stamp text_files verification",
-    "coupon": "attempts batches bed cases coding deadline estimate film finished from_study legs older "
+    "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs older "
     "packing preparation probe records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables verification "

@@ -39,8 +39,9 @@ from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.stamp import stamp
 from pidpanel.study import Study
-from pidpanel.study.panel import EXTENT, Node, Panel
+from pidpanel.study.panel import EXTENT, Panel
 from pidpanel.study.section import Material, Ply
+from pidpanel.study.supports import Node
 
 # Elements across a panel that is narrower than its elements should be long.
 ELEMENTS_ACROSS = 2
