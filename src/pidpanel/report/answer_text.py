@@ -127,6 +127,12 @@ def _value(text: str) -> float:
 
 def caveats(inputs: Inputs, answer: Answer) -> list[str]:
     """Return what a reader must know before he uses the answer, a line each, `CAVEATS` at most."""
+    said = [*_doubts(inputs, answer), *_omissions(inputs, answer)]
+    return [one for one in said if one][:CAVEATS]
+
+
+def _doubts(inputs: Inputs, answer: Answer) -> list[str]:
+    """Lines on scenarios whose response is doubtful."""
     study = inputs.study
     said = []
     if answer.lost:
@@ -167,6 +173,12 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         named = [one for one in doubted if any(own.startswith(doubt) for own in one.doubts)]
         if named:
             said.append(f"{_of(named, answer)}: {text}.")
+    return said
+
+
+def _omissions(inputs: Inputs, answer: Answer) -> list[str]:
+    """Lines on what points, errors, masses, sound and air leave out."""
+    said = []
     if found := worst_map(inputs):
         label, rms = found
         bare = answer.bare.at[answer.worst].rms
@@ -190,12 +202,12 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         )
     if inputs.radiation is not None and answer.candidates:
         said.append(_air(inputs, answer))
-    elif study.response.radiation == "none" and answer.candidates:
+    elif inputs.study.response.radiation == "none" and answer.candidates:
         said.append(
             "Without the air: what the panel radiates damps it too, and leaves less for a damper "
             "to gain (response.radiation_beside)."
         )
-    return [one for one in said if one][:CAVEATS]
+    return said
 
 
 def reads_dem(inputs: Inputs, reading: str) -> bool:
