@@ -13,7 +13,7 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 RADIUS, MASS = 1e-3, 5e-6
-STEEL = balance.Material(effective_modulus=2.85e7, friction=0.3)
+STEEL = balance.ContactMaterial(effective_modulus=2.85e7, friction=0.3)
 NOTHING = balance.Contacts(np.empty(0, int), np.empty(0, int), np.empty(0, int), np.empty((0, 3)))
 FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 
@@ -21,7 +21,7 @@ FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 def one(position, velocity, spin=None, earlier=None):
     """A sphere in frames, (frames, 3) each."""
     position, velocity = np.asarray(position)[:, None], np.asarray(velocity)[:, None]
-    return balance.Spheres(
+    return balance.SphereFrames(
         radius=np.array([RADIUS]),
         mass=np.array([MASS]),
         position=position,
@@ -65,7 +65,7 @@ def test_a_damped_hertz_collision_dissipates_the_kinetic_energy_that_is_gone():
     speed_ = np.stack(
         [np.stack([rate / 2, zero, zero], 1), np.stack([-rate / 2, zero, zero], 1)], 1
     )
-    spheres = balance.Spheres(
+    spheres = balance.SphereFrames(
         np.full(2, RADIUS), np.full(2, MASS), place, speed_, np.zeros_like(speed_), speed_
     )
     pushed = np.array([-force(d, r) for d, r in zip(depth, rate, strict=True)])
@@ -75,7 +75,7 @@ def test_a_damped_hertz_collision_dissipates_the_kinetic_energy_that_is_gone():
         np.stack([pushed[inside], zero[inside], zero[inside]], axis=1),
     )  # fmt: skip
     last = int(frame[-1]) + 2  # a frame after they have parted
-    cut = balance.Spheres(
+    cut = balance.SphereFrames(
         spheres.radius, spheres.mass, place[:last], speed_[:last], np.zeros_like(speed_[:last]),
         speed_[:last],
     )  # fmt: skip
@@ -164,15 +164,15 @@ def test_wall_planes_face_the_inside_of_their_own_cell(shape):
 
 
 MODULUS = 2.85e7
-WALL = balance.Material(effective_modulus=2 * MODULUS, friction=0.5)
-SOFT = balance.Material(effective_modulus=MODULUS, friction=0.3)
+WALL = balance.ContactMaterial(effective_modulus=2 * MODULUS, friction=0.5)
+SOFT = balance.ContactMaterial(effective_modulus=MODULUS, friction=0.3)
 PLANE_FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 STEP = 1e-3
 
 
 def spheres(radius, mass, position, velocity, spin=None, earlier=None):
     position, velocity = np.asarray(position, float), np.asarray(velocity, float)
-    return balance.Spheres(
+    return balance.SphereFrames(
         np.asarray(radius, float), np.asarray(mass, float), position, velocity,
         np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
         velocity if earlier is None else np.asarray(earlier, float),
@@ -344,6 +344,6 @@ def test_gravity_works_on_what_falls_and_losses_and_work_close():
     moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((3, 2, 3)))
     found = balance_of(moving, gravity=(0.0, 1.0, -9.81))
     assert found.gravity_work == pytest.approx(2e-6 * 9.81 * 0.5 + 3e-6 * 0.1)
-    parts = balance.Balance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
+    parts = balance.EnergyBalance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
     assert parts.dissipated == 16 + 32 + 64 + 128 + 256
     assert parts.residual == parts.dissipated - (1 + 2 - 4 - 8)

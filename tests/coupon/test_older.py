@@ -14,8 +14,8 @@ from pidpanel.coupon.records import (
     LoosenOutcome,
     Poured,
     PourOutcome,
+    RunState,
     ShakeOutcome,
-    State,
 )
 from pidpanel.study.coupon import Coupon
 
@@ -44,7 +44,7 @@ def left(tmp_path):
     )
     coding.write(bed / "bed.json", LoosenOutcome(*attempt, run.bed, Loosened(4, 1e-9), {}))
     coding.write(own / f"{case.outcome}.json", ShakeOutcome(*attempt, run, case.target, None))
-    State(run.identity, 4, 1e-4).write(own)
+    RunState(run.identity, 4, 1e-4).write(own)
     return folder, case
 
 

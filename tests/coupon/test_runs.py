@@ -394,7 +394,7 @@ def test_other_code_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
     anew, _ = shaken(tmp_path, bed_file)
     assert (folder / "shake_2.log").exists()
     assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
-    state = records.State.read(folder)
+    state = records.RunState.read(folder)
     assert (state.legs, state.balance_code) == ((10,), "other code")
     # from a restart at the cycle at which it was measured before: the same bits
     assert anew == first
@@ -406,7 +406,7 @@ def test_a_state_that_cannot_be_read_is_named_and_the_run_begins_anew(tmp_path, 
     folder = next(tmp_path.glob("r*/s1"))
     (folder / "state.json").write_text((folder / "state.json").read_text()[:-20])
     with pytest.raises(failures.RecordUnreadable, match=r"s1/state\.json: "):
-        records.State.read(folder)
+        records.RunState.read(folder)
     again, _ = shaken(tmp_path, bed_file)
     assert again == first
     (case,) = cases_of(coupon())

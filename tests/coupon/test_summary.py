@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import coding, cycles, judgement, rows, summary
-from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
 MASS = 8 * 1190 * math.pi / 6 * 2.5e-3**3
-LOSSES = Balance(10e-6, 0.0, 0.0, 0.0, 1e-6, 2e-6, 3e-6, 4e-6, 0.0)
+LOSSES = EnergyBalance(10e-6, 0.0, 0.0, 0.0, 1e-6, 2e-6, 3e-6, 4e-6, 0.0)
 
 
 def recorded_case(**sweep):
@@ -143,7 +143,7 @@ def test_losses_of_the_contacts_are_of_the_size_of_those_of_the_rows(tmp_path):
     work = float(98.0665 * p_sin[4:].mean() / 200)
 
     def balance(lost, given=work):
-        return Balance(given, 0.0, 0.0, 0.0, lost, 0.0, 0.0, 0.0, 0.0)
+        return EnergyBalance(given, 0.0, 0.0, 0.0, lost, 0.0, 0.0, 0.0, 0.0)
 
     for name, energies, wrong in (
         ("as large", balance(work), False),

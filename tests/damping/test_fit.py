@@ -50,6 +50,7 @@ def test_over_fill_data_without_noise_give_the_constants_back(sweep):
     np.testing.assert_allclose(found.value, TRUE, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_over_fill_95_percent_of_the_intervals_hold_the_constants(sweep):
     # linearised intervals: with 5 % of noise the curvature of the problem does not show
     f, r, damping = sweep

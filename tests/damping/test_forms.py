@@ -126,6 +126,7 @@ def test_two_regimes_add():
     np.testing.assert_allclose(np.exp(FORMS_BY_NAME["two_regimes"].function(c, p)), eta, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_linear_form_is_fitted_and_left_out_as_linear_algebra_says():
     # ln η of `groups` is linear: value, Student interval and error over every tenth case left out
     # red: n - count → n + count in `fit`; FOLDS = 11; np.abs(held_out) → held_out

@@ -49,6 +49,7 @@ def test_leaving_one_out_is_asking_without_it():
         assert expected[i] == pytest.approx(np.sqrt(scatter), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_functions_drawn_from_a_process_lie_within_the_errors_foretold():
     # 40 functions of known smoothness, constants fitted anew to 40 noisy values of each: of the
     # 2000 values between them 95 % lie within 1.96 standard errors; 93 to 97 % leaves room for

@@ -79,6 +79,7 @@ AMPLITUDE = {
 }
 
 
+@pytest.mark.slow
 @given(ROWS, st.sampled_from(list(AMPLITUDE)), st.sampled_from(["log", "linear"]),
        st.sampled_from([C, "loss_factor", "impedance"]), st.data())  # fmt: skip
 def test_any_table_reads_back_at_its_rows(rows, amplitude, interpolation, kind, data):

@@ -229,6 +229,7 @@ def diffuse_waves(angular_frequency, position):
     return amplitude * np.exp(1j * angular_frequency / 343 * (position @ trace))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("patch", ["PID-1", "PID-2", "PID-3"])
 def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
     paper_plate, paper_mesh, paper_basis, patch

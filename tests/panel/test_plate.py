@@ -197,6 +197,7 @@ def first_six_errors(mesh):
     return frequency / (unit * ((m / A) ** 2 + (n / B) ** 2)) - 1
 
 
+@pytest.mark.slow
 def test_bogner_fox_schmit_converges_to_navier_from_above_at_order_4(tmp_path):
     errors = np.array(
         [
@@ -213,6 +214,7 @@ def test_bogner_fox_schmit_converges_to_navier_from_above_at_order_4(tmp_path):
     assert errors[-1].max() < 1.7e-5
 
 
+@pytest.mark.slow
 def test_argyris_converges_to_navier_from_above_at_order_8():
     errors = np.array([first_six_errors(rectangle_of_split_quads(n, n)) for n in (4, 6, 9)])
     assert errors.min() > 0
@@ -223,6 +225,7 @@ def test_argyris_converges_to_navier_from_above_at_order_8():
     assert errors[-1].max() < 3e-6
 
 
+@pytest.mark.slow
 def test_oblique_supports_reproduce_the_right_isosceles_triangle(tmp_path):
     """Its modes are the antisymmetric ones of the square, sin m sin n - sin n sin m."""
     mesh = mesh_triangles(tmp_path / "t.msh", Polygon(((0, 0), (1, 0), (0, 1))), 0.25, {}, {})
@@ -234,6 +237,7 @@ def test_oblique_supports_reproduce_the_right_isosceles_triangle(tmp_path):
     np.testing.assert_allclose(frequency[:3], expected, rtol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [0.0, 10.0])
 def test_the_plate_is_the_same_wherever_it_lies(shift):
     mesh = rectangle_of_split_quads(6, 4)
@@ -268,6 +272,7 @@ def test_a_section_that_is_no_plate_is_refused(arguments, message):
     assert str(caught.value) == message
 
 
+@pytest.mark.slow
 def test_the_load_has_nine_points_on_a_quadrilateral_and_seven_on_a_triangle(tmp_path):
     # red: LOAD_ORDER = 5 → 6
     section = ThinSection(3273.07, 4.0)
@@ -279,6 +284,7 @@ def test_the_load_has_nine_points_on_a_quadrilateral_and_seven_on_a_triangle(tmp
     assert len(found) == 7 * len(triangles.cells)
 
 
+@pytest.mark.slow
 def test_a_hinge_takes_one_coordinate_and_a_hold_down_three(tmp_path):
     # w, and with it both slopes; red: 1 if point.kind == "hinge" else 3 → 4
     points = {"7": (0.5, 0.5)}

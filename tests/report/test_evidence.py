@@ -60,7 +60,7 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     run = dataclasses.replace(case.point, bed=bed_of_many)
     centres = cell_centres(packing.across_flats, 70)
     places = np.column_stack([centres + 1e-3, np.full(70, 0.004)])
-    spheres = evidence.Spheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
+    spheres = evidence.DrawnSpheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
     drawn = []
 
     def picture(positions, diameters, speed, limits, *, count, **_):

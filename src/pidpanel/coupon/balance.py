@@ -50,7 +50,7 @@ class Contacts:
 
 
 @dataclass(frozen=True)
-class Spheres:
+class SphereFrames:
     """The spheres, and how they move in each frame.
 
     Attributes
@@ -74,7 +74,7 @@ class Spheres:
 
 
 @dataclass(frozen=True)
-class Material:
+class ContactMaterial:
     """One kind of contact.
 
     Attributes
@@ -90,7 +90,7 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Balance:
+class EnergyBalance:
     """Energies of one run over a window [J]; see the head of the module.
 
     Attributes
@@ -155,8 +155,8 @@ def _dot(a: Array, b: Array) -> Array:
 
 def contact_losses(
     contacts: Contacts,
-    spheres: Spheres,
-    material: Material,
+    spheres: SphereFrames,
+    material: ContactMaterial,
     normal: Array,
     overlap: Array,
     relative_radius: Array,
@@ -225,7 +225,7 @@ def contact_losses(
 
 
 def _pair_losses(
-    pairs: Contacts, spheres: Spheres, material: Material
+    pairs: Contacts, spheres: SphereFrames, material: ContactMaterial
 ) -> tuple[Array, Array, Array, Array]:
     i, j, f = pairs.first, pairs.second, pairs.frame
     apart = spheres.position[f, i] - spheres.position[f, j]
@@ -243,7 +243,7 @@ def _pair_losses(
 
 
 def _wall_losses(
-    touches: Contacts, spheres: Spheres, planes: Array, material: Material
+    touches: Contacts, spheres: SphereFrames, planes: Array, material: ContactMaterial
 ) -> tuple[Array, Array, Array, Array]:
     normal, offset = planes[touches.second, :3], planes[touches.second, 3]
     place = spheres.position[touches.frame, touches.first]
@@ -252,7 +252,7 @@ def _wall_losses(
     return contact_losses(touches, spheres, material, normal, overlap, radius, with_wall=True)
 
 
-def _kinetic_energy(spheres: Spheres) -> Array:
+def _kinetic_energy(spheres: SphereFrames) -> Array:
     """Kinetic energy of all spheres with their spin in each frame, (frames,) [J]."""
     inertia = 0.4 * spheres.mass * spheres.radius**2
     return 0.5 * (
@@ -262,15 +262,15 @@ def _kinetic_energy(spheres: Spheres) -> Array:
 
 
 def energy_balance(
-    spheres: Spheres,
+    spheres: SphereFrames,
     pairs: Contacts,
     touches: Contacts,
     planes: Array,
-    materials: tuple[Material, Material],
+    materials: tuple[ContactMaterial, ContactMaterial],
     acceleration: Array,
     gravity: Array,
     step: float,
-) -> Balance:
+) -> EnergyBalance:
     """Energy balance over a window of equally spaced frames, by the trapezoidal rule.
 
     Parameters
@@ -302,7 +302,7 @@ def energy_balance(
     kinetic = _kinetic_energy(spheres)
     elastic = per_frame(pairs.frame, pair[3]) + per_frame(touches.frame, wall[3])
     fall = (spheres.mass[:, None] * (spheres.position[-1] - spheres.position[0])).sum(axis=0)
-    return Balance(
+    return EnergyBalance(
         work=float(np.trapezoid(acceleration * momentum[:, 2], dx=step)),
         gravity_work=float(gravity @ fall),
         kinetic_change=float(kinetic[-1] - kinetic[0]),

@@ -92,7 +92,7 @@ def _window(
     mass = geometry.masses(diameters, run.packing.density)
     phase = 2 * math.pi * (first + stride * np.arange(frames)) / steps
     found = balance.energy_balance(
-        balance.Spheres(
+        balance.SphereFrames(
             radius=diameters / 2,
             mass=mass,
             position=motion.position,
@@ -149,16 +149,16 @@ def _read_contacts(
         )
 
 
-def _materials(run: Run) -> tuple[balance.Material, balance.Material]:
+def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
     """Of sphere on sphere and of sphere on wall."""
     constants = run.constants
     moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
     ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
     return (
-        balance.Material(
+        balance.ContactMaterial(
             balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
         ),
-        balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
+        balance.ContactMaterial(balance.effective_modulus(moduli, ratios), constants.wall_friction),
     )
 
 

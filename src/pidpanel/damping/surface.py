@@ -46,7 +46,7 @@ from pidpanel.damping.surface_cases import (
     AXES,
     MASS,
     VALUE,
-    Bed,
+    SurfaceBed,
     counted,
     groups,
     onset,
@@ -79,7 +79,7 @@ class DampingSurface:
     def __init__(
         self,
         cases: pd.DataFrame,
-        bed: Bed,
+        bed: SurfaceBed,
         damping: Sides,
         mass: Sides | None,
         jump: Jump | None = None,
@@ -379,7 +379,7 @@ class DampingSurface:
             If a column is missing, a point is duplicated or no row counts.
         """
         cases, mass_per_fill = counted(frame, onset_g)
-        bed = Bed(onset_g, mass_per_fill, depth)
+        bed = SurfaceBed(onset_g, mass_per_fill, depth)
         data = taught(cases, bed)
         mass = data.mass_sides() if (cases[MASS] != 0).any() else None
         return DampingSurface(cases, bed, data.damping_sides(), mass, data.jump())

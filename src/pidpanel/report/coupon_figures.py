@@ -18,11 +18,11 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
-from pidpanel.report.evidence import Record
+from pidpanel.report.evidence import RunRecord
 from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room, swept
 
 
-def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
+def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
     """Draw dissipated energy per cycle against the cycle, one case in each of the axes.
 
     Parameters
@@ -70,7 +70,7 @@ def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class AxisQuantity:
     """A column of ``coupon/cases.csv`` as an axis.
 
     Attributes
@@ -94,21 +94,21 @@ class Quantity:
     symbol: str = ""
 
 
-EQUIVALENT_DAMPING = Quantity(
+EQUIVALENT_DAMPING = AxisQuantity(
     "equivalent_damping_n_s_m3", "$C_e$, N s/m³", True, "equivalent_damping_error_n_s_m3"
 )
-LOSS_FACTOR = Quantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
-MASS_SHARE = Quantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
+LOSS_FACTOR = AxisQuantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
+MASS_SHARE = AxisQuantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
                       "apparent_mass_share_error")  # fmt: skip
-FREQUENCY = Quantity("frequency_hz", "frequency, Hz", True, symbol="f")
-ACCELERATION = Quantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
+FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
+ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
 FEW_TICKS = 6
 """Values of a sweep that are all told on the axis, at most."""
 
 
 def _draw_fill(
-    axes: Axes, cases: pd.DataFrame, x: Quantity, y: Quantity, fill: float, marker: str,
+    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, y: AxisQuantity, fill: float, marker: str,
     bound: str | None,
 ) -> None:  # fmt: skip
     rows = cases[cases["fill_fraction"] == fill].sort_values(x.column)
@@ -124,7 +124,7 @@ def _draw_fill(
 
 
 def _draw_law(
-    axes: Axes, cases: pd.DataFrame, x: Quantity, fill: float, value: float,
+    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, fill: float, value: float,
     law: Callable[[Array, float], Array],
 ) -> None:  # fmt: skip
     """Draw the law over frequency, or at the frequency ``value`` over the other axis."""
@@ -134,7 +134,7 @@ def _draw_law(
     axes.plot(places, damping, color=style.fill_colour(fill), ls="--", lw=0.8)
 
 
-def _scale_x(axes: Axes, cases: pd.DataFrame, x: Quantity) -> None:
+def _scale_x(axes: Axes, cases: pd.DataFrame, x: AxisQuantity) -> None:
     if x is FREQUENCY:
         low, high = cases[x.column].min(), cases[x.column].max()
         frequency_axis(axes, low / 1.25, high * 1.25)
@@ -149,9 +149,9 @@ def _scale_x(axes: Axes, cases: pd.DataFrame, x: Quantity) -> None:
 
 def sweep_figure(
     cases: pd.DataFrame,
-    x: Quantity,
-    y: Quantity,
-    panel: Quantity,
+    x: AxisQuantity,
+    y: AxisQuantity,
+    panel: AxisQuantity,
     *,
     law: Callable[[Array, float], Array] | None = None,
     bound: str | None = None,
@@ -212,7 +212,7 @@ def sweep_figure(
     return figure
 
 
-def _constant(quantity: Quantity, value: float) -> str:
+def _constant(quantity: AxisQuantity, value: float) -> str:
     """Return the title of axes in which a quantity is constant."""
     unit = quantity.label.rsplit(", ", 1)[-1]
     return f"{quantity.symbol} = {value:g}" + (f" {unit}" if unit != "–" else "")

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from pidpanel.cells import ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.paths import TEMPLATES
-from pidpanel.study.base import Fraction, Model, RelativeError
+from pidpanel.study.base import Fraction, RelativeError, SectionModel
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
@@ -37,7 +37,7 @@ MOST_SPHERES = 1_000_000
 """Spheres that a run may have: a step of them takes a second."""
 
 
-class Cell(Model):
+class Cell(SectionModel):
     """One honeycomb cell, and how many of them a run shakes side by side."""
 
     shape: ShapeName = "hexagon"
@@ -60,7 +60,7 @@ class Cell(Model):
         return self.depth_mm * 1e-3
 
 
-class Accuracy(Model):
+class Accuracy(SectionModel):
     """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
 
     relative_error: RelativeError = 0.05
@@ -92,7 +92,7 @@ Component = Annotated[float, Quantity(-1e6, 1e6)]
 """Of a direction."""
 
 
-class Coupon(Model):
+class Coupon(SectionModel):
     """The shaken honeycomb coupon."""
 
     cell: Cell = Cell()

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from pidpanel.paths import SECTION
-from pidpanel.study.base import Model, Text
+from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import Mistake
 
@@ -18,7 +18,7 @@ RESERVED = ("coupon", "verification")
 """Folders of the results that belong to all studies."""
 
 
-class CouponStudy(Model):
+class CouponStudy(SectionModel):
     """A study of the coupon alone: what the particles dissipate, and on what it depends."""
 
     name: Text

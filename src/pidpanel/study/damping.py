@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, RelativeError
+from pidpanel.study.base import RelativeError, SectionModel
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, Mistakes
@@ -34,7 +34,7 @@ REMOVED = ("random", "random_with_source")
 """Readings of coupons driven at random, which there were before."""
 
 
-class Level(Model):
+class Level(SectionModel):
     """The acceleration at which C_e(r, f, Γ) is read: a stated one, or the patch's own."""
 
     kind: Literal["patch", "stated"] = "patch"
@@ -55,7 +55,7 @@ class Level(Model):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
-class Target(Model):
+class Target(SectionModel):
     """The accuracy up to which cases of ``coupon.sweep`` are chosen and run.
 
     ``start`` cases spread over the sweep come first. Rounds of ``batch`` cases follow, each of
@@ -78,7 +78,7 @@ class Target(Model):
             yield Mistake(("start",), f"must be at most max_cases = {self.max_cases}")
 
 
-class Tones(Model):
+class Tones(SectionModel):
     """Further cases where the scenarios read C_e: at the motion of their own patches.
 
     Once the sweep is run, rounds of at most ``batch`` tones follow at the fills and accelerations
@@ -97,7 +97,7 @@ class Tones(Model):
     """Most tones in all."""
 
 
-class Coupled(Model):
+class Coupled(SectionModel):
     """How panel and particles are integrated together, for the reading ``coupled``.
 
     Every scenario is run once, with packings and a sound of its own, for ``settle_s`` and then
@@ -135,7 +135,7 @@ class Coupled(Model):
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
 
 
-class Damping(Model):
+class Damping(SectionModel):
     """Where C_e and m_a come from; the PSDs are computed with each reading."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None

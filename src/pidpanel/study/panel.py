@@ -19,12 +19,12 @@ from pidpanel.polygon import (
     show,
     signed_area,
 )
-from pidpanel.study.base import Model, Size, Text
+from pidpanel.study.base import SectionModel, Size, Text
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.quantity import METRES, PERCENT, Quantity, whole
 from pidpanel.study.section import CORE_GRADES_FILE, Section
-from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupport, Position, Supports
+from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
 EXTENT = Quantity(0.01, 30, units=METRES)
@@ -44,7 +44,7 @@ def _of_known_suffix(file: Path) -> Path:
     return file
 
 
-class Mesh(Model):
+class Mesh(SectionModel):
     """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
 
     kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
@@ -86,7 +86,7 @@ def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
         yield Mistake(("corner_radius_m" if of_radius else key,), str(error))
 
 
-class Area(Model):
+class Area(SectionModel):
     """A rectangle (centre_m, size_m), a circle (centre_m, diameter_m) or a polygon (corners_m)."""
 
     centre_m: Position | None = None
@@ -151,7 +151,7 @@ class Patch(Area):
         return tuple(round(float(v), 12) for v in (x0, x1, y0, y1))  # type: ignore[return-value]
 
 
-class Panel(Model):
+class Panel(SectionModel):
     """The panel, its patches, and the points at which its response is computed."""
 
     outline_m: (
@@ -164,7 +164,7 @@ class Panel(Model):
     """Cut-outs, by name."""
     section: Section
     """Mass and stiffness through the thickness."""
-    supports: EdgeKind | Supports = "simply_supported"
+    supports: EdgeKind | SupportsInput = "simply_supported"
     """Support of the whole outline, or supports of its parts. ``simply_supported``: w = 0 and
     no rotation along the edge; ``simply_supported_soft``: w = 0; ``clamped``: w = 0 and no
     slope; ``free``."""
@@ -208,13 +208,13 @@ class Panel(Model):
                 return Polygon(tuple((x, y) for x, y in corners), self.corner_radius_m)
 
     @property
-    def held(self) -> Supports:
+    def held(self) -> SupportsInput:
         """The supports, written out."""
         if isinstance(self.supports, str):
-            return Supports(outline=self.supports)
+            return SupportsInput(outline=self.supports)
         return self.supports
 
-    def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupport | Mass]]:
+    def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
         """Yield all that has a position, or a node of a mesh file, with the way to it."""
         yield from ((("points", name), point) for name, point in self.points.items())
         for name, support in self.held.points.items():
@@ -354,7 +354,7 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
             yield f"point {name!r}", ("supports", "edges", index, end)
     for keys, place in panel.places():
         name = str(keys[-1])
-        if isinstance(place, PointSupport):
+        if isinstance(place, PointSupportInput):
             yield f"point {f'support {name}'!r}", (*keys, "at_m")
             yield f"patch {f'foot of {name}'!r}", (*keys, "radius_m")
         elif isinstance(place, Mass):

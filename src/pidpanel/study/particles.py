@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pidpanel.sizes import Sizes
-from pidpanel.study.base import Model, PoissonsRatio, RelativeError
+from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import (
     DENSITY,
@@ -30,7 +30,7 @@ Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]
 """Of diameters [mm]."""
 
 
-class Mono(Model):
+class Mono(SectionModel):
     """Particles of one size."""
 
     kind: Literal["mono"] = "mono"
@@ -41,7 +41,7 @@ class Mono(Model):
         return Sizes("mono", diameter, diameter)
 
 
-class Normal(Model):
+class Normal(SectionModel):
     """Normal distribution by number with mean ``diameter_mm``, cut at two deviations."""
 
     kind: Literal["normal"]
@@ -55,7 +55,7 @@ class Normal(Model):
         return Sizes("normal", diameter - reach, diameter + reach)
 
 
-class Uniform(Model):
+class Uniform(SectionModel):
     """Uniform distribution by number over ``diameter_mm`` ± ``half_width_mm``."""
 
     kind: Literal["uniform"]
@@ -69,7 +69,7 @@ class Uniform(Model):
         return Sizes("uniform", diameter - reach, diameter + reach)
 
 
-class Binary(Model):
+class Binary(SectionModel):
     """Two sizes: a share by number of ``second_mm`` among particles of ``diameter_mm``."""
 
     kind: Literal["binary"]
@@ -89,7 +89,7 @@ class Binary(Model):
 Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
 
 
-class Particles(Model):
+class Particles(SectionModel):
     """The particles: size, density, and the constants of their contacts with each other."""
 
     diameter_mm: Diameter = 2.0
@@ -144,7 +144,7 @@ class Particles(Model):
                 )
 
 
-class Walls(Model):
+class Walls(SectionModel):
     """The constants of the contacts with cell walls; by default those between two particles.
 
     A wall that is stiffer than the particles stays so when both are softened.

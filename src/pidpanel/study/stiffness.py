@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Annotated
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.study.base import Model
+from pidpanel.study.base import SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import PERCENT, Quantity
@@ -17,7 +17,7 @@ Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]
 """W/L [1]."""
 
 
-class Crossing(Model):
+class Crossing(SectionModel):
     """Limits where a bed rides or crosses the gap: soft contacts move the jump between the two.
 
     Steel at r = 0.7, 80 Hz, 80 g (W/L = 0.41, contacts of 0.014 periods and 0.094 radii at 50 MPa)
@@ -44,7 +44,7 @@ class Crossing(Model):
             yield Mistake(("stroke_per_gap", 1), f"must be at least stroke_per_gap[0] = {start:g}")
 
 
-class Stiffness(Model):
+class Stiffness(SectionModel):
     """Softening of the contacts: the time step increases as the modulus falls.
 
     A run uses the softest of ``choices_mpa`` that keeps a Hertz contact at the velocity amplitude

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pidpanel.study.base import Coordinate, Model
+from pidpanel.study.base import Coordinate, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import METRES, Quantity
 
@@ -16,14 +16,14 @@ Number = Annotated[int, Quantity(1, whole=True)]
 """Number of a node in a mesh file."""
 
 
-class Node(Model):
+class Node(SectionModel):
     """A node of a mesh file, by its number there."""
 
     grid: Number
     """Number of the node in the mesh file."""
 
 
-class PointSupport(Model):
+class PointSupportInput(SectionModel):
     """Support at a point: hinge (w = 0), hold_down (w = 0, no slope), or a spring to ground."""
 
     kind: Literal["hinge", "hold_down", "spring"]
@@ -47,7 +47,7 @@ class PointSupport(Model):
             yield Mistake(("radius_m",), "only allowed for kind: hinge or hold_down")
 
 
-class EdgeSupport(Model):
+class EdgeSupportInput(SectionModel):
     """Support of a straight part of the boundary, which differs from the rest."""
 
     from_m: Position
@@ -58,20 +58,20 @@ class EdgeSupport(Model):
     """Its support; kinds are those of ``supports``."""
 
 
-class Supports(Model):
+class SupportsInput(SectionModel):
     """What holds the panel: its outline, rims of holes, parts of edges, points."""
 
     outline: EdgeKind
     """Support of the outer edge; kinds are those of ``panel.supports``."""
     holes: EdgeKind = "free"
     """Support of the rims of all holes."""
-    edges: tuple[EdgeSupport, ...] = ()
+    edges: tuple[EdgeSupportInput, ...] = ()
     """Straight parts of the boundary with another support."""
-    points: Mapping[str, PointSupport] = {}
+    points: Mapping[str, PointSupportInput] = {}
     """Supports at points, by name."""
 
 
-class Mass(Model):
+class Mass(SectionModel):
     """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
 
     mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]

@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import Field
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.study.base import Fill, Model
+from pidpanel.study.base import Fill, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
@@ -21,7 +21,7 @@ MOST_VALUES = 10_000
 """Values that a range may have."""
 
 
-class Range(Model):
+class Range(SectionModel):
     """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
 
     start: Frequency = Field(alias="from")
@@ -60,7 +60,7 @@ Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETR
 """Of a displacement [mm]."""
 
 
-class Sweep(Model):
+class Sweep(SectionModel):
     """The points at which the coupon is shaken: every combination of the lists."""
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
