@@ -38,7 +38,7 @@ def values(**changes):
     [
         (json.dumps(values(extra=1)), r"extra: "),
         (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"mass: "),
-        (json.dumps({k: v for k, v in values().items() if k != "legs"}), r"a key of State is missing"),
+        (json.dumps({k: v for k, v in values().items() if k != "legs"}), r"a key of RunState is missing"),
         (json.dumps(values(spheres="144")), r"spheres: "),
         (json.dumps(values(spheres=True)), r"spheres: "),
         (json.dumps(values(mass=None)), r"mass: "),
