@@ -25,16 +25,18 @@ def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
     yield from _mistakes_of_lines(study)
     keys = ("damping", "readings")
     if study.response.modal_damping != "full":
-        yield Mistake(keys, f"the reading '{COUPLED}' is only allowed with modal_damping: full")
+        yield Mistake(
+            keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
+        )
     if not study.has_filled_coupon:
-        says = f"the reading '{COUPLED}' needs a scenario with a coupon; there is none"
+        says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
         yield Mistake(keys, says)
     filled = {one.label: one for one in study.coupled_scenarios()}
     run = study.damping.coupled.scenarios or tuple(filled)
     at = ("damping", "coupled", "scenarios")
     for label in run:
         if label not in filled:
-            yield Mistake(at, f"{label!r} is no scenario; allowed are {', '.join(filled)}")
+            yield Mistake(at, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
     for label, one in filled.items():
         levels = [
             filled[other].oaspl_db

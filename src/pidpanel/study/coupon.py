@@ -38,7 +38,7 @@ MOST_SPHERES = 1_000_000
 
 
 class Cell(SectionModel):
-    """One honeycomb cell, and how many of them a run shakes side by side."""
+    """The honeycomb cell, and the number of cells per run."""
 
     shape: ShapeName = "hexagon"
     """Cross-section of the cell."""
@@ -47,7 +47,7 @@ class Cell(SectionModel):
     depth_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)] = 25.0
     """Depth of the cell between its two closed ends [mm]."""
     count: Annotated[int, whole(1, 200)] = 5
-    """Cells that a run shakes side by side; they share the drive and nothing else."""
+    """Cells per run, shaken side by side; they share only the drive."""
 
     @property
     def across_flats(self) -> float:
@@ -61,26 +61,26 @@ class Cell(SectionModel):
 
 
 class Accuracy(SectionModel):
-    """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
+    """A case runs until its target error or ``max_cycles``, whichever comes first."""
 
     relative_error: RelativeError = 0.05
-    """Wanted relative standard error of C_e; a case stops when it is reached."""
+    """Requested relative standard error of C_e; a case stops when it is reached."""
     seeds: Annotated[int, whole(1, 50)] = 2
-    """Packings of each case, each with a run of its own."""
+    """Number of packings per case, with one run each."""
     min_cycles: Annotated[int, whole(8, 100000)] = 12
-    """Least cycles of a run."""
+    """Minimum cycles of a run."""
     min_time_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.05
-    """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
-    frequency, and so slowly that a few cycles look steady."""
+    """Minimum simulated time [s]. A bed adapts to its drive in tens of milliseconds at any
+    frequency, so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, whole(8, 100000)] = 400
-    """Most cycles of a run."""
+    """Maximum cycles of a run."""
     state_seeds: Annotated[int, whole(1, 50)] = 4
-    """Where a bed may ride or cross its gap (``stiffness.crossing``) and its cells end in several
-    states of motion, so many seeds are run."""
+    """Number of seeds if the cells of a bed near the jump (``stiffness.crossing``) end in several
+    states of motion."""
     state_cycles: Annotated[int, whole(0, 100000)] = 150
-    """Least cycles of all of them, up to ``max_cycles``; with 0, states are not looked for."""
+    """Minimum cycles of these seeds, up to ``max_cycles``; 0 switches the search for states off."""
     coverage: Fraction = 1.0
-    """Share of the cases that must have succeeded before anything is computed from them."""
+    """Required share of successful cases; below it the study stops."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a largest number of cycles below the least."""
@@ -107,7 +107,7 @@ class Coupon(SectionModel):
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
-    """How contacts are softened to save time."""
+    """Softening of the contacts, to save time."""
     time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, units=PERCENT)] = 0.15
     """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
@@ -115,12 +115,12 @@ class Coupon(SectionModel):
     sweep: Sweep
     """The drives: fills, frequencies and amplitudes."""
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
-    """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
-    the whole sweep is run with each of them, and with every combination of several."""
+    """Values of any other key of the coupon, such as ``particles.friction: [0.1, 0.3, 0.6]``. The
+    whole sweep is run for each value, and for every combination of several keys."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
-    """A template of the user's own instead of ``templates/shake.in.j2``."""
+    """Your own deck template instead of ``templates/shake.in.j2``."""
 
     @field_validator("vary")
     @classmethod

@@ -22,11 +22,11 @@ class CouponStudy(SectionModel):
     """A study of the coupon alone: what the particles dissipate, and on what it depends."""
 
     name: Text
-    """Name of the folder of its results; by default that of its file."""
+    """Name of the results folder; by default the name of the file."""
     title: Text = ""
     """Title of the report."""
     assumptions: tuple[Text, ...] = ()
-    """What the source leaves open and this study assumes; printed in the report."""
+    """Assumptions where the source gives no value; printed in the report."""
     coupon: Coupon | None = None
     """The honeycomb coupon that LIGGGHTS shakes."""
 
@@ -35,7 +35,7 @@ class CouponStudy(SectionModel):
         if not re.fullmatch(NAME, self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:
-            says = f"must be another one; results/{self.name} belongs to all studies"
+            says = f"must be another name; results/{self.name} is shared by all studies"
             yield Mistake(("name",), says)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")

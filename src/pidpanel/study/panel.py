@@ -59,7 +59,7 @@ class Mesh(SectionModel):
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
     """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
-    """The unit of length of the file [m]: 0.001 for millimetres."""
+    """Length unit of the file [m]: 0.001 for millimetres."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield keys that the kind of mesh lacks or does not have."""

@@ -145,9 +145,9 @@ class Particles(SectionModel):
 
 
 class Walls(SectionModel):
-    """The constants of the contacts with cell walls; by default those between two particles.
+    """Contact constants of the cell walls; by default those between two particles.
 
-    A wall that is stiffer than the particles stays so when both are softened.
+    A wall that is stiffer than the particles stays stiffer when both are softened.
     """
 
     youngs_modulus_mpa: Modulus | None = None

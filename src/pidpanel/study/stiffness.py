@@ -18,15 +18,15 @@ Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]
 
 
 class Crossing(SectionModel):
-    """Limits where a bed rides or crosses the gap: soft contacts move the jump between the two.
+    """Limits near the jump from beds that ride to beds that cross: soft contacts move it.
 
     Steel at r = 0.7, 80 Hz, 80 g (W/L = 0.41, contacts of 0.014 periods and 0.094 radii at 50 MPa)
-    rides with η = 0.12 at 50 MPa and crosses with η = 1.37, 1.36, 1.31 at 100, 200 and 800 MPa.
+    rides with η = 0.12 at 50 MPa. It crosses with η = 1.37, 1.36, 1.31 at 100, 200 and 800 MPa.
     """
 
     stroke_per_gap: tuple[Stroke, Stroke] = (0.1, 0.5)
-    """Where they hold: from and to this ratio of the displacement amplitude W to the clear gap
-    L = (1 − r) depth."""
+    """Range of the ratio of the displacement amplitude W to the clear gap L = (1 − r) depth in
+    which these limits apply."""
     contact_time_per_period: Share = 0.01
     """Longest contact there, over the period of the drive."""
     overlap_per_radius: Share = 0.05
@@ -47,22 +47,22 @@ class Crossing(SectionModel):
 class Stiffness(SectionModel):
     """Softening of the contacts: the time step increases as the modulus falls.
 
-    A run uses the softest of ``choices_mpa`` that keeps a Hertz contact at the velocity amplitude
-    of the drive shorter than ``contact_time_per_period`` of a period, and its overlap below
-    ``overlap_per_radius``; where the bed may cross its gap, those of ``crossing``. It uses the
-    modulus of the material if none of them does. It also does so below ``from_acceleration_g``:
-    there the bed bounces as one body, and its losses depend on how its layers rebound in series
-    (100 Hz, 5 g: 50 MPa dissipates 1.8 times what 3.2 GPa does, at 20 g the same;
-    ``coupon_modulus.yaml``). Of beds of more than 6.25 layers that ride below 80 g contacts are
-    (layers/6.25)³ times shorter than ``contact_time_per_period``.
+    A run uses the softest of ``choices_mpa`` for which a Hertz contact at the velocity amplitude
+    of the drive is short (``contact_time_per_period``) and shallow (``overlap_per_radius``). Where
+    the bed may cross its gap, the limits are those of ``crossing``. If no choice meets them, the
+    run uses the modulus of the material. Below ``from_acceleration_g`` it always does,
+    because the bed bounces as one body and its losses depend on how its layers rebound in series.
+    At 100 Hz and 5 g, 50 MPa dissipates 1.8 times as much as 3.2 GPa; at 20 g they are equal
+    (``coupon_modulus.yaml``). For beds of more than 6.25 layers that ride below 80 g,
+    ``contact_time_per_period`` is divided by (layers/6.25)³.
     """
 
     choices_mpa: tuple[Modulus, ...] = (50.0, 200.0, 800.0)
     """Young's moduli to choose from, the softest first [MPa]."""
     contact_time_per_period: Share = 0.02
-    """Longest contact allowed, over the period of the drive."""
+    """Longest allowed contact over the period of the drive."""
     overlap_per_radius: Share = 0.10
-    """Deepest overlap allowed, over the radius of a particle."""
+    """Deepest allowed overlap over the radius of a particle."""
     from_acceleration_g: Annotated[float, Quantity(0, 2000)] = 10.0
     """Contacts are softened from this acceleration amplitude on [g]."""
     crossing: Crossing = Crossing()

@@ -38,8 +38,8 @@ class Study(CouponStudy):
     """All that a run of the whole workflow depends on."""
 
     dampers: Mapping[str, Damper] = {}
-    """What patches can be filled with, by name. The section ``coupon`` is the damper ``coupon``
-    beside them; a damper that no scenario names is not simulated."""
+    """Dampers that can fill patches, by name. The section ``coupon`` is also a damper, ``coupon``.
+    A damper that is in no scenario is not simulated."""
     damping: Damping = Damping()
     """Where C_e and m_a come from."""
     panel: Panel
@@ -47,9 +47,9 @@ class Study(CouponStudy):
     sound: Sound
     """The sound field."""
     response: Response = Response()
-    """What is computed of the panel in the sound."""
+    """Quantities computed for the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
-    """Families of one patch and explicit layouts; none for a study of the bare panel."""
+    """Families of one patch, and layouts; none for a study of the bare panel."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
@@ -160,7 +160,7 @@ class Study(CouponStudy):
         """
         found = self.all_dampers[damper].coupon if damper in self.all_dampers else None
         if found is None:
-            raise ValueError(f"{self.name}: no coupon of the name {damper!r}")
+            raise ValueError(f"{self.name}: no coupon named {damper!r}")
         return found
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
@@ -178,16 +178,18 @@ class Study(CouponStudy):
                 says = "missing; scenarios need a section coupon, dampers, or damping.readings"
                 yield Mistake(("dampers",), says)
             else:
-                yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
+                yield Mistake(("coupon",), "missing; required for the damping model 'dem'")
         if "stated" in self.readings and not self.all_dampers:
-            yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
+            yield Mistake(("dampers",), "missing; required for the damping model 'stated'")
         if "coupled" in self.damping.model_fields_set and not self.is_coupled:
-            yield Mistake(("damping", "coupled"), f"only allowed with the reading '{COUPLED}'")
+            yield Mistake(
+                ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
+            )
         yield from mistakes_of_coupled(self)
         if self.damping.target is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
+            yield Mistake(("damping", "target"), "only allowed with the damping model 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
+            yield Mistake(("damping", "tones"), "only allowed with the damping model 'dem'")
 
     def _mistakes_of_target(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""
@@ -216,7 +218,7 @@ class Study(CouponStudy):
                     keys = () if isinstance(compared, Layout) else (compared.varied,)
                     yield Mistake(
                         ("scenarios", name, *keys),
-                        f"two scenarios would be named {one.label}; "
+                        f"two scenarios would have the name {one.label}; "
                         + (
                             "values must differ in their first six digits"
                             if keys and alike
@@ -277,7 +279,7 @@ class Study(CouponStudy):
         if filled.fill_fraction is not None and damper is not None and not needed:
             kind = self.all_dampers[damper].kind
             if kind != "table":  # whose columns tell
-                says = f"not allowed: the {kind} of {damper} is of no fill"
+                says = f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
                 yield Mistake(("fill_fraction",), says)
 
     def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
@@ -303,7 +305,7 @@ class Study(CouponStudy):
         """Yield what of a patch with a damper asks for its fill."""
         for reading in self.readings:
             if reading not in ("stated", COUPLED):
-                yield f"the reading '{reading}' of damping"
+                yield f"the damping model '{reading}'"
             elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"
 

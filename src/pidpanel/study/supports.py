@@ -48,18 +48,18 @@ class PointSupportInput(SectionModel):
 
 
 class EdgeSupportInput(SectionModel):
-    """Support of a straight part of the boundary, which differs from the rest."""
+    """A different support on a straight part of the boundary."""
 
     from_m: Position
-    """Where the part begins (x, y) [m], on the boundary."""
+    """Start (x, y) of the part [m], on the boundary."""
     to_m: Position
-    """Where the part ends (x, y) [m], on the same straight edge."""
+    """End (x, y) of the part [m], on the same straight edge."""
     kind: EdgeKind
     """Its support; kinds are those of ``supports``."""
 
 
 class SupportsInput(SectionModel):
-    """What holds the panel: its outline, rims of holes, parts of edges, points."""
+    """Supports of the panel: outline, rims of holes, parts of edges, points."""
 
     outline: EdgeKind
     """Support of the outer edge; kinds are those of ``panel.supports``."""
@@ -81,7 +81,7 @@ class Mass(SectionModel):
     grid: Number | None = None
     """Node of a mesh file, in place of ``at_m``."""
     from_m: Position | None = None
-    """Begin (x, y) of a mass along a line [m]."""
+    """Start (x, y) of a mass along a line [m]."""
     to_m: Position | None = None
     """End (x, y) of a mass along a line [m]."""
 

@@ -27,9 +27,9 @@ class Range(SectionModel):
     start: Frequency = Field(alias="from")
     """First value [Hz]."""
     stop: Frequency = Field(alias="to")
-    """Largest value [Hz], among them if it is a whole number of steps away."""
+    """Largest value [Hz]; included if it is a whole number of steps away."""
     step: Annotated[float, Quantity(1e-3, 20000)]
-    """From value to value [Hz]."""
+    """Step between values [Hz]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield an end below the start."""
@@ -64,7 +64,7 @@ class Sweep(SectionModel):
     """The points at which the coupon is shaken: every combination of the lists."""
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
-    """Fills r: number of particles over that of a full cell."""
+    """Fill fractions r: number of particles over that of a full cell."""
     frequency_hz: Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
     """Frequencies of the drive [Hz], as a list or as a range."""
     acceleration_g: tuple[Gamma, ...] = ()
@@ -74,7 +74,7 @@ class Sweep(SectionModel):
     diameter_mm: tuple[Diameter, ...] = ()
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
     max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
-    """Combinations with a velocity amplitude a/ω above this are left out [m/s]."""
+    """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
     @property
     def accelerations(self) -> tuple[float, ...]:
