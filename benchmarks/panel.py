@@ -19,7 +19,8 @@ import numpy as np
 
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import normal_modes, residual_vectors
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.polygon import Circle, Polygon, Rectangle
 

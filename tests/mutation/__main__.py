@@ -45,9 +45,9 @@ from mutants import Mutant, mutants_of
 FORMULAS = {
     "": "cells chebyshev inelastic plane_mesh plane_waves polygon sizes third_octaves",
     "coupon": "balance contact cycles drive geometry packings rows states",
-    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
+    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides simulated_range "
     "surface surface_cases tables thinned",
-    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
+    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass face field spectrum table wavenumber_table",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "

@@ -6,9 +6,10 @@ import scipy.linalg as la
 import xarray as xr
 
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import loaded_modes, panel_shapes
+from pidpanel.panel.modes import loaded_modes
 from pidpanel.panel.plate_files import read_plate, write_plate
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.polygon import Rectangle
 

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
-from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.plane_waves import CondensedFace, condensed
 from pidpanel.progress import tracked
 from pidpanel.response.elements import Elements, Motion, Pull
