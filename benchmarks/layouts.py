@@ -66,7 +66,10 @@ def main():
     table = tabulate_diffuse(float(wavenumber(frequency[-1], SPEED)), face)
     search = frequency_grid(20.0, 2000.0, 0.01, lines_per_bandwidth=3.0)
     panel = PanelInField(
-        modal, patches, lambda f: np.full(f.size, 100.0), lambda f: table.at(wavenumber(f, SPEED))
+        modal,
+        patches,
+        lambda f: np.full(f.size, 100.0),
+        lambda f: table.matrix(wavenumber(f, SPEED)),
     )
 
     def loads(seed):

@@ -59,13 +59,13 @@ class Air:
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
         resistance = air_resistance(
-            frequency, self.diffuse.at(k), self.density, self.speed_of_sound, self.wetted_sides
+            frequency, self.diffuse.matrix(k), self.density, self.speed_of_sound, self.wetted_sides
         )
         stiffness = np.zeros(resistance.shape, dtype=np.complex128)
         np.multiply(omega, resistance, out=stiffness.imag)
         if self.added_volume is not None:
             mass = -(omega**2) * self.wetted_sides * self.density
-            np.multiply(mass, self.added_volume.at(k), out=stiffness.real)
+            np.multiply(mass, self.added_volume.matrix(k), out=stiffness.real)
         return stiffness
 
 
