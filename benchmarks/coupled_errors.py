@@ -29,9 +29,9 @@ from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.response.bands import band_rms, whole_third_octaves
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts
 from pidpanel.study.coupon import Coupon
 
 LOW, HIGH, PRESSURE = 30.0, 400.0, 3.0

@@ -18,15 +18,15 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
-from pidpanel.response.lines import frequency_grid
-from pidpanel.response.model import ModalBasis, Patches
-from pidpanel.response.scenarios import Load, solve_layout
-from pidpanel.response.solvers import PanelInField, PanelSolver
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.scenarios import Load, solve_layout
+from pidpanel.solve.solvers import PanelInField, PanelSolver
 from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse, wavenumber
 
 LINES, MODES, SPEED = 2000, 90, 343.0

@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import modes as modes_module
 from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -15,7 +16,6 @@ from pidpanel.panel.navier import mode_orders, thin_plate_frequency
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
 
 A, B = 1.5, 1.0
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)

@@ -7,13 +7,13 @@ import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import LEAST_MODES, count_modes_below, normal_modes, residual_vectors
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
 
 COUNT, SPRING, MASS = 200, 3e7, 0.25
 

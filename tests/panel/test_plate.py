@@ -5,13 +5,13 @@ import pytest
 import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuadBFS, MeshQuad
 
+from pidpanel.geometry.polygon import Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate, bending_form
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Polygon, Rectangle
 
 A, B = 1.5, 1.0
 OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))

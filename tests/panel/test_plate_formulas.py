@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg as la
 from skfem import ElementQuad1, ElementTriP1, MeshQuad, MeshTri
 
+from pidpanel.geometry.polygon import Circle, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import normal_modes
@@ -13,7 +14,6 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Circle, Rectangle
 
 
 def test_the_load_has_nine_points_on_a_quadrilateral_and_seven_on_a_triangle(tmp_path):

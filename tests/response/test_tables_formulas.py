@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response import scenarios, tables, uncertainty
-from pidpanel.response.lines import frequency_grid
-from pidpanel.response.model import ModalBasis, Patches, Response
-from pidpanel.response.solvers import PanelInField, PanelSolver
+from pidpanel.response import tables
+from pidpanel.solve import scenarios, uncertainty
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches, Response
+from pidpanel.solve.solvers import PanelInField, PanelSolver
 
 FLAT = np.linspace(100.0, 104.0, 5)
 

@@ -11,8 +11,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts
 
 Impedance = Callable[[Array], Complexes]
 """Z of a patch over frequency: (nf,) [Hz] to (nf,) [N s/m³]."""

@@ -37,10 +37,10 @@ from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
 from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.panel.plate_files import StoredPlate, read_plate
-from pidpanel.response.bands import whole_third_octaves
-from pidpanel.response.basis_error import joined_shapes
 from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import whole_third_octaves
+from pidpanel.solve.basis_error import joined_shapes
+from pidpanel.solve.source import PatchParts
 from pidpanel.stamp import stamp
 from pidpanel.study import Filling, Scenario, Study
 from pidpanel.study.coupon import Coupon

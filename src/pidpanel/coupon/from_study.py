@@ -13,7 +13,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
 from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.round import Round
+from pidpanel.coupon.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy

@@ -12,7 +12,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.readings import DampingValues, Point
-from pidpanel.response.uncertainty import StandardErrors
+from pidpanel.solve.uncertainty import StandardErrors
 
 LEAST = 0.5
 """C_e of a band below this many of its standard errors is taken as so many: what is not resolved

@@ -17,29 +17,29 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.readings import DampingReading
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.paths import SECTION, of_damper
-from pidpanel.plane_mesh import cell_areas
-from pidpanel.response.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
 from pidpanel.response.coupled_damping import CoupledDamping, read_coupled
-from pidpanel.response.linearisation import DampingOfMotion
-from pidpanel.response.lines import (
+from pidpanel.solve.basis_error import cutoff_frequency, damping_ratios, joined_shapes, refined
+from pidpanel.solve.linearisation import DampingOfMotion
+from pidpanel.solve.lines import (
     LINES_PER_BANDWIDTH,
     frequency_grid,
     smallest_damping_ratio,
 )
-from pidpanel.response.model import ModalBasis, Patches, UnstableDamping
-from pidpanel.response.power import power_balance
-from pidpanel.response.radiation import Air
-from pidpanel.response.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
-from pidpanel.response.sharpness import least_damping_ratio
-from pidpanel.response.solvers import DiagonalSolver, PanelInField, PanelSolver
-from pidpanel.response.source import between, elements_of_patch
+from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.solve.power import power_balance
+from pidpanel.solve.scenarios import Layout, Load, ScenarioResponse, Solver, solve_layouts
+from pidpanel.solve.sharpness import least_damping_ratio
+from pidpanel.solve.solvers import DiagonalSolver, PanelInField, PanelSolver
+from pidpanel.solve.source import between, elements_of_patch
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import air_tables, modal_force_tables, spectrum_of
+from pidpanel.sound.radiation import Air
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 from pidpanel.study import Filling, Scenario, Study

@@ -12,14 +12,6 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.panel.plate_files import StoredPlate, read_plate
-from pidpanel.response.basis_error import (
-    ALLOWED,
-    BasisCheck,
-    PatchDampers,
-    check_basis,
-    joined_shapes,
-    lines_to_try,
-)
 from pidpanel.response.from_study import (
     Asked,
     PanelInSound,
@@ -27,9 +19,17 @@ from pidpanel.response.from_study import (
     SolvedScenario,
     widened,
 )
-from pidpanel.response.model import UnstableDamping
-from pidpanel.response.scenarios import ScenarioResponse, Solver
-from pidpanel.response.sharpness import flanks
+from pidpanel.solve.basis_error import (
+    ALLOWED,
+    BasisCheck,
+    PatchDampers,
+    check_basis,
+    joined_shapes,
+    lines_to_try,
+)
+from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.scenarios import ScenarioResponse, Solver
+from pidpanel.solve.sharpness import flanks
 from pidpanel.sound.from_study import modal_force_at
 
 ATTEMPTS = 4

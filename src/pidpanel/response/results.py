@@ -17,7 +17,6 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
-from pidpanel.response import stress, uncertainty
 from pidpanel.response.coupled_damping import read_coupled, read_errors
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.from_study import (
@@ -31,11 +30,7 @@ from pidpanel.response.from_study import (
     with_air,
 )
 from pidpanel.response.map_files import map_dataset, write_paraview
-from pidpanel.response.maps import layer_maps, modal_covariances, rms_map
-from pidpanel.response.model import ResponseError, UnstableDamping
 from pidpanel.response.refinement import checked_responses, read_left_out, write_left_out
-from pidpanel.response.scenarios import ScenarioResponse, Solver
-from pidpanel.response.solvers import Request
 from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
 from pidpanel.response.tables import (
     OnPatches,
@@ -47,6 +42,11 @@ from pidpanel.response.tables import (
     summary_rows,
 )
 from pidpanel.response.trust import BETWEEN, TRUST, doubts_in, judged
+from pidpanel.solve import stress, uncertainty
+from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
+from pidpanel.solve.model import ResponseError, UnstableDamping
+from pidpanel.solve.scenarios import ScenarioResponse, Solver
+from pidpanel.solve.solvers import Request
 from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.damping import COUPLED

@@ -9,10 +9,10 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.bands import reduction
-from pidpanel.response.lines import root_mean_square
-from pidpanel.response.model import Response
-from pidpanel.response.scenarios import ScenarioResponse
+from pidpanel.solve.bands import reduction
+from pidpanel.solve.lines import root_mean_square
+from pidpanel.solve.model import Response
+from pidpanel.solve.scenarios import ScenarioResponse
 
 
 def summary_rows(

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from pidpanel.cells import ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.geometry.cells import ShapeName
+from pidpanel.geometry.sizes import Sizes
 from pidpanel.paths import TEMPLATES
-from pidpanel.sizes import Sizes
 from pidpanel.study.base import Fill, Fraction, Model, PoissonsRatio, RelativeError
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file

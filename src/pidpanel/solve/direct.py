@@ -1,0 +1,277 @@
+"""Dampers that the panel feels with nearly all its shapes: one dense solve a line.
+
+Twenty patches together have as many columns (`model.PatchCoordinates`) as there are shapes. Then
+nothing is gained by the bare panel's solution, and
+
+    H = (Z₀ + Σ_p s_p D_p)⁻¹,      S_w = cᵀ H (S_p G) Hᴴ c
+
+is taken as it stands: x = H c for the motions c at the points, since H is symmetric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.dampers import (
+    check_stable,
+    checked_dampers,
+    patch_stiffness,
+    weighted_sum,
+)
+from pidpanel.solve.modal import (
+    Matrices,
+    MatrixInput,
+    chunks_of_lines,
+    dense_stiffness,
+    matrices_at,
+    product,
+)
+from pidpanel.solve.model import ModalBasis, Patches, Response
+from pidpanel.solve.motions import Motions, Reals
+
+SHAPES_TO = 5.0
+"""In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
+patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
+shapes to three times, 2e-4 to eight times)."""
+
+FEW_SHAPES_TO = 2.5
+"""The same where the search only draws near, on few lines."""
+
+FEWEST_SHAPES = 10
+"""That the search takes at the lowest lines."""
+
+LINES_OF_SEARCH = 48
+"""Lines of the search solved together: within them the frequency rises by a third."""
+
+
+@dataclass(frozen=True)
+class DirectPanel:
+    """The panel with all its shapes, on some lines.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    basis
+        Its shapes.
+    patches
+        That carry dampers.
+    pressure_psd
+        (nf,) S_p [Pa²/Hz].
+    modal_force, air_stiffness
+        As of `modal.bare_panels`.
+    """
+
+    frequency: Array
+    basis: ModalBasis
+    patches: Patches
+    pressure_psd: Array
+    modal_force: MatrixInput
+    air_stiffness: MatrixInput | None
+
+    def response(
+        self, motion_at_points: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Response:
+        """Return the response with dampers.
+
+        Parameters
+        ----------
+        motion_at_points
+            (n_points, m, n) as of `modal.bare_panels`.
+        equivalent_damping, apparent_mass
+            (n_patches, nf) as of `dampers.attach_dampers`.
+
+        Raises
+        ------
+        UnstableDamping
+            Where C_e is negative.
+        """
+        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
+        n_points, m, n = motion_at_points.shape
+        cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
+        columns = motion_at_points.reshape(-1, n).T.astype(complex)
+        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
+            whole, force = self._dynamic(lines, stiffness[:, lines])
+            moved = np.linalg.solve(whole, columns[None]).reshape(len(whole), n, n_points, m)
+            sound = self.pressure_psd[lines, None, None]
+            for point in range(n_points):
+                own = moved[:, :, point]
+                cross_psd[lines, point] = sound * product(own, force, own)
+        return Response(self.frequency, cross_psd)
+
+    def slope(
+        self, motion_at_points: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Complexes:
+        """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.
+
+        Parameters are those of `response`.
+        """
+        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
+        deflection = motion_at_points[:, 0].T.astype(complex)
+        slope = np.empty((*stiffness.shape, deflection.shape[1]), complex)
+        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
+            whole, force = self._dynamic(lines, stiffness[:, lines])
+            receptance = np.linalg.solve(whole, deflection[None])
+            psd = np.linalg.solve(whole, force @ receptance.conj())
+            scale = (2 * np.pi * self.frequency[lines]) ** 4 * self.pressure_psd[lines]
+            for patch, weight in enumerate(self.patches.overlap):
+                slope[patch, lines] = scale[:, None] * np.sum(receptance * (weight @ psd), axis=1)
+        return slope
+
+    def _patch_stiffness(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Complexes:
+        damping, mass = checked_dampers(
+            self.patches.count, self.frequency, equivalent_damping, apparent_mass
+        )
+        check_stable(damping, self.patches.damping_norm(self.basis.damping), False)
+        return patch_stiffness(self.frequency, damping, mass)
+
+    def _dynamic(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
+        """Z (nf, n, n) with the dampers, and G."""
+        n, frequency = self.patches.shapes, self.frequency
+        air = None
+        if self.air_stiffness is not None:
+            air = matrices_at(self.air_stiffness, frequency, lines, n)
+        whole = dense_stiffness(frequency[lines], self.basis, air)
+        whole += weighted_sum(stiffness, self.patches.overlap)
+        return whole, matrices_at(self.modal_force, frequency, lines, n)
+
+
+@dataclass(frozen=True)
+class _Matrices:
+    """What some lines of the search need, of the shapes that count there.
+
+    Parameters
+    ----------
+    counts
+        (k,) the shapes.
+    basis
+        Those.
+    force
+        S_p G (nf, k, k).
+    air
+        (nf, k, k) of the air, or None.
+    weight
+        (n_patches, k, k) D.
+    """
+
+    counts: Index
+    basis: ModalBasis
+    force: Matrices
+    air: Matrices | None
+    weight: Array
+
+
+class DirectMotions(Motions):
+    """Mean motions of patches from all shapes that count on a line.
+
+    Parameters
+    ----------
+    panel
+        The panel on the lines of the search.
+    held_bytes
+        Most memory for matrices that are kept; where it is not enough, they are made anew.
+    shapes_to
+        The highest natural frequency of shapes that count on a line, over that of the line.
+    """
+
+    def __init__(self, panel: DirectPanel, held_bytes: float, shapes_to: float = SHAPES_TO) -> None:
+        self._panel = panel
+        self._shapes_to = shapes_to
+        self._held_bytes = held_bytes
+        self._held: dict[int, _Matrices] = {}
+        self.frequency = panel.frequency
+        self.area = panel.patches.area
+        self.weight = panel.patches.overlap
+
+    @cached_property
+    def damping_norm(self) -> Array:  # type: ignore[override]
+        """(n_patches,), see `modal.BarePanel`."""
+        return self._panel.patches.damping_norm(self._panel.basis.damping)
+
+    def every(self, step: int) -> DirectMotions:
+        """Return the same on every so many lines."""
+        panel, some = self._panel, slice(None, None, step)
+        n = panel.patches.shapes
+
+        def on_some(matrix: MatrixInput) -> MatrixInput:
+            return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
+
+        few = DirectPanel(
+            panel.frequency[some], panel.basis, panel.patches, panel.pressure_psd[some],
+            on_some(panel.modal_force),
+            None if panel.air_stiffness is None else on_some(panel.air_stiffness),
+        )  # fmt: skip
+        return DirectMotions(few, self._held_bytes, FEW_SHAPES_TO)
+
+    def _lines(self) -> Sequence[slice]:
+        count = self.frequency.size
+        return [
+            slice(start, min(start + LINES_OF_SEARCH, count))
+            for start in range(0, count, LINES_OF_SEARCH)
+        ]
+
+    def _weight(self, lines: slice) -> Array:
+        return self._matrices(lines).weight
+
+    def _counts(self, lines: slice) -> Index:
+        return self._matrices(lines).counts
+
+    def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+        receptance, force = self._receptance(lines, stiffness)
+        return receptance, product(receptance, force, receptance)
+
+    def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
+        receptance, force = self._receptance(lines, stiffness)
+        if np.iscomplexobj(force):
+            return product(receptance, force, receptance).real
+        real, imaginary = receptance.real.copy(), receptance.imag.copy()
+        moved: Reals = real @ (np.real(force) @ real) + imaginary @ (
+            np.real(force) @ imaginary
+        )  # H is symmetric
+        return moved
+
+    def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
+        """H and S_p G."""
+        own = self._matrices(lines)
+        whole = dense_stiffness(self.frequency[lines], own.basis, own.air)
+        whole += weighted_sum(stiffness, own.weight)
+        return np.linalg.inv(whole), own.force
+
+    def _matrices(self, lines: slice) -> _Matrices:
+        if lines.start in self._held:
+            return self._held[lines.start]
+        panel, frequency = self._panel, self.frequency
+        natural, n = panel.basis.natural_frequency, panel.patches.shapes
+        fewest = np.sort(natural)[min(FEWEST_SHAPES, n) - 1]
+        counts = np.flatnonzero(natural <= max(self._shapes_to * frequency[lines][-1], fewest))
+        air = None
+        if panel.air_stiffness is not None:
+            air = _of(matrices_at(panel.air_stiffness, frequency, lines, n), counts)
+        own = _Matrices(
+            counts,
+            ModalBasis(
+                natural[counts], panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
+            ),
+            panel.pressure_psd[lines, None, None]
+            * _of(matrices_at(panel.modal_force, frequency, lines, n), counts),
+            air,
+            _of(self.weight, counts),
+        )
+        size = own.force.nbytes + own.weight.nbytes + (0 if air is None else air.nbytes)
+        if len(self._lines()) * size <= self._held_bytes:
+            self._held[lines.start] = own
+        return own
+
+
+def _of(matrix: Any, counts: Index) -> Any:
+    """Rows and columns of some shapes of (…, n, n)."""
+    return matrix[..., counts[:, None], counts]
