@@ -64,7 +64,7 @@ def made(plate, edges, damping):
         modal=ModalBasis(frequency, shapes.modal_mass, shapes.damping_ratio),
         points=shapes.at_points,
         patches=patches,
-        pressure_psd=np.ones_like,
+        spectrum=np.ones_like,
         modal_force=lambda f: np.broadcast_to(force, (len(f), *force.shape)),
     )
     return SimpleNamespace(root=root, stiffness=plate.stiffness, damping=damping, panel=panel)

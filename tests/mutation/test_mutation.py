@@ -79,14 +79,14 @@ OTHERS = {
     "script stamp text_files",
     "geometry": "",
     "solve": "",
-    "sampling": "rounds",
+    "sampling": "from_study rounds",
     "coupon": "attempts batches cases coding deadline estimate film finished from_study legs older "
     "preparation probe records round runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files",
-    "response": "export from_study map_files nastran refinement results trust",
+    "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

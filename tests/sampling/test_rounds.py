@@ -14,7 +14,7 @@ from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round, read_rounds
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
+from pidpanel.response.from_study import PanelFiles, read_panel_in_sound, scenarios_of
 from pidpanel.sampling.rounds import _wanted, first_round, next_round, next_tones, swept_round
 from pidpanel.study import load_study
 from pidpanel.study.damping import Target, Tones
@@ -90,7 +90,8 @@ def law(tmp_path_factory, write_study, law_values):
 @pytest.fixture(scope="module")
 def panel(law):
     study, files = law
-    return read_panel_in_sound(load_study(study), files, "none")
+    one = load_study(study)
+    return read_panel_in_sound(one, files, "none"), scenarios_of(one)
 
 
 def surface_of(labels):
@@ -118,7 +119,7 @@ def test_the_first_round_spreads_so_many_cases_over_the_sweep():
 def test_a_further_round_adds_new_cases_and_states_the_errors_it_saw(panel):
     # red: `cases` of the new round without those before
     before = first_round(target(0.05), POOL)
-    one = next_round(before, target(1e-4), POOL, CASE_ERROR, panel, surface_of(before.cases))
+    one = next_round(before, target(1e-4), POOL, CASE_ERROR, *panel, surface_of(before.cases))
     assert (one.round, one.new, one.reached) == (1, 3, False)
     assert one.cases[:8] == before.cases and len(set(one.cases)) == 11
     stated = [value for of in one.relative_error.values() for value in of.values()]
@@ -131,7 +132,7 @@ def test_no_case_is_chosen_twice_however_many_are_wanted(panel):
     # red: `left` that holds the whole pool
     before = first_round(target(1e-4), POOL)
     asked = target(1e-4, batch=100)
-    one = next_round(before, asked, POOL, CASE_ERROR, panel, surface_of(before.cases))
+    one = next_round(before, asked, POOL, CASE_ERROR, *panel, surface_of(before.cases))
     assert one.new == len(POOL) - 8
     assert set(one.cases) == {c.label for c in POOL} and len(one.cases) == len(POOL)
 
@@ -139,7 +140,7 @@ def test_no_case_is_chosen_twice_however_many_are_wanted(panel):
 def test_a_target_that_is_met_wants_no_more_cases(panel):
     # red: `reached` with `>=`
     before = first_round(target(0.9), POOL)
-    one = next_round(before, target(0.9), POOL, CASE_ERROR, panel, surface_of(before.cases))
+    one = next_round(before, target(0.9), POOL, CASE_ERROR, *panel, surface_of(before.cases))
     assert one.reached and one.is_last
     assert one.cases == before.cases
 
@@ -148,9 +149,9 @@ def test_no_round_goes_beyond_the_most_cases(panel):
     # red: `room` without max_cases
     asked = target(1e-4, max_cases=9)
     before = first_round(asked, POOL)
-    one = next_round(before, asked, POOL, CASE_ERROR, panel, surface_of(before.cases))
+    one = next_round(before, asked, POOL, CASE_ERROR, *panel, surface_of(before.cases))
     assert one.new == 1
-    two = next_round(one, asked, POOL, CASE_ERROR, panel, surface_of(one.cases))
+    two = next_round(one, asked, POOL, CASE_ERROR, *panel, surface_of(one.cases))
     assert two.is_last and not two.reached
 
 
@@ -158,7 +159,7 @@ def test_more_cases_state_smaller_errors(panel):
     few = first_round(target(1e-4), POOL)
     all_labels = {c.label for c in POOL}
     errors = [
-        next_round(few, target(1e-4), POOL, CASE_ERROR, panel, surface).largest_relative_error
+        next_round(few, target(1e-4), POOL, CASE_ERROR, *panel, surface).largest_relative_error
         for surface in (surface_of(few.cases), surface_of(all_labels))
     ]
     assert errors[1] < errors[0]
@@ -169,7 +170,7 @@ def test_without_the_mass_of_the_particles_less_is_uncertain(panel):
     before = first_round(target(1e-4), POOL)
     surface = surface_of(before.cases)
     with_mass, without = (
-        next_round(before, target(1e-4), POOL, CASE_ERROR, panel, one).largest_relative_error
+        next_round(before, target(1e-4), POOL, CASE_ERROR, *panel, one).largest_relative_error
         for one in (surface, surface.without_mass())
     )
     assert 0 < without < with_mass
@@ -184,8 +185,8 @@ def test_tones_are_at_the_fills_and_motions_of_the_scenarios_and_no_faster_than_
     first = swept_round(POOL)
     assert first.cases == tuple(c.label for c in POOL) and first.new == len(POOL)
     surface = surface_of(first.cases)
-    found = dict(_wanted(panel, surface))
-    one = next_tones(first, TONES, CASE_ERROR, None, panel, surface)
+    found = _wanted(*panel, surface)
+    one = next_tones(first, TONES, CASE_ERROR, None, *panel, surface)
     assert (one.round, one.new, len(one.tones), one.cases) == (1, 5, 5, first.cases)
     motions = {(w.fill_fraction, float(f"{w.acceleration_g:.3g}")) for w in found.values()}
     assert {(r, gamma) for r, _, gamma in one.tones} <= motions
@@ -195,7 +196,7 @@ def test_tones_are_at_the_fills_and_motions_of_the_scenarios_and_no_faster_than_
         return np.array([gamma * 9.80665 / (2 * np.pi * f) for _, f, gamma in tones])
 
     fastest = float(np.median(speeds(one.tones)))
-    slow = next_tones(first, TONES, CASE_ERROR, fastest, panel, surface)
+    slow = next_tones(first, TONES, CASE_ERROR, fastest, *panel, surface)
     assert 0 < speeds(slow.tones).max() <= fastest < speeds(one.tones).max()
 
 
@@ -203,10 +204,10 @@ def test_further_tones_are_others_and_no_more_than_the_most(panel):
     # red: `run` without the tones before; room without most
     first = swept_round(POOL)
     surface = surface_of(first.cases)
-    one = next_tones(first, TONES, CASE_ERROR, None, panel, surface)
-    two = next_tones(one, TONES, CASE_ERROR, None, panel, surface)
+    one = next_tones(first, TONES, CASE_ERROR, None, *panel, surface)
+    two = next_tones(one, TONES, CASE_ERROR, None, *panel, surface)
     assert two.tones[:5] == one.tones and len(set(two.tones)) == 8 and two.new == 3
-    last = next_tones(two, TONES, CASE_ERROR, None, panel, surface)
+    last = next_tones(two, TONES, CASE_ERROR, None, *panel, surface)
     assert last.is_last and last.tones == two.tones
 
 
@@ -215,9 +216,9 @@ def test_tones_end_where_rms_values_and_damping_are_known_well_enough(panel):
     first = swept_round(POOL)
     surface = surface_of(first.cases)
     loose = Tones(relative_error=0.9, damping_error=0.99)
-    assert next_tones(first, loose, CASE_ERROR, None, panel, surface).is_last
+    assert next_tones(first, loose, CASE_ERROR, None, *panel, surface).is_last
     along = Tones(relative_error=0.9, damping_error=1e-3)
-    assert not next_tones(first, along, CASE_ERROR, None, panel, surface).is_last
+    assert not next_tones(first, along, CASE_ERROR, None, *panel, surface).is_last
 
 
 def test_a_round_is_plain_json(tmp_path):

@@ -89,4 +89,4 @@ class Lines:
     modal_force: np.ndarray
     equivalent_damping: np.ndarray
     apparent_mass: np.ndarray
-    pressure_psd: np.ndarray
+    spectrum: np.ndarray

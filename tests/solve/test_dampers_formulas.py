@@ -1,8 +1,11 @@
 """Slopes, stability and factors of the overlap: what scales with what."""
 
 import numpy as np
+import pytest
 
-from pidpanel.solve import dampers, diagonal
+from pidpanel.solve import dampers
+from pidpanel.solve.dampers import attach_dampers
+from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 
@@ -16,12 +19,12 @@ SOUND = np.linspace(2.0, 9.0, 7)
 
 def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     # central differences over 1e-4 of the damper, their error 1e-8 of the slope
-    # red: * pressure_psd[lines] → / pressure_psd[lines] in `diagonal_slope`
-    panel = (FREQUENCY, BASIS, PATCH, POINTS, SOUND, FORCE)
+    # red: * self.spectrum[lines] → / self.spectrum[lines] in `DirectPanel.slope`
+    panel = DiagonalPanel(FREQUENCY, BASIS, PATCH, POINTS[:, None], SOUND, FORCE)
     damping, mass, step = np.full(7, 900.0), np.full(7, 2.0), 1e-4
-    slope = diagonal.diagonal_slope(*panel, damping[None], mass[None])[0]
+    slope = panel.slope(damping[None], mass[None])[0]
     up, down = (
-        diagonal.diagonal_response(*panel, sign * damping[None], mass[None]).acceleration_psd
+        panel.response(sign * damping[None], mass[None]).acceleration_psd
         for sign in (1 + step, 1 - step)
     )
     change = 2j * np.pi * FREQUENCY[:, None] * damping[:, None]
@@ -29,30 +32,21 @@ def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     np.testing.assert_allclose(got, (up - down) / (2 * step), rtol=1e-6)
 
 
-def refused(damping):
-    try:
-        diagonal.diagonal_response(
-            FREQUENCY, BASIS, PATCH, POINTS, SOUND, FORCE, damping[None], np.zeros((1, 7)),
-            allow_negative_damping=True,
-        )  # fmt: skip
-    except UnstableDamping:
-        return True
-    return False
-
-
 def test_in_the_papers_form_the_mode_that_a_damper_reaches_most_decides():
     # C_i + C_e D_ii > 0 for every mode: C = 2ζmω = 24.5 and 169.6 N s/m, D = 0.04 and 0.02 m²
-    # red: np.max(patches.diagonal / basis.damping) → np.min in `diagonal_norm`
+    # red: np.max(self.patches.diagonal / … → np.min in `DiagonalPanel.damping_norm`
     limit = 2 * 0.02 * 1.5 * 2 * np.pi * 65.0 / 0.04
-    assert not refused(np.full(7, -0.99 * limit))
-    assert refused(np.full(7, -1.01 * limit))
+    panel = DiagonalPanel(FREQUENCY, BASIS, PATCH, POINTS[:, None], SOUND, FORCE)
+    np.testing.assert_allclose(panel.damping_norm, [1 / limit])
 
 
 def test_one_line_of_too_much_negative_damping_is_too_much():
     # red: np.max(taken) → np.min(taken) in `check_stable`
-    damping = np.full(7, 100.0)
-    damping[3] = -1000.0
-    assert refused(damping)
+    damping = np.full((1, 7), 100.0)
+    damping[0, 3] = -1000.0
+    (bare,) = bare_panels(FREQUENCY, BASIS, [PATCH], POINTS, SOUND, FORCE)
+    with pytest.raises(UnstableDamping):
+        attach_dampers(bare, damping, 0 * damping, allow_negative_damping=True)
 
 
 def test_a_patch_in_other_units_keeps_as_many_columns():

@@ -26,7 +26,7 @@ def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
     resistance = air_resistance(lines.frequency, lines.modal_force, 1.2, 343.0)
     motion = np.random.default_rng(5).standard_normal((3, 6, len(panel.modes)))
     motion[:, 0] = panel.points
-    sound = (lines.pressure_psd, lines.modal_force, 1j * omega * resistance)
+    sound = (lines.spectrum, lines.modal_force, 1j * omega * resistance)
     dampers = (lines.equivalent_damping, lines.apparent_mass)
     (bare,) = bare_panels(
         lines.frequency, panel.basis, [panel.patches], motion, *sound, overlap_cutoff=1e-14
@@ -38,7 +38,7 @@ def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
         lines.frequency,
         panel.basis,
         panel.patches,
-        lines.pressure_psd,
+        lines.spectrum,
         lambda f: lines.modal_force[np.searchsorted(lines.frequency, f)],
         [(*dampers, 1.0), (*dampers, 4.0)],
         lambda f: (1j * omega * resistance)[np.searchsorted(lines.frequency, f)],

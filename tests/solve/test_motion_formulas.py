@@ -1,16 +1,16 @@
-"""Lines, bands and the search of a level at the ends of their ranges; the bare panel's own level."""
+"""Lines and bands at the ends of their ranges; the motion of the bare panel."""
 
 import math
 
 import numpy as np
 import pytest
+from solving import panel_solver, solve_bare, solve_layout
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.solve import bands, scenarios
-from pidpanel.solve.linearisation import find_motions
+from pidpanel.solve import bands
+from pidpanel.solve.layout import Load
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.solvers import PanelInField, PanelSolver
 
 
 def test_a_centre_at_either_end_of_the_range_belongs_to_it():
@@ -33,41 +33,15 @@ def test_a_step_below_1_hz_is_integrated_exactly():
     assert root_mean_square(grid, psd) == pytest.approx(np.sqrt(3 * 0.3 + 7 * 1.5), rel=1e-12)
 
 
-def level_of(expected, gamma_range, scan_count=7):
-    """Search with a motion that is ``expected`` whatever the damping is; and count the asking."""
-    asked = []
-
-    def rms(damping, mass):
-        asked.append(damping)
-        return expected * STANDARD_GRAVITY / math.sqrt(2)
-
-    lines = np.array([100.0])
-    search = find_motions(
-        lines, lambda f, gamma: (f * 0 + gamma, f * 0, True), rms, gamma_range, scan_count
-    )
-    return search, len(asked)
-
-
-@pytest.mark.parametrize("expected", [0.0101, 0.05, 1.0, 9.9])
-def test_a_level_is_found_in_every_part_of_the_range_and_every_response_counted(expected):
-    # 0.0101 lies in the first interval of the scan of 0.01 to 10, 9.9 in its last
-    # red: math.log(low) → low; range(len(above) - 1) → - 2; iterations = 0 → 1
-    search, asked = level_of(expected, (0.01, 10.0))
-    assert [point.gamma for point in search.fixed_points] == [pytest.approx(expected, rel=1e-6)]
-    assert search.iterations == asked
-
-
 def test_the_bare_panel_states_its_own_level_under_any_sound():
     # one mode whose patch moves as its point does: √2 a_rms/g of either
-    # red: root * solver.bare → / in `_scenario`
+    # red: root * solver.bare → / in `_response`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
-    panel = PanelInField(
-        ModalBasis([65.0], [1.5], 0.02), patch, lambda f: np.ones(f.size), np.array([[0.3]])
-    )
-    solver = PanelSolver(panel, frequency, [[1.0]], frequency)
+    basis = ModalBasis([65.0], [1.5], 0.02)
+    solver = panel_solver(basis, patch, frequency, [[1.0]], np.array([[0.3]]))
     for sound in (1.0, 100.0):
-        found = scenarios.solve_bare(solver, sound)
+        found = solve_bare(solver, sound)
         level = math.sqrt(2) * found.response.acceleration_rms[0] / STANDARD_GRAVITY
         assert found.bare_patch_acceleration_g[0] == pytest.approx(level, rel=1e-9)
         assert found.fixed_points == 0
@@ -75,18 +49,16 @@ def test_the_bare_panel_states_its_own_level_under_any_sound():
 
 
 def test_a_stated_level_is_one_level():
-    # red: fixed_points: int = 1 → 2 in `_Found`
+    # red: fixed_points: int = 1 → 2 in `_Motion`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
-    panel = PanelInField(
-        ModalBasis([65.0], [1.5], 0.02), patch, lambda f: np.ones(f.size), np.array([[0.3]])
-    )
-    solver = PanelSolver(panel, frequency, [[1.0]], frequency)
+    basis = ModalBasis([65.0], [1.5], 0.02)
+    solver = panel_solver(basis, patch, frequency, [[1.0]], np.array([[0.3]]))
 
     def law(f, level):
         return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
 
-    follows, stays = scenarios.Load(0, law), scenarios.Load(0, law, False)
-    stated = scenarios.solve_layout(solver, [follows], 1.0, stated_acceleration_g=3.0)
+    follows, stays = Load(0, law), Load(0, law, False)
+    stated = solve_layout(solver, [follows], 1.0, stated_acceleration_g=3.0)
     assert stated.fixed_points == 1
-    assert scenarios.solve_layout(solver, [stays], 1.0).fixed_points == 1
+    assert solve_layout(solver, [stays], 1.0).fixed_points == 1

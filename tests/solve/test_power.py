@@ -14,7 +14,7 @@ def balance_of(panel, lines, radiation=True, **changes):
         "frequency": lines.frequency,
         "basis": panel.basis,
         "patches": panel.patches,
-        "pressure_psd": lines.pressure_psd,
+        "spectrum": lines.spectrum,
         "modal_force": lines.modal_force,
         "equivalent_damping": lines.equivalent_damping,
         "apparent_mass": lines.apparent_mass,

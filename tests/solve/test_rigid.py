@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.diagonal import diagonal_norm
+from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 
@@ -36,7 +36,8 @@ def test_no_negative_damping_can_be_outweighed_where_there_is_none():
     # red: `factor[damping == 0]` left out of `Patches.damping_norm`: a norm of 0
     bare, basis, patch = heaving()
     flat = np.ones((1, FREQUENCY.size))
-    for norm in (bare.damping_norm, diagonal_norm(basis, patch)):
+    paper = DiagonalPanel(FREQUENCY, basis, patch, np.ones((1, 1, 1)), FREQUENCY, np.eye(1))
+    for norm in (bare.damping_norm, paper.damping_norm):
         assert norm.tolist() == [np.inf]
     with pytest.raises(UnstableDamping):
         attach_dampers(bare, -1e-9 * flat, 0 * flat, allow_negative_damping=True)

@@ -3,9 +3,19 @@
 import numpy as np
 import pytest
 import scipy.integrate
+from solving import panel_solver, solve_layout
 
-from pidpanel.solve.solvers import DiagonalSolver, PanelInField, PanelSolver, Request
-from pidpanel.solve.source import PatchParts, between, elements_of_patch, mean_coherence
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.layout import Load
+from pidpanel.solve.model import ResponseError
+from pidpanel.solve.solvers import Request
+from pidpanel.solve.source import (
+    ParticleForce,
+    PatchParts,
+    between,
+    elements_of_patch,
+    mean_coherence,
+)
 
 SIDE = 0.2
 
@@ -117,18 +127,49 @@ def test_loads_between_nodes_are_linear_over_the_logarithm():
     assert alone(slice(0, 3)).ravel() == pytest.approx([1.0] * 3)
 
 
-@pytest.mark.parametrize("kind", [PanelSolver, DiagonalSolver])
-def test_a_solver_in_another_field_keeps_the_bare_panel_of_its_own(panel, kind):
-    # red: `type(self)(panel,` → `type(self)(self.panel,` in in_field; no bare_acceleration_rms
+@pytest.mark.parametrize("is_diagonal", [False, True])
+def test_a_solver_under_another_excitation_keeps_the_bare_panel_of_its_own(panel, is_diagonal):
+    # red: PanelSolver(panel, excitation) → self.excitation in `_like`; no bare_acceleration_rms
     frequency = np.geomspace(40.0, 600.0, 30)
+    force = np.outer(exact(panel), exact(panel))
 
-    def field(size):
-        force = size * np.outer(exact(panel), exact(panel))
-        return PanelInField(panel.basis, panel.patches, lambda f: np.full(f.shape, 7.0), force)
+    def spectrum(f):
+        return np.full(f.shape, 7.0)
 
-    solver = kind(field(1.0), frequency, panel.points, frequency)
-    louder = solver.in_field(field(3.0))
-    ask = [Request((0,), np.full((1, 30), 500.0), np.full((1, 30), 2.0))]
-    one, other = (of.responses(ask)[0].response.acceleration_psd for of in (solver, louder))
-    assert other == pytest.approx(3 * one)
+    solver = panel_solver(
+        panel.basis, panel.patches, frequency, panel.points, force, spectrum,
+        is_diagonal=is_diagonal,
+    )  # fmt: skip
+    louder = solver.under(ModalForce(spectrum, 3 * force))
+    dampers = [Request((0,), np.full((1, 30), 500.0), np.full((1, 30), 2.0))]
+    quiet, loud = (of.responses(dampers)[0].response.acceleration_psd for of in (solver, louder))
+    assert loud == pytest.approx(3 * quiet)
     assert louder.bare_acceleration_rms == pytest.approx(solver.bare_acceleration_rms)
+
+
+def test_a_force_beside_the_excitation_adds_its_own_response_whatever_the_level(panel):
+    # red: 1 / layout.factor → 1 in `solve_layouts`; inverse left out in `Superposition`
+    frequency = np.geomspace(40.0, 600.0, 30)
+    force, other = np.outer(exact(panel), exact(panel)), np.diag(exact(panel) ** 2)
+    inputs = (panel.basis, panel.patches, frequency, panel.points)
+    solver = panel_solver(*inputs, force, lambda f: 1e3 / f)
+    particles = ParticleForce(np.array([30.0, 700.0]), np.stack([other, other]))
+    load = Load(0, lambda f, _gamma: (0 * f + 500.0, 0 * f + 2.0, f > 0), False)
+    whole, sound, alone = (
+        solve_layout(of, [load], factor, force=beside).response.acceleration_psd
+        for of, factor, beside in (
+            (solver, 2.5, particles),
+            (solver, 2.5, None),
+            (panel_solver(*inputs, other), 1.0, None),
+        )
+    )
+    np.testing.assert_allclose(whole, sound + alone, rtol=1e-9)
+
+
+def test_an_excitation_that_moves_the_supports_is_refused(panel):
+    # red: the check left out of `PanelSolver`
+    frequency = np.array([100.0, 200.0])
+    shaken = ModalForce(np.ones_like, np.eye(35), support_psd=np.ones_like)
+    free = panel_solver(panel.basis, panel.patches, frequency, panel.points, np.eye(35))
+    with pytest.raises(ResponseError, match="moves the supports"):
+        free.under(shaken)

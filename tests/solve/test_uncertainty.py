@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from solving import panel_solver, solve_layout
 
-from pidpanel.solve import scenarios, uncertainty
+from pidpanel.solve import uncertainty
+from pidpanel.solve.layout import Layout, Load
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.solvers import DiagonalSolver, PanelInField, PanelSolver, Request
+from pidpanel.solve.solvers import Request
 
 AREA, RATIO = 0.04, 0.02
 FACTOR = 2.5  # S_p over the solver's
@@ -21,10 +23,9 @@ def solvers():
     basis = ModalBasis(modes, [1.5, 1.5], RATIO)
     patches = Patches(AREA * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([AREA]))
     points, force = np.array([[1.0, -0.4], [0.3, 1.0]]), np.array([[0.3, 0.1], [0.1, 0.2]])
-    panel = PanelInField(basis, patches, lambda f: np.ones(f.size), force)
     return {
-        "full": PanelSolver(panel, lines, points, lines),
-        "diagonal": DiagonalSolver(panel, lines, points, lines),
+        form: panel_solver(basis, patches, lines, points, force, is_diagonal=form == "diagonal")
+        for form in ("full", "diagonal")
     }
 
 
@@ -47,8 +48,8 @@ def moved(log_damping=0.0, mass=0.0):
 
 
 def solve(solver, damping, stated=None):
-    load = scenarios.Load(0, damping)
-    return scenarios.solve_layout(solver, [load], FACTOR, stated_acceleration_g=stated)
+    load = Load(0, damping)
+    return solve_layout(solver, [load], FACTOR, stated_acceleration_g=stated)
 
 
 def answer(solver, damping, mass):
@@ -86,9 +87,7 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
 @pytest.mark.parametrize("stated", [None, 3.0])
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
-    got = uncertainty.sensitivity(
-        solver, [scenarios.Load(0, moved())], found, NODES, FACTOR, own_acceleration=stated is None
-    )
+    got = uncertainty.sensitivity(solver, Layout([Load(0, moved())], FACTOR, stated), found, NODES)
     step = 1e-3
     for number in range(8):
         change = step * np.eye(4)[number % 4]
@@ -120,9 +119,7 @@ def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion
 
     step = 2e-3
     found = solve(solver, damping(0.0))
-    got = uncertainty.sensitivity(
-        solver, [scenarios.Load(0, damping(0.0))], found, NODES, FACTOR, own_acceleration=True
-    )
+    got = uncertainty.sensitivity(solver, Layout([Load(0, damping(0.0))], FACTOR), found, NODES)
     up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
     anew = np.log(up / down) / (2 * step)
     by_motion = got.log_acceleration[:4, 0].sum() * 1.5
@@ -136,7 +133,7 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     found = solve(solver, moved())
     errors = uncertainty.sensitivity(
-        solver, [scenarios.Load(0, moved())], found, NODES, FACTOR, own_acceleration=True
+        solver, Layout([Load(0, moved())], FACTOR), found, NODES
     ).under(root @ root.T)
     drawn = []
     for _ in range(120):
@@ -160,13 +157,11 @@ def three():
     root = np.array([[[1.0, 0.5, 0.2], [0.3, 0.8, -0.4]], [[0.4, -0.6, 0.9], [0.1, 0.5, 0.5]]])
     patches = Patches(AREA * root.swapaxes(1, 2) @ root, np.array([AREA, 0.5 * AREA]))
     force = np.array([[0.3, 0.1, 0.0], [0.1, 0.2, 0.05], [0.0, 0.05, 0.3]])
-    panel = PanelInField(
-        ModalBasis(modes, [1.5, 1.2, 1.5], RATIO), patches, lambda f: np.ones(f.size), force
-    )
+    basis = ModalBasis(modes, [1.5, 1.2, 1.5], RATIO)
     points = np.array([[1.0, -0.4, 0.2], [0.3, 1.0, -0.7]])
     return {
-        "full": PanelSolver(panel, lines, points, lines),
-        "diagonal": DiagonalSolver(panel, lines, points, lines),
+        form: panel_solver(basis, patches, lines, points, force, is_diagonal=form == "diagonal")
+        for form in ("full", "diagonal")
     }
 
 
@@ -189,10 +184,10 @@ def loads_with(change, stays=False):
     second = heavier(two[:4], two[4:])
     if stays:
         return [
-            scenarios.Load(0, moved(one[:4], one[4:])),
-            scenarios.Load(1, lambda f, _level: second(f, 3.0), False),
+            Load(0, moved(one[:4], one[4:])),
+            Load(1, lambda f, _level: second(f, 3.0), False),
         ]
-    return [scenarios.Load(0, moved(one[:4], one[4:])), scenarios.Load(1, second)]
+    return [Load(0, moved(one[:4], one[4:])), Load(1, second)]
 
 
 @pytest.mark.parametrize("form", ["full", "diagonal"])
@@ -202,13 +197,13 @@ def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form
     # local[0] * of_damping → local[0][::-1] * of_damping; by[load] → by[0]
     one, step = three[form], 1e-3
     loads = loads_with(np.zeros(16), stays)
-    found = scenarios.solve_layout(one, loads, FACTOR, with_slope=True)
-    own = scenarios.Layout(loads, FACTOR).own_acceleration
-    got = uncertainty.sensitivity(one, loads, found, NODES, FACTOR, own_acceleration=own)
+    found = solve_layout(one, loads, FACTOR, with_slope=True)
+    own = Layout(loads, FACTOR).own_acceleration
+    got = uncertainty.sensitivity(one, Layout(loads, FACTOR), found, NODES)
     assert got.log_acceleration.shape == (16, 2)
     for number in range(16):
         up, down = (
-            scenarios.solve_layout(one, loads_with(sign * step * np.eye(16)[number], stays), FACTOR)
+            solve_layout(one, loads_with(sign * step * np.eye(16)[number], stays), FACTOR)
             for sign in (1, -1)
         )
         for of, derivative in (
@@ -224,13 +219,12 @@ def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form
 
 
 def test_slopes_are_computed_where_they_are_not_at_hand(three):
-    # red: pressure_factor * answer.slope → answer.slope
+    # red: layout.factor * answer.slope → answer.slope
     loads = loads_with(np.zeros(16))
     with_them, without = (
         uncertainty.sensitivity(
-            three["full"], loads,
-            scenarios.solve_layout(three["full"], loads, FACTOR, with_slope=with_slope),
-            NODES, FACTOR, own_acceleration=True,
+            three["full"], Layout(loads, FACTOR),
+            solve_layout(three["full"], loads, FACTOR, with_slope=with_slope), NODES,
         )
         for with_slope in (True, False)
     )  # fmt: skip
@@ -239,25 +233,18 @@ def test_slopes_are_computed_where_they_are_not_at_hand(three):
 
 def test_dead_weight_has_no_slope_in_its_damping(three):
     # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts; red: damping[:, :, None] * slope.imag → slope.imag
-    loads = [
-        scenarios.Load(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False)
-        for patch in (0, 1)
-    ]
-    found = scenarios.solve_layout(three["full"], loads, FACTOR)
-    got = uncertainty.sensitivity(
-        three["full"], loads, found, NODES, FACTOR, own_acceleration=False
-    )
+    loads = [Load(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False) for patch in (0, 1)]
+    found = solve_layout(three["full"], loads, FACTOR)
+    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
     by_load = got.log_rms.reshape(2, 2, 4, 2)
     assert np.all(by_load[:, 0] == 0)
     assert np.all(np.abs(by_load[:, 1]).max(axis=(1, 2)) > 1e-3)
     heavier_by = 1e-4
     more = [
-        scenarios.Load(
-            load.patch, lambda f, _level: (0 * f, 0 * f + 4.0 + heavier_by, f > 0), False
-        )
+        Load(load.patch, lambda f, _level: (0 * f, 0 * f + 4.0 + heavier_by, f > 0), False)
         for load in loads
     ]
-    up = scenarios.solve_layout(three["full"], more, FACTOR).response.acceleration_rms
+    up = solve_layout(three["full"], more, FACTOR).response.acceleration_rms
     anew = np.log(up / found.response.acceleration_rms) / heavier_by
     np.testing.assert_allclose(by_load[:, 1].sum(axis=(0, 1)), anew, rtol=1e-2)
 
@@ -269,8 +256,8 @@ def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     own = root @ root.T
     loads = loads_with(np.zeros(16))
-    found = scenarios.solve_layout(three["full"], loads, FACTOR, with_slope=True)
-    got = uncertainty.sensitivity(three["full"], loads, found, NODES, FACTOR, own_acceleration=True)
+    found = solve_layout(three["full"], loads, FACTOR, with_slope=True)
+    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
     errors = {}
     for together, cross in ((True, own), (False, None)):
         covariance, known = uncertainty.joint_covariance([[own, cross], [cross, own]], len(NODES))
@@ -280,7 +267,7 @@ def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_
         for _ in range(150):
             first, second = (root @ rng.normal(size=8) for _ in range(2))
             change = np.concatenate([first, first if together else second])
-            one = scenarios.solve_layout(three["full"], loads_with(change), FACTOR)
+            one = solve_layout(three["full"], loads_with(change), FACTOR)
             drawn.append([*np.log(one.response.acceleration_rms), *np.log(one.acceleration_g)])
         errors[together] = [*stated.log_rms, *stated.log_acceleration]
         np.testing.assert_allclose(np.std(drawn, axis=0), errors[together], rtol=0.2)

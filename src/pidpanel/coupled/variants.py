@@ -81,7 +81,7 @@ class Variants:
                 changed = z.copy()
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
-        sound = panel.pressure_psd(frequency)[:, None, None]
+        sound = panel.spectrum(frequency)[:, None, None]
         seen = np.concatenate([panel.points, panel.at_cells])
         psds = Receptances.of(frequency, panel.stiffness(frequency), felt, seen).psds(
             [values[owner].T for values, _ in sets],

@@ -12,7 +12,7 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.verdict import Coupled, Distance, distance
-from pidpanel.response.results import is_steady, read_psd
+from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.sound.from_study import spectrum_of

@@ -1,11 +1,15 @@
 """The response of a study: from its files to PSDs, tables, maps and exports.
 
 `from_study`
-    The panel of a study in its sound.
+    The files of a study, and its values as data.
+`panel`, `dampers`, `cases`
+    The panel in its sound; dampers with their models; all scenarios solved.
 `refinement`
     A basis that is wide enough for every scenario.
-`results`, `tables`, `trust`, `map_files`, `export`, `nastran`, `tabdmp1`
-    The files of the stage.
-`coupled_damping`
-    C_e, m_a and own force of coupled runs as a damping model.
+`results`, `patch_rows`, `tables`, `trust`, `psd_files`
+    PSDs and tables.
+`mapping`, `map_files`, `exports`, `export`, `nastran`, `tabdmp1`
+    Maps; files for other programs.
+`coupled_errors`
+    Standard errors of coupled runs.
 """

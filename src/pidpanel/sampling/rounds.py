@@ -8,35 +8,28 @@ the scenarios themselves, where C_e along each of them counts too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round
-from pidpanel.damping.from_study import read_cases, surface_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES
-from pidpanel.response.from_study import (
-    PanelFiles,
-    PanelInSound,
-    Readings,
-    read_panel_in_sound,
-)
-from pidpanel.sampling import choice as design
-from pidpanel.solve import uncertainty
+from pidpanel.response.cases import Scenario, plan_cases
+from pidpanel.response.dampers import DampingModels
+from pidpanel.response.panel import PanelInSound
+from pidpanel.sampling import choice
 from pidpanel.solve.model import UnstableDamping
-from pidpanel.study import Study, StudyError
+from pidpanel.solve.uncertainty import sensitivity
 from pidpanel.study.damping import Target, Tones
 
 
 def first_round(target: Target, pool: Sequence[Case]) -> Round:
     """Return round 0: cases spread over the sweep."""
-    chosen = design.spread(points_of(pool), target.start)
+    chosen = choice.spread(points_of(pool), target.start)
     return Round(0, tuple(pool[number].label for number in chosen), len(chosen))
 
 
@@ -51,6 +44,7 @@ def next_round(
     pool: Sequence[Case],
     case_error: float,
     panel: PanelInSound,
+    scenarios: Sequence[Scenario],
     surface: DampingSurface,
 ) -> Round:
     """Return the round after another.
@@ -65,17 +59,17 @@ def next_round(
         All cases of the sweep.
     case_error
         Relative standard error of C_e to which a case is run [1].
-    panel
-        The panel in its sound.
+    panel, scenarios
+        The panel in its sound, and the scenarios of the study.
     surface
         Of the cases chosen so far.
     """
-    found = dict(_wanted(panel, surface))
+    found = _wanted(panel, scenarios, surface)
     wanted = list(found.values())
     run = set(before.cases)
     left = [case for case in pool if case.label not in run]
     room = max(0, min(target.batch, target.max_cases - len(before.cases)))
-    chosen = design.next_cases(
+    chosen = choice.next_cases(
         surface, wanted, points_of(left), case_error, target.relative_error, room
     )
     cases = (*before.cases, *(left[number].label for number in chosen))
@@ -88,6 +82,7 @@ def next_tones(
     case_error: float,
     fastest: float | None,
     panel: PanelInSound,
+    scenarios: Sequence[Scenario],
     surface: DampingSurface,
 ) -> Round:
     """Return the round of tones after another.
@@ -102,23 +97,23 @@ def next_tones(
         Relative standard error of C_e to which a case is run [1].
     fastest
         Largest speed of a case [m/s]; None for any.
-    panel
-        The panel in its sound.
+    panel, scenarios
+        The panel in its sound, and the scenarios of the study.
     surface
         Of the cases run so far.
     """
-    found = dict(_wanted(panel, surface))
+    found = _wanted(panel, scenarios, surface)
     pool, wanted = [], []
     scale = tones.relative_error / tones.damping_error
-    for one in design.distinct(list(found.values())):
-        points, node = design.slice_points(surface, one, fastest)
+    for one in choice.distinct(list(found.values())):
+        points, node = choice.slice_points(surface, one, fastest)
         pool.append(points)
-        wanted.append(design.with_damping_along(one, node, scale))
+        wanted.append(choice.with_damping_along(one, node, scale))
     points = np.unique(np.concatenate(pool), axis=0)
     run = {*before.tones, *map(tuple, surface.cases[list(AXES)].to_numpy().tolist())}
     left = np.array([p for p in points.tolist() if tuple(p) not in run]).reshape(-1, 3)
     room = max(0, min(tones.batch, tones.most - len(before.tones)))
-    chosen = design.next_cases(surface, wanted, left, case_error, tones.relative_error, room)
+    chosen = choice.next_cases(surface, wanted, left, case_error, tones.relative_error, room)
     more = tuple((float(r), float(f), float(gamma)) for r, f, gamma in left[chosen])
     tones_so_far = (*before.tones, *more)
     onward = Round(before.round + 1, before.cases, len(chosen), tones=tones_so_far, of="tones")
@@ -130,10 +125,10 @@ def _stating(
     target: Target | Tones,
     panel: PanelInSound,
     surface: DampingSurface,
-    found: Mapping[str, design.Wanted],
+    found: Mapping[str, choice.Wanted],
 ) -> Round:
     """Return a round with the errors of the rms accelerations before it."""
-    error = np.sqrt(design.variances(surface, list(found.values())))
+    error = np.sqrt(choice.variances(surface, list(found.values())))
     points = panel.basis.point_names
     return replace(
         one,
@@ -153,61 +148,18 @@ def points_of(cases: Sequence[Case]) -> Array:
     return np.array(rows).reshape(-1, 3)
 
 
-def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
-    """Of every scenario with a damper: its label, and how its rms values follow the surface."""
-    readings = Readings(["dem"], {"dem": surface}, {})
-    for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
-        if not case.filled or isinstance(case.found, UnstableDamping):
+def _wanted(
+    panel: PanelInSound, scenarios: Sequence[Scenario], surface: DampingSurface
+) -> dict[str, choice.Wanted]:
+    """Of every scenario with a damper by its label, how its rms values follow the surface."""
+    models = DampingModels(["dem"], {"dem": surface}, {})
+    plan = plan_cases(panel, scenarios, models, dead_weight=False)
+    wanted = {}
+    for case in plan.solved(panel.solver(rms_only=True)):
+        if not case.dampers or isinstance(case.response, UnstableDamping):
             continue
-        derivative = uncertainty.sensitivity(
-            case.solver,
-            case.layout.loads,
-            case.found,
-            surface.nodes,
-            case.pressure_factor,
-            own_acceleration=case.layout.own_acceleration,
-        ).log_rms
-        (gamma,) = case.found.acceleration_g
-        wanted = design.Wanted(case.scenario.fill_fraction, float(gamma), derivative)
-        yield case.scenario.label, wanted
-
-
-def write_round(
-    study: Study, files: PanelFiles, before: Path | None, cases: Path | None, output: Path
-) -> None:
-    """Write the round of a study's target or tones that follows another.
-
-    Parameters
-    ----------
-    study
-        With ``damping.target`` or ``damping.tones``.
-    files
-        Of the stages upstream.
-    before, cases
-        The round before and the table of its cases; None for round 0.
-    output
-        ``design/round<n>.json``.
-
-    Raises
-    ------
-    StudyError
-        For a study without either.
-    """
-    target, tones, coupon = study.damping.target, study.damping.tones, study.coupon
-    if (target is None and tones is None) or coupon is None:
-        raise StudyError(f"{study.name}: damping.target or damping.tones: missing")
-    pool = cases_of(coupon)
-    if before is None or cases is None:
-        first = swept_round(pool) if target is None else first_round(target, pool)
-        first.write(output)
-        return
-    surface = surface_of(coupon, read_cases(cases))
-    if not study.response.damper_mass:
-        surface = surface.without_mass()
-    panel = read_panel_in_sound(study, files, study.response.radiation)
-    error, last = coupon.accuracy.relative_error, Round.read(before)
-    if target is not None:
-        found = next_round(last, target, pool, error, panel, surface)
-    elif tones is not None:
-        found = next_tones(last, tones, error, coupon.sweep.max_velocity_m_s, panel, surface)
-    found.write(output)
+        derivative = sensitivity(case.solver, case.layout, case.response, surface.nodes).log_rms
+        (gamma,) = case.response.acceleration_g
+        fill = case.scenario.fill_fraction
+        wanted[case.scenario.label] = choice.Wanted(fill, float(gamma), derivative)
+    return wanted

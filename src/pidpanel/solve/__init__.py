@@ -2,13 +2,15 @@
 
 `model`, `modal`
     Checked inputs; the bare panel in modal coordinates, line by line.
+`excitation`, `panel`
+    What drives a panel; a panel with patches and points.
 `dampers`, `direct`, `diagonal`
     Dampers attached by low-rank updates, in all shapes, in the paper's diagonal form.
 `in_air`
     The bare panel in air on many lines from few factorisations.
-`solvers`
-    A panel with patches, solved for any number of layouts.
-`scenarios`, `linearisation`, `search`, `motions`
+`layout`, `solvers`
+    `layouts`, the one entry: any number of layouts on a panel under an excitation.
+`search`, `motions`
     The consistent motion: the Γ at which the motions of all patches and their damping agree.
 `elements`, `basis_error`
     All elements beside the basis, and the error of the basis.
@@ -21,3 +23,7 @@
 `source`
     The force of the particles that is not linear in the motion.
 """
+
+from pidpanel.solve.layout import layouts
+
+__all__ = ["layouts"]

@@ -140,6 +140,12 @@ def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Ar
     return ratios
 
 
+def modal_basis(basis: PanelBasis, damping_ratio: float, highest: float) -> ModalBasis:
+    """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz]."""
+    ratios = damping_ratios(basis, damping_ratio, cutoff_frequency(highest))
+    return ModalBasis(basis.natural_frequency, basis.modal_mass, ratios)
+
+
 def check_basis(
     basis: PanelBasis,
     plate: StoredPlate,

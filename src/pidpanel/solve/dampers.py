@@ -189,6 +189,21 @@ def acceleration_slope(
 
 
 @dataclass(frozen=True)
+class LowRankPanel:
+    """The bare panel with low-rank updates, on some lines; see `solvers.SolutionPath`."""
+
+    bare: BarePanel
+
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+        """Return `attach_dampers`."""
+        return attach_dampers(self.bare, equivalent_damping, apparent_mass)
+
+    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
+        """Return `acceleration_slope`."""
+        return acceleration_slope(self.bare, equivalent_damping, apparent_mass)
+
+
+@dataclass(frozen=True)
 class PatchMotion:
     """Mean motion of one patch as a function of the damper on it, for the search of its Γ.
 

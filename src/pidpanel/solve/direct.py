@@ -10,8 +10,8 @@ is taken as it stands: x = H c for the motions c at the points, since H is symme
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -51,6 +51,10 @@ LINES_OF_SEARCH = 48
 """Lines of the search solved together: within them the frequency rises by a third."""
 
 
+Receptance = Callable[[Complexes], Complexes]
+"""Modal forces (nf, n, k) [N] → motions H F (nf, n, k) [m]."""
+
+
 @dataclass(frozen=True)
 class DirectPanel:
     """The panel with all its shapes, on some lines.
@@ -63,8 +67,10 @@ class DirectPanel:
         Its shapes.
     patches
         That carry dampers.
-    pressure_psd
-        (nf,) S_p [Pa²/Hz].
+    points
+        (n_points, m, n) as of `modal.bare_panels`.
+    spectrum
+        (nf,) S of the excitation.
     modal_force, air_stiffness
         As of `modal.bare_panels`.
     """
@@ -72,19 +78,16 @@ class DirectPanel:
     frequency: Array
     basis: ModalBasis
     patches: Patches
-    pressure_psd: Array
+    points: Array
+    spectrum: Array
     modal_force: MatrixInput
-    air_stiffness: MatrixInput | None
+    air_stiffness: MatrixInput | None = None
 
-    def response(
-        self, motion_at_points: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-    ) -> Response:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
         """Return the response with dampers.
 
         Parameters
         ----------
-        motion_at_points
-            (n_points, m, n) as of `modal.bare_panels`.
         equivalent_damping, apparent_mass
             (n_patches, nf) as of `dampers.attach_dampers`.
 
@@ -94,36 +97,40 @@ class DirectPanel:
             Where C_e is negative.
         """
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
-        n_points, m, n = motion_at_points.shape
+        n_points, m, n = self.points.shape
         cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
-        columns = motion_at_points.reshape(-1, n).T.astype(complex)
-        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
-            whole, force = self._dynamic(lines, stiffness[:, lines])
-            moved = np.linalg.solve(whole, columns[None]).reshape(len(whole), n, n_points, m)
-            sound = self.pressure_psd[lines, None, None]
+        columns = self.points.reshape(-1, n).T.astype(complex)
+        for lines in chunks_of_lines(self.frequency.size, 2 * n):
+            moved = self._receptance(lines, stiffness[:, lines])(columns[None])
+            moved = moved.reshape(len(moved), n, n_points, m)
+            force, level = self._force(lines), self.spectrum[lines, None, None]
             for point in range(n_points):
-                own = moved[:, :, point]
-                cross_psd[lines, point] = sound * product(own, force, own)
+                motion = moved[:, :, point]
+                cross_psd[lines, point] = level * product(motion, force, motion)
         return Response(self.frequency, cross_psd)
 
-    def slope(
-        self, motion_at_points: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-    ) -> Complexes:
+    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
         """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.
 
         Parameters are those of `response`.
         """
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
-        deflection = motion_at_points[:, 0].T.astype(complex)
+        deflection = self.points[:, 0].T.astype(complex)
         slope = np.empty((*stiffness.shape, deflection.shape[1]), complex)
-        for lines in chunks_of_lines(self.frequency.size, 2 * self.basis.natural_frequency.size):
-            whole, force = self._dynamic(lines, stiffness[:, lines])
-            receptance = np.linalg.solve(whole, deflection[None])
-            psd = np.linalg.solve(whole, force @ receptance.conj())
-            scale = (2 * np.pi * self.frequency[lines]) ** 4 * self.pressure_psd[lines]
-            for patch, weight in enumerate(self.patches.overlap):
-                slope[patch, lines] = scale[:, None] * np.sum(receptance * (weight @ psd), axis=1)
+        for lines in chunks_of_lines(self.frequency.size, 2 * len(deflection)):
+            moved = self._receptance(lines, stiffness[:, lines])
+            receptance = moved(deflection[None])
+            psd = moved(self._force(lines) @ receptance.conj())
+            scale = (2 * np.pi * self.frequency[lines]) ** 4 * self.spectrum[lines]
+            for patch in range(self.patches.count):
+                pulled = self._pulled(patch, psd)
+                slope[patch, lines] = scale[:, None] * np.sum(receptance * pulled, axis=1)
         return slope
+
+    @property
+    def damping_norm(self) -> Array:
+        """(n_patches,), see `modal.BarePanel`."""
+        return self.patches.damping_norm(self.basis.damping)
 
     def _patch_stiffness(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
@@ -131,18 +138,25 @@ class DirectPanel:
         damping, mass = checked_dampers(
             self.patches.count, self.frequency, equivalent_damping, apparent_mass
         )
-        check_stable(damping, self.patches.damping_norm(self.basis.damping), False)
+        check_stable(damping, self.damping_norm, False)
         return patch_stiffness(self.frequency, damping, mass)
 
-    def _dynamic(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
-        """Z (nf, n, n) with the dampers, and G."""
-        n, frequency = self.patches.shapes, self.frequency
+    def _pulled(self, patch: int, motion: Complexes) -> Complexes:
+        """D_p times motions (nf, n, k)."""
+        pulled: Complexes = self.patches.overlap[patch] @ motion
+        return pulled
+
+    def _force(self, lines: slice) -> Matrices:
+        return matrices_at(self.modal_force, self.frequency, lines, self.patches.shapes)
+
+    def _receptance(self, lines: slice, stiffness: Complexes) -> Receptance:
+        """H of the panel with the dampers."""
         air = None
         if self.air_stiffness is not None:
-            air = matrices_at(self.air_stiffness, frequency, lines, n)
-        whole = dense_stiffness(frequency[lines], self.basis, air)
+            air = matrices_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
+        whole = dense_stiffness(self.frequency[lines], self.basis, air)
         whole += weighted_sum(stiffness, self.patches.overlap)
-        return whole, matrices_at(self.modal_force, frequency, lines, n)
+        return lambda force: np.asarray(np.linalg.solve(whole, force), np.complex128)
 
 
 @dataclass(frozen=True)
@@ -177,17 +191,17 @@ class DirectMotions(Motions):
     ----------
     panel
         The panel on the lines of the search.
-    held_bytes
+    kept_bytes
         Most memory for matrices that are kept; where it is not enough, they are made anew.
     shapes_to
         The highest natural frequency of shapes that count on a line, over that of the line.
     """
 
-    def __init__(self, panel: DirectPanel, held_bytes: float, shapes_to: float = SHAPES_TO) -> None:
+    def __init__(self, panel: DirectPanel, kept_bytes: float, shapes_to: float = SHAPES_TO) -> None:
         self._panel = panel
         self._shapes_to = shapes_to
-        self._held_bytes = held_bytes
-        self._held: dict[int, _Matrices] = {}
+        self._kept_bytes = kept_bytes
+        self._kept: dict[int, _Matrices] = {}
         self.frequency = panel.frequency
         self.area = panel.patches.area
         self.weight = panel.patches.overlap
@@ -195,7 +209,7 @@ class DirectMotions(Motions):
     @cached_property
     def damping_norm(self) -> Array:  # type: ignore[override]
         """(n_patches,), see `modal.BarePanel`."""
-        return self._panel.patches.damping_norm(self._panel.basis.damping)
+        return self._panel.damping_norm
 
     def every(self, step: int) -> DirectMotions:
         """Return the same on every so many lines."""
@@ -205,12 +219,14 @@ class DirectMotions(Motions):
         def on_some(matrix: MatrixInput) -> MatrixInput:
             return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
 
-        few = DirectPanel(
-            panel.frequency[some], panel.basis, panel.patches, panel.pressure_psd[some],
-            on_some(panel.modal_force),
-            None if panel.air_stiffness is None else on_some(panel.air_stiffness),
-        )  # fmt: skip
-        return DirectMotions(few, self._held_bytes, FEW_SHAPES_TO)
+        few = replace(
+            panel,
+            frequency=panel.frequency[some],
+            spectrum=panel.spectrum[some],
+            modal_force=on_some(panel.modal_force),
+            air_stiffness=None if panel.air_stiffness is None else on_some(panel.air_stiffness),
+        )
+        return DirectMotions(few, self._kept_bytes, FEW_SHAPES_TO)
 
     def _lines(self) -> Sequence[slice]:
         count = self.frequency.size
@@ -247,8 +263,8 @@ class DirectMotions(Motions):
         return np.linalg.inv(whole), own.force
 
     def _matrices(self, lines: slice) -> _Matrices:
-        if lines.start in self._held:
-            return self._held[lines.start]
+        if lines.start in self._kept:
+            return self._kept[lines.start]
         panel, frequency = self._panel, self.frequency
         natural, n = panel.basis.natural_frequency, panel.patches.shapes
         fewest = np.sort(natural)[min(FEWEST_SHAPES, n) - 1]
@@ -261,14 +277,14 @@ class DirectMotions(Motions):
             ModalBasis(
                 natural[counts], panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
             ),
-            panel.pressure_psd[lines, None, None]
+            panel.spectrum[lines, None, None]
             * _of(matrices_at(panel.modal_force, frequency, lines, n), counts),
             air,
             _of(self.weight, counts),
         )
         size = own.force.nbytes + own.weight.nbytes + (0 if air is None else air.nbytes)
-        if len(self._lines()) * size <= self._held_bytes:
-            self._held[lines.start] = own
+        if len(self._lines()) * size <= self._kept_bytes:
+            self._kept[lines.start] = own
         return own
 
 

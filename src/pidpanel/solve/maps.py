@@ -41,7 +41,7 @@ def modal_covariances(
     frequency: Array,
     basis: ModalBasis,
     patches: Patches,
-    pressure_psd: Array,
+    spectrum: Array,
     modal_force: MatrixInput,
     dampers: Sequence[tuple[Array, Array, float]],
     air_stiffness: MatrixInput | None = None,
@@ -50,7 +50,7 @@ def modal_covariances(
 
     Parameters
     ----------
-    frequency, basis, patches, pressure_psd, modal_force, air_stiffness
+    frequency, basis, patches, spectrum, modal_force, air_stiffness
         As of `bare_panels`, the latter two as functions of frequency or one matrix; three lines
         per half-power bandwidth give rms values within 1e-3 (`lines.frequency_grid`).
     dampers
@@ -69,7 +69,7 @@ def modal_covariances(
             basis,
             [patches],
             None,
-            pressure_psd[lines],
+            spectrum[lines],
             modal_force,
             air_stiffness,
             MAP_CUTOFF,

@@ -152,7 +152,7 @@ def bare_panels(
     basis: ModalBasis,
     carriers: Sequence[Patches],
     motion_at_points: ArrayLike | None,
-    pressure_psd: ArrayLike,
+    spectrum: ArrayLike,
     modal_force: MatrixInput,
     air_stiffness: MatrixInput | PanelInAir | None = None,
     overlap_cutoff: float = OVERLAP_CUTOFF,
@@ -171,10 +171,11 @@ def bare_panels(
         (n_points, m, n) m motions at each point as rows over the shapes, the deflection φ [1]
         first, then such as curvatures [1/m]; or (n_points, n), φ alone; or None for the shapes
         themselves, as one point of n motions.
-    pressure_psd
-        (nf,) one-sided S_p on the face [Pa²/Hz].
+    spectrum
+        (nf,) one-sided S of the excitation per Hz; [Pa²/Hz] under sound.
     modal_force
-        G [m⁴]: (n, n), (nf, n, n) or a function of frequencies; symmetric or Hermitian.
+        G: (n, n), (nf, n, n) or a function of frequencies, such as an `Excitation`; symmetric or
+        Hermitian.
     air_stiffness
         −ω²M_air + iωR of the air [N/m] in the same forms, symmetric, or None for a panel in
         vacuum. `radiation.Air` is known to be smooth, so that not every line is factorised; a
@@ -192,7 +193,7 @@ def bare_panels(
         finite.
     """
     frequency = checked_frequency(frequency)
-    pressure_psd = checked_pressure_psd(pressure_psd, frequency)
+    spectrum = checked_spectrum(spectrum, frequency)
     n = basis.natural_frequency.size
     of_shapes = motion_at_points is None
     points = np.eye(n)[None] if motion_at_points is None else checked_motions(motion_at_points, n)
@@ -227,14 +228,14 @@ def bare_panels(
             stiffness = dense_stiffness(frequency[lines], basis, air)
             moved = _InAir(np.linalg.solve(stiffness, observed[None]), observed)
         psd = moved.psd(modal_force, frequency, lines)
-        sound = pressure_psd[lines, None, None]
+        level = spectrum[lines, None, None]
         for point in range(n_points):
             own = slice(point * m, (point + 1) * m)
-            point_psd[lines, point] = sound * psd(own, own)
+            point_psd[lines, point] = level * psd(own, own)
         for index, (start, stop) in enumerate(pairwise(ends)):
             patch, width = slice(start, stop), stop - start
-            patch_psd[index][lines, :width] = sound * psd(patch, patch)
-            patch_psd[index][lines, width:] = sound * psd(at_points, patch)
+            patch_psd[index][lines, :width] = level * psd(patch, patch)
+            patch_psd[index][lines, width:] = level * psd(at_points, patch)
             receptance[index][lines, :width] = moved.receptance(patch, patch)
             receptance[index][lines, width:] = moved.receptance(at_points, patch)
     return [
@@ -255,7 +256,7 @@ def patch_motions_in_vacuum(
     frequency: Array,
     basis: ModalBasis,
     patches: Patches,
-    pressure_psd: Array,
+    spectrum: Array,
     modal_force: MatrixInput,
 ) -> Array:
     """Return the mean PSD of the deflection over each patch of the bare panel.
@@ -276,7 +277,7 @@ def patch_motions_in_vacuum(
         )
         for patch, own in enumerate(slice(*pair) for pair in pairwise(ends)):
             square = np.trace(psd(own, own), axis1=1, axis2=2).real
-            mean[lines, patch] = pressure_psd[lines] * square / patches.area[patch]
+            mean[lines, patch] = spectrum[lines] * square / patches.area[patch]
     return mean
 
 
@@ -453,11 +454,11 @@ def checked_frequency(frequency: ArrayLike) -> Array:
     return array
 
 
-def checked_pressure_psd(pressure_psd: ArrayLike, frequency: Array) -> Array:
-    """Return S_p (nf,) [Pa²/Hz]; `ResponseError` where it is negative."""
-    array = checked_array("pressure_psd", pressure_psd, frequency.shape)
+def checked_spectrum(spectrum: ArrayLike, frequency: Array) -> Array:
+    """Return S (nf,) of an excitation; `ResponseError` where it is negative."""
+    array = checked_array("spectrum", spectrum, frequency.shape)
     if np.any(array < 0):
-        raise ResponseError(f"pressure_psd = {array.min():g} Pa²/Hz must not be negative")
+        raise ResponseError(f"spectrum = {array.min():g} must not be negative")
     return array
 
 

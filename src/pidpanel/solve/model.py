@@ -329,9 +329,9 @@ class Response:
     frequency: Array
     cross_psd: Complexes
 
-    def under(self, pressure_factor: float) -> "Response":
-        """Return the response to S_p times ``pressure_factor`` at every frequency."""
-        return replace(self, cross_psd=pressure_factor * self.cross_psd)
+    def under(self, factor: float) -> "Response":
+        """Return the response to ``factor`` times the PSD of the excitation."""
+        return replace(self, cross_psd=factor * self.cross_psd)
 
     @property
     def displacement_psd(self) -> Array:

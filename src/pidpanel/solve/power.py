@@ -55,7 +55,7 @@ def power_balance(
     frequency: ArrayLike,
     basis: ModalBasis,
     patches: Patches,
-    pressure_psd: ArrayLike,
+    spectrum: ArrayLike,
     modal_force: MatrixInput,
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
@@ -78,7 +78,7 @@ def power_balance(
     PowerBalance
     """
     frequency = checked_frequency(frequency)
-    pressure_psd = checked_array("pressure_psd", pressure_psd, frequency.shape)
+    spectrum = checked_array("spectrum", spectrum, frequency.shape)
     n = basis.natural_frequency.size
     shape = (patches.area.size, frequency.size)
     damping = checked_array("equivalent_damping", equivalent_damping, shape)
@@ -97,7 +97,7 @@ def power_balance(
             basis,
             [patches],
             None,
-            pressure_psd[lines],
+            spectrum[lines],
             force,
             air,
             overlap_cutoff,
@@ -113,7 +113,7 @@ def power_balance(
         stiffness += np.tensordot(patch_stiffness.T, patches.overlap, axes=1)
         transfer_times_force = np.linalg.solve(stiffness, np.broadcast_to(force, stiffness.shape))
         trace = np.trace(transfer_times_force, axis1=1, axis2=2)
-        field[lines] = pressure_psd[lines] * (1j * omega * trace).real
+        field[lines] = spectrum[lines] * (1j * omega * trace).real
         if air is not None:  # ω² tr(R S_q), R = Im(Z_air)/ω
             radiated[lines] = omega * np.sum(air.imag * modal_psd.swapaxes(1, 2), (1, 2)).real
     return PowerBalance(frequency, field, structure, lost_in_patches, radiated)

@@ -1,7 +1,14 @@
-"""The motions of several patches at which all of them reproduce themselves.
+"""The motion at which the panel and its dampers agree.
 
-The unknowns are x = ln Γ of every load, F(x) the ln Γ that the loads end up with when their
-damping is read at x, and F(x) = x is asked for.
+The panel sets the motion of a patch, and the motion sets the damping: C_e(f, Γ) peaks near
+Γ = 2.5 and falls on both sides. Equivalent linearisation replaces the random motion of a patch by
+the sine of the same rms,
+
+    Γ = √2 a_rms / g,
+
+where a_rms is the rms over time, over the patch and over the whole range of frequency. The unknowns
+are x = ln Γ of every load, F(x) is the ln Γ that the loads end up with when their damping is read
+at x, and F(x) = x is solved.
 
 Where damping falls with Γ, as beyond its peak, more motion of any patch leads to more motion of
 all: F is then rising in all its arguments, every solution lies between the one that is reached
@@ -19,7 +26,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.solve.linearisation import NotConverged
+
+
+class LinearisationError(RuntimeError):
+    """No Γ was found at which motion and damping agree."""
+
+
+class NotConverged(LinearisationError):
+    """The search for Γ ended before its tolerance."""
+
 
 Map = Callable[[Array], Array]
 """x (n,) → F (n,)."""
@@ -89,11 +104,12 @@ def starts_between(low: Array, high: Array) -> list[Array]:
     return found
 
 
-def find_together(
+def find_motions(
     maps: Sequence[Map],
     starts: Sequence[Array],
     tolerance: float = 1e-6,
     max_steps: int = 60,
+    aim: float | None = None,
 ) -> JointSearch:
     """Return the solutions of F(x) = x that the starts lead to.
 
@@ -111,6 +127,9 @@ def find_together(
         Largest |F(x) − x| accepted.
     max_steps
         Most evaluations a start.
+    aim
+        Largest |F(x) − x| at which a start is left; a tenth of the tolerance by default, and
+        enough to tell solutions apart where more lines follow.
 
     Raises
     ------
@@ -118,7 +137,7 @@ def find_together(
         Where no start leads to a solution.
     """
     few = maps[-1]
-    enough = tolerance / 10 if len(maps) == 1 else DISTINCT / 10
+    enough = aim or (tolerance / 10 if len(maps) == 1 else DISTINCT / 10)
     ends = [iterate(few, approach(few, start), enough, max_steps) for start in starts]
     near = [x for x, residual in ends if residual <= max(enough, tolerance)]
     solved = [_on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)]

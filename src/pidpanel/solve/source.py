@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -39,6 +40,59 @@ class PatchParts:
         weighted = self.shape * self.area[:, None]
         result: Array = weighted.T @ coherence @ weighted
         return result
+
+
+def own_force_load(
+    parts: PatchParts, independent: Array, frequency: Array, coherence: Array, length: float
+) -> Array:
+    """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴].
+
+    Parameters
+    ----------
+    parts
+        Of the patch.
+    independent
+        (n, n) A_cell D of the patch [m⁴].
+    frequency
+        (nf,) [Hz].
+    coherence, length
+        (nf,) c [1], and λ [m Hz].
+    """
+    return np.array(
+        [
+            c * parts.coherent_load(length / f) + (1 - c) * independent
+            for f, c in zip(frequency, coherence, strict=True)
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class ParticleForce:
+    """The own force of particles as an `excitation.Excitation`, with S = 1 and G its cross-PSD.
+
+    Parameters
+    ----------
+    nodes
+        (k,) rising [Hz].
+    load
+        (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them.
+    """
+
+    nodes: Array
+    load: Array
+    support_psd: ClassVar[None] = None
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return 1 at every frequency."""
+        return np.ones(frequency.shape)
+
+    def __call__(self, frequency: Array) -> Array:
+        """Return the cross-PSD (nf, n, n) [N²/Hz]."""
+        return between(frequency, self.nodes, self.load)(slice(None))
+
+    def factors(self, frequency: Array) -> None:
+        """Return None: no short form is known."""
+        return None
 
 
 def elements_of_patch(

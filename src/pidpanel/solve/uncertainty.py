@@ -27,12 +27,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.solve.layout import Layout, LayoutResponse, Load, read_dampers
 from pidpanel.solve.model import ResponseError
-from pidpanel.solve.scenarios import Load, ScenarioResponse, Solver, read_dampers
-from pidpanel.solve.solvers import Request
+from pidpanel.solve.solvers import PanelSolver, Request
 
 STEP = 0.05
 """ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
@@ -121,64 +120,56 @@ def _standard_error(derivative: Array, covariance: Array) -> Array:
 
 
 def sensitivity(
-    solver: Solver,
-    loads: Sequence[Load],
-    found: ScenarioResponse,
-    nodes: Array,
-    pressure_factor: float,
-    *,
-    own_acceleration: ArrayLike,
+    solver: PanelSolver, layout: Layout, found: LayoutResponse, nodes: Array
 ) -> Sensitivity:
-    """Return how a scenario's response follows its damping.
+    """Return how the response of a layout follows its damping.
 
     Parameters
     ----------
-    solver, loads
-        As in `scenarios.solve_layout`.
+    solver, layout
+        As of `layout.solve_layouts`.
     found
         Its answer; with its slopes, or they are computed here.
     nodes
         (n,) rising [Hz], of all loads.
-    pressure_factor
-        As in `scenarios.solve_layout`.
-    own_acceleration
-        Whether Γ is the patch's own, which moves with the damping: one for all or (n_loads,), see
-        `scenarios.Layout.own_acceleration`.
     """
-    patches = tuple(load.patch for load in loads)
+    loads, patches = layout.loads, layout.patches
     value, mass = found.equivalent_damping, found.apparent_mass
     slope = found.slope
     if slope is None:
         (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
         if answer.slope is None:
             raise ResponseError("the solver gave no slope, though one was asked for")
-        slope = pressure_factor * answer.slope
+        slope = layout.factor * answer.slope
     psd = found.response.acceleration_psd
-    by_node = _hats(solver.frequency, nodes)
-    local = _local(slope, psd, solver.frequency, value)
+    by_node = _hats(solver.panel.frequency, nodes)
+    local = _local(slope, psd, solver.panel.frequency, value)
     # Γ held
     rows = _rows(local, by_node)  # (k, nf, points)
     log_acceleration = np.zeros((len(rows), len(loads)))
-    own = np.flatnonzero(np.broadcast_to(own_acceleration, len(loads)))
+    own = np.flatnonzero(layout.own_acceleration)
     if own.size:
         motion = _motion(solver, loads, found, nodes)
         jacobian, pushed = motion
         at_rest = np.eye(own.size) - jacobian[np.ix_(own, own)]
         log_acceleration[:, own] = np.linalg.solve(at_rest, pushed[:, own].T).T
-        follows = _with_motion(loads, solver.frequency, found.acceleration_g, own.tolist())
+        follows = _with_motion(loads, solver.panel.frequency, found.acceleration_g, own.tolist())
         for load in own:
             by_motion = sum(
                 of[load] * by[load][:, None] for of, by in zip(local, follows, strict=True)
             )
             rows += log_acceleration[:, load, None, None] * by_motion
-    return Sensitivity(rows, _log_rms(solver.frequency, psd, rows), log_acceleration)
+    return Sensitivity(rows, _log_rms(solver.panel.frequency, psd, rows), log_acceleration)
 
 
 def _motion(
-    solver: Solver, loads: Sequence[Load], found: ScenarioResponse, nodes: Array
+    solver: PanelSolver, loads: Sequence[Load], found: LayoutResponse, nodes: Array
 ) -> tuple[Array, Array]:
     """J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
-    motions, lines = solver.motions(tuple(load.patch for load in loads)), solver.search_frequency
+    motions, lines = (
+        solver.motions(tuple(load.patch for load in loads)),
+        solver.panel.search_frequency,
+    )
     gamma = found.acceleration_g
     value, mass, _ = read_dampers(loads, lines, gamma)
     psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)

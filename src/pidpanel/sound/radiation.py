@@ -13,13 +13,17 @@ assumption: at the edges of a panel that stands free the air flows round, so tha
 modes, and with it their radiation damping, is less than computed here.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.sound.field import wavenumber
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
 from pidpanel.sound.wavenumber_table import FieldError, WavenumberTable
 
 
@@ -47,6 +51,11 @@ class Air:
     wetted_sides: int
     diffuse: WavenumberTable
     added_volume: WavenumberTable | None
+
+    def over(self, tables: Mapping[str, WavenumberTable]) -> Air:
+        """Return the same air on other shapes, with the tables of `field_files` by their names."""
+        diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
+        return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
 
     @property
     def travel_time(self) -> float:

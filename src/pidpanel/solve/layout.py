@@ -1,8 +1,7 @@
-"""One scenario: a layout of dampers, their damping as a function of motion, one level of the sound.
+"""Layouts: dampers on patches, whose damping depends on the motion of their patch.
 
-The Γ at which C_e(r, f, Γ) of a load is read is either stated or its own patch's: those of all
-loads that reproduce themselves together (`linearisation`, `search`). Whether the answer is within
-the simulated range is carried along.
+The Γ at which C_e(f, Γ) of a load is read is either stated or consistent: the motions of all
+loaded patches reproduce themselves together (`search`).
 """
 
 from __future__ import annotations
@@ -15,14 +14,22 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.dampers import check_stable
-from pidpanel.solve.linearisation import DampingOfMotion, LinearisationError, find_motions
+from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.model import Response, UnstableDamping
 from pidpanel.solve.motions import Motions
-from pidpanel.solve.search import find_together, starts_between
-from pidpanel.solve.solvers import Answer, DiagonalSolver, PanelSolver, Request
+from pidpanel.solve.panel import Panel
+from pidpanel.solve.search import LinearisationError, find_motions, starts_between
+from pidpanel.solve.solvers import Answer, PanelSolver, Request
 
-FEW_LINES = (120,)
+DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
+"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
+(nf,)."""
+
+FEW_LINES = 120
 """Lines on which several Γ are searched before all lines of the search are looked at."""
+
+CLOSE = 1e-12
+"""|ln(Γ_out/Γ)| to which the Γ of a single damper is closed in: an evaluation costs little."""
 
 
 @dataclass(frozen=True)
@@ -46,31 +53,31 @@ class Load:
 
 @dataclass(frozen=True)
 class Layout:
-    """Dampers that are on the panel together, and how loud it is.
+    """Dampers that are on the panel together, and how strongly it is excited.
 
     Parameters
     ----------
     loads
         The dampers; none for the bare panel.
-    pressure_factor
-        S_p over that of the solver.
+    factor
+        Factor on the PSD of the excitation.
     stated_acceleration_g
         Γ at which the damping of every load is read; left out, that of its patch's own motion.
     with_slope
-        Whether `ScenarioResponse.slope` is wanted, for `uncertainty`.
+        Whether `LayoutResponse.slope` is wanted, for `uncertainty`.
     with_motion
         Whether the motions of the patches that come out are wanted; they are NaN otherwise.
-    source
-        PSD (nf, n, n) [N²/Hz] of modal forces beside those of the sound, at frequencies (nf,)
-        [Hz]; the solver has to be one in that field. None for none.
+    force
+        Independent force beside the excitation, which ``factor`` leaves as it is, such as that of
+        the particles; None for none.
     """
 
     loads: Sequence[Load]
-    pressure_factor: float = 1.0
+    factor: float = 1.0
     stated_acceleration_g: float | None = None
     with_slope: bool = False
     with_motion: bool = True
-    source: Callable[[Array], Array] | None = None
+    force: Excitation | None = None
 
     @property
     def patches(self) -> tuple[int, ...]:
@@ -80,7 +87,7 @@ class Layout:
     @property
     def own(self) -> Hashable:
         """What the search for Γ depends on."""
-        return tuple(self.loads), self.pressure_factor, self.stated_acceleration_g
+        return tuple(self.loads), self.factor, self.stated_acceleration_g
 
     @property
     def own_acceleration(self) -> Flags:
@@ -90,7 +97,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class ScenarioResponse:
+class LayoutResponse:
     """A response and the damping it was computed with.
 
     Parameters
@@ -106,7 +113,7 @@ class ScenarioResponse:
     cell_acceleration_g
         (n_loads, 2) lowest and highest such Γ of a cell of the patch; NaN without cells.
     bare_patch_acceleration_g
-        (n_patches,) Γ of every patch of the solver on the bare panel under the same sound.
+        (n_patches,) Γ of every patch of the solver on the bare panel under the same excitation.
     equivalent_damping, apparent_mass
         (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
     inside
@@ -138,7 +145,7 @@ class ScenarioResponse:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Motion:
     """Γ of all loads, rms accelerations of the patches where known [m/s²], and how it was found."""
 
     gamma: Array
@@ -149,63 +156,64 @@ class _Found:
     converged: int = 0
 
 
-Solver = PanelSolver | DiagonalSolver
-
-
-def solve_bare(solver: Solver, pressure_factor: float) -> ScenarioResponse:
-    """Return the response without any damper."""
-    return solve_layout(solver, (), pressure_factor)
-
-
-def solve_layout(
-    solver: Solver,
-    loads: Sequence[Load],
-    pressure_factor: float,
-    *,
-    stated_acceleration_g: float | None = None,
-    with_slope: bool = False,
-) -> ScenarioResponse:
-    """Return the response with dampers whose C_e and m_a are read at their Γ.
-
-    Parameters are those of `Layout`.
-
-    Raises
-    ------
-    UnstableDamping
-        Where C_e is negative, as the paper's law as printed.
-    LinearisationError
-        Where motion and damping agree nowhere.
-    """
-    layout = Layout(tuple(loads), pressure_factor, stated_acceleration_g, with_slope)
-    (found,) = solve_layouts(solver, [layout])
-    if isinstance(found, UnstableDamping):
-        raise found
-    return found
-
-
-def solve_layouts(
-    solver: Solver, layouts: Sequence[Layout]
-) -> list[ScenarioResponse | UnstableDamping]:
-    """Return the response of several layouts, with one run over the lines of the result.
+def layouts(
+    panel: Panel, excitation: Excitation, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
+    """Return the response of a panel with layouts of dampers at their consistent motion.
 
     Parameters
     ----------
-    solver
-        The panel with its patches.
+    panel
+        Modes, patches, points and lines.
+    excitation
+        What drives it.
     layouts
         The layouts.
 
     Returns
     -------
-    The error in the place of a response where C_e is negative.
+    Of each layout the PSDs at the points and the motions of its patches; the error in the place of
+    a response where C_e is negative.
 
     Raises
     ------
     LinearisationError
-        Where motion and damping agree nowhere.
+        Where no consistent motion is found.
+    ResponseError
+        Where shapes of arrays disagree or a value is not finite.
+
+    See Also
+    --------
+    solve_layouts : the same with a solver that is used again.
     """
+    return solve_layouts(PanelSolver(panel, excitation), layouts)
+
+
+def solve_layouts(
+    solver: PanelSolver, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
+    """Return what `layouts` returns, with one run over the lines of the result.
+
+    A layout with a force beside the excitation is solved on its own.
+    """
+    alone = [layout for layout in layouts if layout.force is None]
+    answers = iter(_solved(solver, alone))
+    return [
+        next(answers)
+        if layout.force is None
+        else _solved(
+            solver.under(Superposition(solver.excitation, layout.force, 1 / layout.factor)),
+            [layout],
+        )[0]
+        for layout in layouts
+    ]
+
+
+def _solved(
+    solver: PanelSolver, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
     solver.prepare([layout.patches for layout in layouts])
-    found: list[tuple[_Found, Request, Flags] | UnstableDamping] = []
+    found: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
     for layout in layouts:
         try:
             found.append(_dampers(solver, layout))
@@ -214,7 +222,7 @@ def solve_layouts(
     steady = [one for one in found if not isinstance(one, UnstableDamping)]
     answers = iter(solver.responses([request for _, request, _ in steady]))
     return [
-        one if isinstance(one, UnstableDamping) else _scenario(solver, layout, *one, next(answers))
+        one if isinstance(one, UnstableDamping) else _response(solver, layout, *one, next(answers))
         for layout, one in zip(layouts, found, strict=True)
     ]
 
@@ -235,21 +243,26 @@ def read_dampers(
     return value, mass, inside
 
 
-def _dampers(solver: Solver, layout: Layout) -> tuple[_Found, Request, Flags]:
+def _dampers(solver: PanelSolver, layout: Layout) -> tuple[_Motion, Request, Flags]:
     """Return Γ and the dampers at it."""
     if layout.own not in solver.searched:
-        solver.searched[layout.own] = _motion(solver, layout)
-    found: _Found = solver.searched[layout.own]
-    value, mass, inside = read_dampers(layout.loads, solver.frequency, found.gamma)
+        solver.searched[layout.own] = _consistent_motion(solver, layout)
+    found: _Motion = solver.searched[layout.own]
+    value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, found.gamma)
     if layout.loads:
         check_stable(value, solver.motions(layout.patches).damping_norm, False)
     return found, Request(layout.patches, value, mass, layout.with_slope), inside
 
 
-def _scenario(
-    solver: Solver, layout: Layout, found: _Found, request: Request, inside: Flags, answer: Answer
-) -> ScenarioResponse:
-    factor = layout.pressure_factor
+def _response(
+    solver: PanelSolver,
+    layout: Layout,
+    found: _Motion,
+    request: Request,
+    inside: Flags,
+    answer: Answer,
+) -> LayoutResponse:
+    factor = layout.factor
     count = len(layout.loads)
     own, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
     if layout.loads and layout.with_motion:
@@ -258,7 +271,7 @@ def _scenario(
             solver.searched[key] = _final_motion(solver, layout, found)
         own, cells = solver.searched[key]
     root = np.sqrt(factor)
-    return ScenarioResponse(
+    return LayoutResponse(
         response=answer.response.under(factor),
         loads=np.array(layout.patches, dtype=np.int64),
         acceleration_g=found.gamma,
@@ -276,12 +289,12 @@ def _scenario(
     )
 
 
-def _final_motion(solver: Solver, layout: Layout, found: _Found) -> tuple[Array, Array]:
+def _final_motion(solver: PanelSolver, layout: Layout, found: _Motion) -> tuple[Array, Array]:
     """Return the rms acceleration of the patches, and of their calmest and liveliest cells."""
     unseen = np.full((len(layout.loads), 2), np.nan)
     if found.rms is not None and solver.panel.cells is None:
         return found.rms, unseen
-    value, mass, _ = read_dampers(layout.loads, solver.search_frequency, found.gamma)
+    value, mass, _ = read_dampers(layout.loads, solver.panel.search_frequency, found.gamma)
     motions = solver.motions(layout.patches)
     if solver.panel.cells is None:
         return motions.acceleration_rms(value, mass), unseen
@@ -290,54 +303,38 @@ def _final_motion(solver: Solver, layout: Layout, found: _Found) -> tuple[Array,
     return np.sqrt(own), solver.cell_acceleration_rms(layout.patches, covariance)
 
 
-def _motion(solver: Solver, layout: Layout) -> _Found:
+def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
     """Return Γ of all loads."""
     gamma = np.full(len(layout.loads), np.nan)
     if not layout.loads:
-        return _Found(gamma, fixed_points=0)
+        return _Motion(gamma, fixed_points=0)
     if layout.stated_acceleration_g is not None:
-        return _Found(np.full(len(layout.loads), layout.stated_acceleration_g))
+        return _Motion(np.full(len(layout.loads), layout.stated_acceleration_g))
     searched = np.flatnonzero(layout.own_acceleration)
     if searched.size == 0:
-        return _Found(gamma)
+        return _Motion(gamma)
     # a passive damper can move a patch more than no damper only where its mass tunes a
-    # resonance to a peak of the sound, and never to a hundredth
-    own = np.array([layout.loads[index].patch for index in searched.tolist()])
-    bare = sine_accelerations_g(np.sqrt(layout.pressure_factor) * solver.bare_acceleration_rms[own])
-    if len(layout.loads) == 1:
-        return _alone(solver, layout, float(bare[0]))
+    # resonance to a peak of the excitation, and never to a hundredth
+    patches = np.array([layout.loads[index].patch for index in searched.tolist()])
+    bare = sine_accelerations_g(np.sqrt(layout.factor) * solver.bare_acceleration_rms[patches])
     motions = solver.motions(layout.patches)
     whole = _LogMotion(layout, motions, searched)
-    steps = [step for few in FEW_LINES if (step := motions.frequency.size // few) > 1]
-    search = find_together(
-        [whole, *(_LogMotion(layout, motions.every(step), searched) for step in steps)],
-        starts_between(np.log(bare / 100), np.log(3 * bare)),
+    maps, several = [whole], len(layout.loads) > 1
+    if several and (step := motions.frequency.size // FEW_LINES) > 1:
+        maps.append(_LogMotion(layout, motions.every(step), searched))
+    search = find_motions(
+        maps, starts_between(np.log(bare / 100), np.log(3 * bare)), aim=None if several else CLOSE
     )
-    taken = search.governing.log_gamma
-    gamma[searched] = np.exp(taken)
-    return _Found(
+    chosen = search.governing.log_gamma
+    gamma[searched] = np.exp(chosen)
+    return _Motion(
         gamma,
-        whole.rms[taken.tobytes()],
+        whole.rms[chosen.tobytes()],
         len(search.solutions),
         search.governing.residual,
         search.starts,
         search.converged,
     )
-
-
-def _alone(solver: Solver, layout: Layout, bare: float) -> _Found:
-    """Return Γ of one damper, every one in the range."""
-    (load,), motions = layout.loads, solver.motions(layout.patches)
-
-    def patch_rms(value: Array, mass: Array) -> float:
-        (rms,) = motions.acceleration_rms(value[None], mass[None])
-        return float(np.sqrt(layout.pressure_factor) * rms)
-
-    search = find_motions(
-        motions.frequency, load.damping, patch_rms, (bare / 100, 3 * bare), scan_count=13
-    )
-    taken, count = search.governing, len(search.fixed_points)
-    return _Found(np.array([taken.gamma]), None, count, abs(taken.residual), 1, 1)
 
 
 class _LogMotion:
@@ -358,7 +355,7 @@ class _LogMotion:
             self._value[index], self._mass[index], _ = read
         every = self._motions.acceleration_rms(self._value, self._mass)
         self.rms[log_gamma.tobytes()] = every
-        rms = np.sqrt(self._layout.pressure_factor) * every[self._searched]
+        rms = np.sqrt(self._layout.factor) * every[self._searched]
         if not (np.all(np.isfinite(rms)) and np.all(rms > 0)):
             raise LinearisationError(
                 f"patches move with rms accelerations of {rms.min()!r} to {rms.max()!r} m/s²: "

@@ -1,8 +1,7 @@
-"""C_e, m_a and own force found by coupled runs, as a damping model with its errors."""
+"""C_e, m_a and own force from coupled runs, as a damping model with its errors."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,53 +11,94 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.readings import DampingValues, Point
-from pidpanel.solve.uncertainty import StandardErrors
+
+COUPLED = "coupled"
+"""Name of this damping model in a study."""
 
 LEAST = 0.5
 """C_e of a band below this many of its standard errors is taken as so many: what is not resolved
 must not feed the panel."""
 
+BAND_COLUMNS = {
+    "equivalent_damping": "equivalent_damping_n_s_m3",
+    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
+    "apparent_mass": "apparent_mass_kg_m2",
+    "apparent_mass_error": "apparent_mass_error_kg_m2",
+    "own_psd": "own_force_psd_pa2_hz",
+    "own_coherence": "own_force_coherence",
+}
+"""Columns of ``coupled/impedance.csv`` by the names of `BandDamping`."""
 
-@dataclass(frozen=True)
-class CoupledDamping:
-    """C_e, m_a and own force of one patch at the motion that it has.
+SCALARS = {
+    "own_length": "own_force_length_m_hz",
+    "cell_area": "cell_area_m2",
+    "weight": "particle_mass_per_area_kg_m2",
+    "common_error": "common_error",
+}
+"""Columns with one value a patch, by the names of `CoupledDamping`."""
 
-    ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
-    bands. Fill and Γ are not asked for: they are those of the runs.
 
-    Attributes
+@dataclass(frozen=True, kw_only=True)
+class BandDamping:
+    """C_e, m_a and own force of one patch at one level, by third octave.
+
+    Parameters
     ----------
-    frequency
-        (n,) rising nodes [Hz].
     equivalent_damping, equivalent_damping_error
         (n,) C_e and its standard error [N s/m³].
     apparent_mass, apparent_mass_error
         (n,) m_a and its standard error [kg/m²].
     own_psd, own_coherence
-        (n,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells at one place.
-    own_length
-        Coherence length times frequency [m Hz].
-    cell_area
-        Of a cell [m²].
-    weight
-        Of the particles [kg/m²].
+        (n,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1].
     common_error
         Relative standard error of all C_e and m_a together [1].
-    with_mass
-        Whether m_a counts.
     """
 
-    frequency: Array
     equivalent_damping: Array
     equivalent_damping_error: Array
     apparent_mass: Array
     apparent_mass_error: Array
     own_psd: Array
     own_coherence: Array
+    common_error: float = 0.0
+
+    @property
+    def resolved_damping(self) -> Array:
+        """(n,) C_e, or `LEAST` of its standard errors where it is less [N s/m³]."""
+        damping: Array = np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
+        return damping
+
+    @property
+    def log_damping(self) -> Array:
+        """(n,) ln of `resolved_damping`."""
+        return np.log(self.resolved_damping)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledDamping(BandDamping):
+    """C_e, m_a and own force of one patch at the motion that it has.
+
+    ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
+    bands. Fill and Γ are not arguments: they are those of the runs.
+
+    Parameters
+    ----------
+    frequency
+        (n,) rising nodes [Hz].
+    own_length
+        Coherence length times frequency [m Hz].
+    cell_area
+        Of a cell [m²].
+    weight
+        Of the particles [kg/m²].
+    with_mass
+        Whether m_a counts.
+    """
+
+    frequency: Array
     own_length: float
     cell_area: float
     weight: float
-    common_error: float = 0.0
     with_mass: bool = True
     depends_on_acceleration = False
 
@@ -73,7 +113,7 @@ class CoupledDamping:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         frequency = np.asarray(frequency, float)
         hats = self._hats(frequency)
-        damping = np.exp(hats @ np.log(self._damping))
+        damping = np.exp(hats @ self.log_damping)
         variance = np.sum(hats * (hats @ self._log_covariance), axis=1)
         mass = hats @ self.apparent_mass if self.with_mass else np.zeros(frequency.shape)
         return DampingValues(
@@ -109,13 +149,8 @@ class CoupledDamping:
         return psd, hats @ self.own_coherence
 
     @property
-    def _damping(self) -> Array:
-        result: Array = np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
-        return result
-
-    @property
     def _log_covariance(self) -> Array:
-        own = np.diag((self.equivalent_damping_error / self._damping) ** 2)
+        own = np.diag((self.equivalent_damping_error / self.resolved_damping) ** 2)
         result: Array = own + self.common_error**2
         return result
 
@@ -131,66 +166,15 @@ class CoupledDamping:
         return np.stack([np.interp(x, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
 
 
-COLUMNS = {
-    "frequency": "frequency_hz",
-    "equivalent_damping": "equivalent_damping_n_s_m3",
-    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
-    "apparent_mass": "apparent_mass_kg_m2",
-    "apparent_mass_error": "apparent_mass_error_kg_m2",
-    "own_psd": "own_force_psd_pa2_hz",
-    "own_coherence": "own_force_coherence",
-}
-"""Columns of ``coupled/impedance.csv`` by the names of `CoupledDamping`."""
-
-SCALARS = {
-    "own_length": "own_force_length_m_hz",
-    "cell_area": "cell_area_m2",
-    "weight": "particle_mass_per_area_kg_m2",
-    "common_error": "common_error",
-}
-"""Columns with one value a patch."""
-
-
 def read_coupled(path: Path) -> dict[tuple[str, str], CoupledDamping]:
     """Read ``coupled/impedance.csv``: scenario and patch → C_e, m_a and own force of its bed."""
     table = pd.read_csv(path, dtype={"scenario": str, "patch": str})
-    found = {}
+    beds = {}
     for (scenario, patch), rows in table.groupby(["scenario", "patch"], sort=False):
+        columns = {"frequency": "frequency_hz", **BAND_COLUMNS}
         values: dict[str, Any] = {
-            **{name: rows[column].to_numpy(float) for name, column in COLUMNS.items()},
+            **{name: rows[column].to_numpy(float) for name, column in columns.items()},
             **{name: float(rows[column].iloc[0]) for name, column in SCALARS.items()},
         }
-        found[str(scenario), str(patch)] = CoupledDamping(**values)
-    return found
-
-
-def read_errors(
-    summary_csv: Path, psd_csv: Path, frequency: Array, points: Sequence[str]
-) -> dict[str, StandardErrors]:
-    """Return the errors of the coupled runs at the points, by scenario.
-
-    Parameters
-    ----------
-    summary_csv, psd_csv
-        ``coupled/summary.csv`` and ``coupled/psd.csv``.
-    frequency
-        (nf,) of the PSDs whose errors are wanted [Hz].
-    points
-        Their names.
-    """
-    summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, psd_csv))
-    errors = {}
-    for scenario, rows in summary.groupby("scenario", sort=False):
-        at_points = rows.set_index("point").loc[list(points)]
-        lines = psd[psd["scenario"] == scenario]
-        by_point = [lines[lines["point"] == point] for point in points]
-        log_psd = [
-            np.interp(np.log(frequency), np.log(table["frequency_hz"]), table["error_db"])
-            for table in by_point
-        ]
-        errors[str(scenario)] = StandardErrors(
-            np.log(10) / 10 * np.stack(log_psd, axis=1),
-            (at_points["g_rms_error"] / at_points["g_rms"]).to_numpy(float),
-            np.array([np.nan]),
-        )
-    return errors
+        beds[str(scenario), str(patch)] = CoupledDamping(**values)
+    return beds

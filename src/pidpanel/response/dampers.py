@@ -1,0 +1,133 @@
+"""Dampers on the patches of a scenario, each with the damping model that is used for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.coupled import COUPLED, CoupledDamping
+from pidpanel.damping.readings import DampingReading
+from pidpanel.paths import SECTION
+from pidpanel.solve.layout import Load
+
+MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
+"""Γ at which the mass of a damper is taken before its motion is known."""
+
+
+@dataclass(frozen=True)
+class Filling:
+    """A patch of a scenario with its damper.
+
+    Parameters
+    ----------
+    patch, damper
+        Names; the damper is None where one law or table holds for all patches.
+    fill_fraction
+        r; None where the damper has none.
+    """
+
+    patch: str
+    damper: str | None
+    fill_fraction: float | None
+
+
+@dataclass(frozen=True)
+class PatchDamper:
+    """A damper on a patch, or on an element of it.
+
+    Parameters
+    ----------
+    patch
+        Index of the patch in the basis.
+    carrier
+        Index of the patch or element in the solver.
+    source
+        Name of its damper, or of the law or table for all patches: dampers of the same source
+        share their damping, and its errors.
+    model
+        Its damping model.
+    fill_fraction
+        Fill at which that is read.
+    own_force
+        Coupled runs with a force of the particles; None for none.
+    """
+
+    patch: int
+    carrier: int
+    source: str
+    model: DampingReading
+    fill_fraction: float
+    own_force: CoupledDamping | None = None
+
+    @property
+    def mass_per_area(self) -> float:
+        """Mass of the particles [kg/m²]; NaN where it is not known."""
+        return self.model.mass_per_area(self.fill_fraction)
+
+    def largest_mass(self, frequency: Array) -> float:
+        """Return the largest of its mass and its apparent mass over frequency [kg/m²]."""
+        motions = MOTIONS_G if self.model.depends_on_acceleration else MOTIONS_G[:1]
+        apparent = [
+            self.model(frequency, self.fill_fraction, gamma).apparent_mass.max()
+            for gamma in motions
+        ]
+        return float(np.nanmax([self.mass_per_area, *apparent]))
+
+    @property
+    def load(self) -> Load:
+        """The damper as the solver takes it."""
+
+        def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
+            values = self.model(frequency, self.fill_fraction, gamma)
+            return values.equivalent_damping, values.apparent_mass, values.inside
+
+        return Load(self.carrier, damping, self.model.depends_on_acceleration)
+
+
+class DampingModels:
+    """The damping models of a study.
+
+    Parameters
+    ----------
+    names
+        Names of all models of the study in order.
+    common
+        Models that hold for every patch, by name.
+    stated
+        Models of the dampers for ``stated``, by the name of the damper.
+    coupled
+        Results of coupled runs by scenario and patch, for ``coupled``; patches without are read as
+        ``stated`` there.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        common: Mapping[str, DampingReading],
+        stated: Mapping[str, DampingReading],
+        coupled: Mapping[tuple[str, str], CoupledDamping] | None = None,
+    ) -> None:
+        self.names = tuple(names)
+        self.coupled = coupled or {}
+        self._common = common
+        self._stated = stated
+
+    def damper(
+        self, name: str, scenario: str, filling: Filling, patch: int, carrier: int
+    ) -> PatchDamper:
+        """Return the damper on a patch of a scenario, or on an element of it."""
+        # constants have no fill, and are read at that of a full cell
+        fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
+        bed = self.coupled.get((scenario, filling.patch))
+        if name == COUPLED and bed is not None:
+            # each patch has its own motion, and its own errors
+            source = f"{filling.damper} on {filling.patch}"
+            return PatchDamper(patch, carrier, source, bed, fill, bed)
+        if name in ("stated", COUPLED):
+            damper = str(filling.damper)
+            return PatchDamper(patch, carrier, damper, self._stated[damper], fill)
+        source = SECTION if name == "dem" else name
+        return PatchDamper(patch, carrier, source, self._common[name], fill)
