@@ -62,6 +62,11 @@ class CoupledPatch:
         independent = self.cell_area * self.overlap
         return own_force_load(self.parts, independent, frequency, own.coherence, own.length)
 
+    def shared_area(self, length: float, frequency: Array) -> Array:
+        """Return ∬ exp(−d f/λ) dA dA′ over the patch, (nf,) [m⁴], for λ [m Hz]."""
+        rigid = self.parts.rigid()
+        return np.array([rigid.coherent_load(length / f)[0, 0] for f in frequency])
+
 
 @dataclass(frozen=True)
 class CoupledPanel:
