@@ -388,7 +388,7 @@ def test_cells_of_a_patch_say_what_its_mean_hides(panel, places):
 
 def test_every_cell_with_a_motion_of_its_own(panel):
     # 36 cells of one patch: where C_e does not depend on Γ they are the patch; where it does,
-    # each reproduces its own motion; red: np.flatnonzero(layout.own_acceleration) → its first
+    # each reproduces its own motion; red: np.flatnonzero(layout.follows_motion) → its first
     corner, size = (0.5, 0.3), (0.24, 0.2)
     rows, owner = rows_over(panel, corner, size, cells=6, order=6)
     cells = Patches.of_rows(rows, owner, np.full(36, 0.24 * 0.2 / 36))

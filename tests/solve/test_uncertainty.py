@@ -62,8 +62,11 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
     # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
     # again from rounding 1e-12 over them; red: np.linalg.solve(loop, seen) → seen in `acceleration_slope`
     one = solvers[form]
-    damping, mass = 900 * np.sqrt(one.frequency / 100), np.full(one.frequency.shape, 2.0)
-    omega = 2 * np.pi * one.frequency
+    damping, mass = (
+        900 * np.sqrt(one.panel.frequency / 100),
+        np.full(one.panel.frequency.shape, 2.0),
+    )
+    omega = 2 * np.pi * one.panel.frequency
     step = 1e-4
     for of_damping, of_mass in ((damping, 0 * mass), (0 * damping, mass)):
         change = 1j * omega * of_damping - omega**2 * of_mass
@@ -198,7 +201,7 @@ def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form
     one, step = three[form], 1e-3
     loads = loads_with(np.zeros(16), stays)
     found = solve_layout(one, loads, FACTOR, with_slope=True)
-    own = Layout(loads, FACTOR).own_acceleration
+    own = Layout(loads, FACTOR).follows_motion
     got = uncertainty.sensitivity(one, Layout(loads, FACTOR), found, NODES)
     assert got.log_acceleration.shape == (16, 2)
     for number in range(16):

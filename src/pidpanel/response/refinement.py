@@ -110,7 +110,7 @@ def checked_responses(
             file=sys.stderr,
         )
         left_out = np.hstack([left_out, check.left_out])
-    worst = np.array([check.largest[of].max() if of else np.nan for of in of_case])
+    worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
     if np.nanmax(worst, initial=0.0) > ALLOWED:
         print(
             f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
@@ -122,12 +122,11 @@ def checked_responses(
 
 def _with_flanks(lines: Array, panel: PanelInSound, solver: PanelSolver, plan: CasePlan) -> Array:
     """Return the lines with as many on the flanks of resonances."""
-    found = plan.solved(solver)
     answers = [
-        one.response.acceleration_psd
-        for case in found
-        for one in (case.response, case.bare, case.dead_weight)
-        if isinstance(one, LayoutResponse)
+        answer.response.acceleration_psd
+        for case in plan.solved(solver)
+        for answer in (case.response, case.bare, case.dead_weight)
+        if isinstance(answer, LayoutResponse)
     ]
     beside = flanks(solver.panel.frequency, answers, panel.resolved_ratio, len(lines))
     return np.unique(np.concatenate([lines, beside]))
@@ -156,16 +155,16 @@ def _check(
     lines: Array,
 ) -> tuple[BasisCheck, list[list[int]]]:
     """Return the check of all that was solved, and of each case the rows that count for it."""
-    found: dict[int, int] = {}
+    rows: dict[int, int] = {}
     answers: list[LayoutResponse] = []
 
-    def row(one: LayoutResponse | UnstableDamping | None) -> list[int]:
-        if one is None or isinstance(one, UnstableDamping):
+    def row(answer: LayoutResponse | UnstableDamping | None) -> list[int]:
+        if answer is None or isinstance(answer, UnstableDamping):
             return []
-        if id(one) not in found:
-            found[id(one)] = len(answers)
-            answers.append(one)
-        return [found[id(one)]]
+        if id(answer) not in rows:
+            rows[id(answer)] = len(answers)
+            answers.append(answer)
+        return [rows[id(answer)]]
 
     of_case = [
         row(case.response) + row(case.bare) + row(case.dead_weight) if row(case.response) else []
@@ -189,14 +188,13 @@ def _check(
     return check, of_case
 
 
-def _on_patches(panel: PanelInSound, one: LayoutResponse) -> PatchDampers:
+def _on_patches(panel: PanelInSound, response: LayoutResponse) -> PatchDampers:
     """C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
-    area = panel.load_area(one)
-    count = one.response.frequency.size
+    area, count = panel.load_area(response), response.response.frequency.size
     values = np.zeros((2, len(panel.basis.patch_names), count))
-    patch = panel.carriers[one.loads]
-    for load, own in enumerate(patch.tolist()):
-        share = area[load] / area[patch == own].sum()
-        for index, of in enumerate((one.equivalent_damping, one.apparent_mass)):
-            values[index, own] += share * of[load]
+    patches = panel.carriers[response.loads]
+    for load, patch in enumerate(patches.tolist()):
+        share = area[load] / area[patches == patch].sum()
+        values[0, patch] += share * response.equivalent_damping[load]
+        values[1, patch] += share * response.apparent_mass[load]
     return PatchDampers(*values)

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
 from pidpanel.solve.model import Response, ResponseError, UnstableDamping, checked_array
 
@@ -118,10 +117,10 @@ def covariance_taken(
     for lines, Y, B in _updates(bare, damping, mass):
         # all lines in one product, real and imaginary parts side by side
         right = np.ascontiguousarray(B.swapaxes(0, 1)).reshape(m, -1).view(np.float64)
-        for own, each in zip(total, weight[:, lines], strict=True):
-            left = np.ascontiguousarray((each[:, None, None] * Y).swapaxes(0, 1))
+        for part, shares in zip(total, weight[:, lines], strict=True):
+            left = np.ascontiguousarray((shares[:, None, None] * Y).swapaxes(0, 1))
             product = left.reshape(m, -1).view(np.float64) @ right.T
-            own += product + product.T
+            part += product + product.T
     return total
 
 
@@ -279,11 +278,6 @@ class PatchMotion:
         s = 1j * omega * damping - omega**2 * mass
         d = 1 / (1 + s[:, None] * self.eigenvalue)
         return d, (self.weight @ d.conj()[:, :, None])[:, :, 0]
-
-    def acceleration_rms(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> float:
-        """Return the rms over time and patch of the acceleration [m/s²]."""
-        psd = self.acceleration_psd(equivalent_damping, apparent_mass)
-        return float(root_mean_square(self.frequency, psd))
 
 
 def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> None:

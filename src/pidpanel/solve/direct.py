@@ -257,10 +257,10 @@ class DirectMotions(Motions):
 
     def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
         """H and S_p G."""
-        own = self._matrices(lines)
-        whole = dense_stiffness(self.frequency[lines], own.basis, own.air)
-        whole += weighted_sum(stiffness, own.weight)
-        return np.linalg.inv(whole), own.force
+        matrices = self._matrices(lines)
+        whole = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
+        whole += weighted_sum(stiffness, matrices.weight)
+        return np.linalg.inv(whole), matrices.force
 
     def _matrices(self, lines: slice) -> _Matrices:
         if lines.start in self._kept:
@@ -271,23 +271,23 @@ class DirectMotions(Motions):
         counts = np.flatnonzero(natural <= max(self._shapes_to * frequency[lines][-1], fewest))
         air = None
         if panel.air_stiffness is not None:
-            air = _of(matrices_at(panel.air_stiffness, frequency, lines, n), counts)
-        own = _Matrices(
+            air = _of_shapes(matrices_at(panel.air_stiffness, frequency, lines, n), counts)
+        matrices = _Matrices(
             counts,
             ModalBasis(
                 natural[counts], panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
             ),
             panel.spectrum[lines, None, None]
-            * _of(matrices_at(panel.modal_force, frequency, lines, n), counts),
+            * _of_shapes(matrices_at(panel.modal_force, frequency, lines, n), counts),
             air,
-            _of(self.weight, counts),
+            _of_shapes(self.weight, counts),
         )
-        size = own.force.nbytes + own.weight.nbytes + (0 if air is None else air.nbytes)
+        size = matrices.force.nbytes + matrices.weight.nbytes + (0 if air is None else air.nbytes)
         if len(self._lines()) * size <= self._kept_bytes:
-            self._kept[lines.start] = own
-        return own
+            self._kept[lines.start] = matrices
+        return matrices
 
 
-def _of(matrix: Any, counts: Index) -> Any:
+def _of_shapes(matrix: Any, counts: Index) -> Any:
     """Rows and columns of some shapes of (…, n, n)."""
     return matrix[..., counts[:, None], counts]

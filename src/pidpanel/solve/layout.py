@@ -85,13 +85,13 @@ class Layout:
         return tuple(load.patch for load in self.loads)
 
     @property
-    def own(self) -> Hashable:
+    def search_key(self) -> Hashable:
         """What the search for Γ depends on."""
         return tuple(self.loads), self.factor, self.stated_acceleration_g
 
     @property
-    def own_acceleration(self) -> Flags:
-        """(n_loads,) whether Γ of a load is that of its patch's own motion."""
+    def follows_motion(self) -> Flags:
+        """(n_loads,) whether Γ of a load is that of the motion of its patch."""
         stated = self.stated_acceleration_g is not None
         return np.array([load.depends_on_acceleration and not stated for load in self.loads], bool)
 
@@ -213,17 +213,19 @@ def _solved(
     solver: PanelSolver, layouts: Sequence[Layout]
 ) -> list[LayoutResponse | UnstableDamping]:
     solver.prepare([layout.patches for layout in layouts])
-    found: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
+    dampers: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
     for layout in layouts:
         try:
-            found.append(_dampers(solver, layout))
+            dampers.append(_dampers(solver, layout))
         except UnstableDamping as error:
-            found.append(error)
-    steady = [one for one in found if not isinstance(one, UnstableDamping)]
+            dampers.append(error)
+    steady = [case for case in dampers if not isinstance(case, UnstableDamping)]
     answers = iter(solver.responses([request for _, request, _ in steady]))
     return [
-        one if isinstance(one, UnstableDamping) else _response(solver, layout, *one, next(answers))
-        for layout, one in zip(layouts, found, strict=True)
+        case
+        if isinstance(case, UnstableDamping)
+        else _response(solver, layout, *case, next(answers))
+        for layout, case in zip(layouts, dampers, strict=True)
     ]
 
 
@@ -238,69 +240,69 @@ def read_dampers(
     """Return C_e, m_a and whether they are inside, each (n_loads, nf), at Γ (n_loads,)."""
     shape = (len(loads), frequency.size)
     value, mass, inside = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.bool_)
-    for index, (load, own) in enumerate(zip(loads, gamma.tolist(), strict=True)):
-        value[index], mass[index], inside[index] = load.damping(frequency, own)
+    for index, (load, motion) in enumerate(zip(loads, gamma.tolist(), strict=True)):
+        value[index], mass[index], inside[index] = load.damping(frequency, motion)
     return value, mass, inside
 
 
 def _dampers(solver: PanelSolver, layout: Layout) -> tuple[_Motion, Request, Flags]:
     """Return Γ and the dampers at it."""
-    if layout.own not in solver.searched:
-        solver.searched[layout.own] = _consistent_motion(solver, layout)
-    found: _Motion = solver.searched[layout.own]
-    value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, found.gamma)
+    if layout.search_key not in solver.searched:
+        solver.searched[layout.search_key] = _consistent_motion(solver, layout)
+    motion: _Motion = solver.searched[layout.search_key]
+    value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, motion.gamma)
     if layout.loads:
         check_stable(value, solver.motions(layout.patches).damping_norm, False)
-    return found, Request(layout.patches, value, mass, layout.with_slope), inside
+    return motion, Request(layout.patches, value, mass, layout.with_slope), inside
 
 
 def _response(
     solver: PanelSolver,
     layout: Layout,
-    found: _Motion,
+    motion: _Motion,
     request: Request,
     inside: Flags,
     answer: Answer,
 ) -> LayoutResponse:
     factor = layout.factor
     count = len(layout.loads)
-    own, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
+    rms, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
     if layout.loads and layout.with_motion:
-        key = ("moved", layout.own)
+        key = ("moved", layout.search_key)
         if key not in solver.searched:
-            solver.searched[key] = _final_motion(solver, layout, found)
-        own, cells = solver.searched[key]
+            solver.searched[key] = _final_motion(solver, layout, motion)
+        rms, cells = solver.searched[key]
     root = np.sqrt(factor)
     return LayoutResponse(
         response=answer.response.under(factor),
         loads=np.array(layout.patches, dtype=np.int64),
-        acceleration_g=found.gamma,
-        patch_acceleration_g=sine_accelerations_g(root * own),
+        acceleration_g=motion.gamma,
+        patch_acceleration_g=sine_accelerations_g(root * rms),
         cell_acceleration_g=sine_accelerations_g(root * cells),
         bare_patch_acceleration_g=sine_accelerations_g(root * solver.bare_acceleration_rms),
         equivalent_damping=request.equivalent_damping,
         apparent_mass=request.apparent_mass,
         inside=inside,
-        fixed_points=found.fixed_points,
-        residual=found.residual,
-        starts=found.starts,
-        converged=found.converged,
+        fixed_points=motion.fixed_points,
+        residual=motion.residual,
+        starts=motion.starts,
+        converged=motion.converged,
         slope=None if answer.slope is None else factor * answer.slope,
     )
 
 
-def _final_motion(solver: PanelSolver, layout: Layout, found: _Motion) -> tuple[Array, Array]:
+def _final_motion(solver: PanelSolver, layout: Layout, motion: _Motion) -> tuple[Array, Array]:
     """Return the rms acceleration of the patches, and of their calmest and liveliest cells."""
     unseen = np.full((len(layout.loads), 2), np.nan)
-    if found.rms is not None and solver.panel.cells is None:
-        return found.rms, unseen
-    value, mass, _ = read_dampers(layout.loads, solver.panel.search_frequency, found.gamma)
+    if motion.rms is not None and solver.panel.cells is None:
+        return motion.rms, unseen
+    value, mass, _ = read_dampers(layout.loads, solver.panel.search_frequency, motion.gamma)
     motions = solver.motions(layout.patches)
     if solver.panel.cells is None:
         return motions.acceleration_rms(value, mass), unseen
     covariance = motions.acceleration_covariance(value, mass)
-    own = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
-    return np.sqrt(own), solver.cell_acceleration_rms(layout.patches, covariance)
+    square = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
+    return np.sqrt(square), solver.cell_acceleration_rms(layout.patches, covariance)
 
 
 def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
@@ -310,7 +312,7 @@ def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
         return _Motion(gamma, fixed_points=0)
     if layout.stated_acceleration_g is not None:
         return _Motion(np.full(len(layout.loads), layout.stated_acceleration_g))
-    searched = np.flatnonzero(layout.own_acceleration)
+    searched = np.flatnonzero(layout.follows_motion)
     if searched.size == 0:
         return _Motion(gamma)
     # a passive damper can move a patch more than no damper only where its mass tunes a
@@ -350,12 +352,12 @@ class _LogMotion:
         self.rms: dict[bytes, Array] = {}
 
     def __call__(self, log_gamma: Array) -> Array:
-        for index, own in zip(self._searched, np.exp(log_gamma).tolist(), strict=True):
-            read = self._layout.loads[index].damping(self._motions.frequency, own)
+        for index, gamma in zip(self._searched, np.exp(log_gamma).tolist(), strict=True):
+            read = self._layout.loads[index].damping(self._motions.frequency, gamma)
             self._value[index], self._mass[index], _ = read
-        every = self._motions.acceleration_rms(self._value, self._mass)
-        self.rms[log_gamma.tobytes()] = every
-        rms = np.sqrt(self._layout.factor) * every[self._searched]
+        motion = self._motions.acceleration_rms(self._value, self._mass)
+        self.rms[log_gamma.tobytes()] = motion
+        rms = np.sqrt(self._layout.factor) * motion[self._searched]
         if not (np.all(np.isfinite(rms)) and np.all(rms > 0)):
             raise LinearisationError(
                 f"patches move with rms accelerations of {rms.min()!r} to {rms.max()!r} m/s²: "

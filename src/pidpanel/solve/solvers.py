@@ -184,20 +184,22 @@ class PanelSolver:
         -------
         (n_loads, 2) [m/s²]; NaN for a patch without cells.
         """
-        found = np.full((len(patches), 2), np.nan)
+        extremes = np.full((len(patches), 2), np.nan)
         cells, owner = self.panel.cells, self.panel.cell_patch
         if cells is None or owner is None:
-            return found
+            return extremes
         motions = self.motions(patches)
         for load, patch in enumerate(patches):
-            own = cells.only(np.flatnonzero(owner == patch).tolist())
+            inside = cells.only(np.flatnonzero(owner == patch).tolist())
             square = [
                 np.sum(seen * (covariance @ seen)) / area
-                for seen, area in zip(map(motions.seen, own.factors(0.0)), own.area, strict=True)
+                for seen, area in zip(
+                    map(motions.seen, inside.factors(0.0)), inside.area, strict=True
+                )
             ]
             if square:
-                found[load] = np.sqrt([min(square), max(square)])
-        return found
+                extremes[load] = np.sqrt([min(square), max(square)])
+        return extremes
 
     def prepare(self, layouts: Sequence[Loaded]) -> None:
         """Make the motions of several sets of patches ready together, on the lines of the search.
@@ -255,17 +257,19 @@ class PanelSolver:
         count, (n_points, m, _) = self.panel.frequency.size, self.panel.points.shape
         psds = [np.empty((count, n_points, m, m), complex) for _ in requests]
         slopes = [
-            np.empty((len(one.patches), count, n_points), complex) if one.with_slope else None
-            for one in requests
+            np.empty((len(request.patches), count, n_points), complex)
+            if request.with_slope
+            else None
+            for request in requests
         ]
         chunks = list(enumerate(chunks_of_lines(count, self.panel.patches.shapes)))
         for number, lines in tracked(chunks, "parts of the frequency range"):
-            paths = self._on_lines(number, lines, [one.patches for one in requests])
-            for one, psd, slope in zip(requests, psds, slopes, strict=True):
-                dampers = one.equivalent_damping[:, lines], one.apparent_mass[:, lines]
-                psd[lines] = paths[one.patches].response(*dampers).cross_psd
+            paths = self._on_lines(number, lines, [request.patches for request in requests])
+            for request, psd, slope in zip(requests, psds, slopes, strict=True):
+                dampers = request.equivalent_damping[:, lines], request.apparent_mass[:, lines]
+                psd[lines] = paths[request.patches].response(*dampers).cross_psd
                 if slope is not None:
-                    slope[:, lines] = paths[one.patches].slope(*dampers)
+                    slope[:, lines] = paths[request.patches].slope(*dampers)
         return [
             Answer(Response(self.panel.frequency, psd), slope)
             for psd, slope in zip(psds, slopes, strict=True)
@@ -291,9 +295,9 @@ class PanelSolver:
                 panel.points, self._spectrum[lines], force, self._in_air or air,
             )  # fmt: skip
             made |= zip(missing, bare, strict=True)
-            for key, one in zip(missing, bare, strict=True):
-                if self._has_room(key, one):
-                    self._kept[key, number] = one
+            for key, part in zip(missing, bare, strict=True):
+                if self._has_room(key, part):
+                    self._kept[key, number] = part
         paths: dict[Loaded, SolutionPath] = {
             key: LowRankPanel(made[key] if key in made else self._kept[key, number])
             for key in keys
@@ -330,10 +334,12 @@ class PanelSolver:
     def _spectrum(self) -> Array:
         return self.excitation.spectrum(self.panel.frequency)
 
-    def _has_room(self, key: Loaded, one: BarePanel) -> bool:
+    def _has_room(self, key: Loaded, bare: BarePanel) -> bool:
         """Whether the bare panel with these patches is kept, on all lines or on none."""
         if key not in self._kept_bytes:
-            a_line = sum(part[0].nbytes for part in (one.receptance, one.patch_psd, one.point_psd))
+            a_line = sum(
+                part[0].nbytes for part in (bare.receptance, bare.patch_psd, bare.point_psd)
+            )
             size = float(a_line * self.panel.frequency.size)
             fits = sum(self._kept_bytes.values()) + size <= KEPT_BYTES
             self._kept_bytes[key] = size if fits else 0.0

@@ -147,14 +147,14 @@ def sensitivity(
     # Γ held
     rows = _rows(local, by_node)  # (k, nf, points)
     log_acceleration = np.zeros((len(rows), len(loads)))
-    own = np.flatnonzero(layout.own_acceleration)
-    if own.size:
+    moving = np.flatnonzero(layout.follows_motion)
+    if moving.size:
         motion = _motion(solver, loads, found, nodes)
         jacobian, pushed = motion
-        at_rest = np.eye(own.size) - jacobian[np.ix_(own, own)]
-        log_acceleration[:, own] = np.linalg.solve(at_rest, pushed[:, own].T).T
-        follows = _with_motion(loads, solver.panel.frequency, found.acceleration_g, own.tolist())
-        for load in own:
+        at_rest = np.eye(moving.size) - jacobian[np.ix_(moving, moving)]
+        log_acceleration[:, moving] = np.linalg.solve(at_rest, pushed[:, moving].T).T
+        follows = _with_motion(loads, solver.panel.frequency, found.acceleration_g, moving.tolist())
+        for load in moving:
             by_motion = sum(
                 of[load] * by[load][:, None] for of, by in zip(local, follows, strict=True)
             )
@@ -184,11 +184,11 @@ def _motion(
 
 
 def _with_motion(
-    loads: Sequence[Load], frequency: Array, gamma: Array, own: Sequence[int]
+    loads: Sequence[Load], frequency: Array, gamma: Array, moving: Sequence[int]
 ) -> tuple[Array, Array]:
     """∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
     of_damping, of_mass = np.zeros((2, len(loads), frequency.size))
-    for load in own:
+    for load in moving:
         high, high_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(STEP)))
         low, low_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(-STEP)))
         ratio = np.divide(high, low, out=np.ones_like(low), where=(low > 0) & (high > 0))
