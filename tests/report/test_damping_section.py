@@ -103,7 +103,7 @@ def test_the_rounds_of_tones_say_how_many_cases_are_tones():
     table = target_table(rounds)
     assert [row[1] for row in table.rows] == ["2", "3"]
     assert table.caption.endswith(
-        "1 of 3 cases are tones at the fills and motions of the scenarios themselves."
+        "1 of 3 cases are tones at the fills and motions of the scenarios."
     )
 
 
