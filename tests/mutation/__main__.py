@@ -53,7 +53,7 @@ FORMULAS = {
     "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
     "sampling": "choice",
     "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps modal "
-    "model motions panel power search sharpness solvers source stress uncertainty",
+    "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "panel_motion segments softening sound_record spectra stations tables variants",
     "response": "cases coupled_errors dampers mapping panel patch_rows tabdmp1 tables",

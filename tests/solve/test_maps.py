@@ -130,7 +130,7 @@ def test_a_mean_square_over_hundreds_of_lines_is_that_of_miles():
 
 @pytest.mark.parametrize("with_air", [False, True])
 def test_covariances_are_sums_of_the_psds_of_all_shapes(with_air):
-    # red: `own += 2 * product` in covariance_taken; transfer * G * transfer in _ShapesInVacuum.psd
+    # red: `own += 2 * product` in covariance_taken; transfer * G * transfer in ShapesInVacuum.psd
     n, frequency = 12, np.array([40.0, 55.0, 71.0, 90.0])
     omega = 2 * np.pi * frequency
     basis = ModalBasis(np.linspace(20.0, 110.0, n), np.linspace(1.0, 2.0, n), 0.02)

@@ -207,7 +207,7 @@ class InColumns:
 @pytest.mark.parametrize("in_air", [False, True])
 @pytest.mark.parametrize("phase", [0.0, 1.0])
 def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase):
-    # red: in _InAir.in_parts, turned.real @ factors, turned.real @ factors
+    # red: in InAir.in_parts, turned.real @ factors, turned.real @ factors
     n = panel.basis.natural_frequency.size
     rng = np.random.default_rng(1)
     columns = rng.standard_normal((n, 3)) * np.exp(1j * phase * rng.standard_normal((n, 3)))

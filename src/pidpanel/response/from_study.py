@@ -28,7 +28,7 @@ from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import CheckedResponses, checked_responses, read_left_out
 from pidpanel.response.results import ResponseFiles, Tabulation, radiation_rows, write_tables
 from pidpanel.solve.basis_error import MovedFace
-from pidpanel.solve.modal import Matrices
+from pidpanel.solve.moved import Matrices
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (

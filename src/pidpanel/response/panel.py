@@ -23,8 +23,8 @@ from pidpanel.solve.basis_error import (
 )
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
-from pidpanel.solve.modal import Matrices
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved import Matrices
 from pidpanel.solve.panel import Panel, deflection_at_points, fixed_points
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load

@@ -23,8 +23,8 @@ from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.progress import tracked
 from pidpanel.solve.elements import Elements, Motion, Pull
-from pidpanel.solve.modal import Matrices
 from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.moved import Matrices
 
 ALLOWED = 5e-3
 """Largest error of a PSD that is left to the basis."""

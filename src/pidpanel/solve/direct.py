@@ -25,16 +25,10 @@ from pidpanel.solve.dampers import (
     patch_stiffness,
     weighted_sum,
 )
-from pidpanel.solve.modal import (
-    Matrices,
-    MatrixInput,
-    chunks_of_lines,
-    dense_stiffness,
-    matrices_at,
-    product,
-)
+from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, Patches, Response
 from pidpanel.solve.motions import Motions, Reals
+from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
 
 SHAPES_TO = 5.0
 """In the search for Γ, shapes above so many times a line's frequency are left out there: rms of

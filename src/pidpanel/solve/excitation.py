@@ -8,9 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
-
-Matrices = Array | Complexes
+from pidpanel.arrays import Array
+from pidpanel.solve.moved import Matrices
 
 
 class Excitation(Protocol):

@@ -15,8 +15,9 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.progress import tracked
 from pidpanel.solve.dampers import covariance_taken
-from pidpanel.solve.modal import MatrixInput, bare_panels, chunks_of_lines
+from pidpanel.solve.modal import bare_panels, chunks_of_lines
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved import MatrixInput
 from pidpanel.solve.stress import VON_MISES, Layers
 
 MAP_CUTOFF = 1e-4

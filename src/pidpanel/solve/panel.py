@@ -8,8 +8,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.solve.modal import MatrixInput, checked_motions
+from pidpanel.solve.modal import checked_motions
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved import MatrixInput
 
 FIXED = 1e-6
 """Motion of a point over the largest of its shape below which it does not move [1]: rounding is

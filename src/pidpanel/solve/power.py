@@ -9,14 +9,13 @@ from pidpanel.arrays import Array
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
-    MatrixInput,
     bare_panels,
     checked_frequency,
     chunks_of_lines,
     dense_stiffness,
-    matrices_at,
 )
 from pidpanel.solve.model import ModalBasis, Patches, checked_array
+from pidpanel.solve.moved import MatrixInput, matrices_at
 
 
 @dataclass(frozen=True)

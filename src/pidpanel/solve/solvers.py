@@ -25,15 +25,14 @@ from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
     BarePanel,
-    MatrixInput,
     bare_panels,
     chunks_of_lines,
     joined,
-    matrices_at,
     patch_motions_in_vacuum,
 )
 from pidpanel.solve.model import Patches, Response, ResponseError
 from pidpanel.solve.motions import Motions, ReducedMotions
+from pidpanel.solve.moved import MatrixInput, matrices_at
 from pidpanel.solve.panel import Panel
 
 SEARCH_CUTOFF = 1e-4
