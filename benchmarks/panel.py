@@ -20,7 +20,8 @@ import numpy as np
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import normal_modes, residual_vectors
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.triangles import mesh_triangles
 
 OUTLINE = Polygon(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)))

@@ -146,6 +146,7 @@ def noisy(coupled):
     return estimated(coupled, drawn(coupled, 1), drawn(coupled, 2))
 
 
+@pytest.mark.slow
 def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     # what is left leaks through Hann's window at 40 Hz, and is the chance of the records' motion
     # red: PASSES = 1; `self._omega * motion` → `self.velocity` in impedance_sums
@@ -185,6 +186,7 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
     assert np.all(noisy.log_error > 1.5 * quiet.log_error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
     # 10 records know the ratio of scatter to error to 22 %

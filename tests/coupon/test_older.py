@@ -6,16 +6,16 @@ import pytest
 
 from pidpanel import cli, durable
 from pidpanel.coupon import coding, older
-from pidpanel.coupon.cases import POURING
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import process
+from pidpanel.coupon.packing import POURING
 from pidpanel.coupon.records import (
     Loosened,
     LoosenOutcome,
     Poured,
     PourOutcome,
+    RunState,
     ShakeOutcome,
-    State,
 )
 from pidpanel.study.coupon import Coupon
 
@@ -44,7 +44,7 @@ def left(tmp_path):
     )
     coding.write(bed / "bed.json", LoosenOutcome(*attempt, run.bed, Loosened(4, 1e-9), {}))
     coding.write(own / f"{case.outcome}.json", ShakeOutcome(*attempt, run, case.target, None))
-    State(run.identity, 4, 1e-4).write(own)
+    RunState(run.identity, 4, 1e-4).write(own)
     return folder, case
 
 

@@ -7,7 +7,9 @@ import pytest
 
 from pidpanel import fingerprint
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cases, window
+from pidpanel.coupon import bed as bed_module
+from pidpanel.coupon import packing as packing_module
+from pidpanel.coupon import window
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, process
@@ -121,12 +123,16 @@ def test_a_comment_ends_where_the_line_does_and_is_none_in_quotes():
 # ------------------------------------------------------------------ constants, version
 
 
-@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(cases.Pouring)])
+@pytest.mark.parametrize(
+    "field", [field.name for field in dataclasses.fields(packing_module.Pouring)]
+)
 def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
     # red: POURING left out of the identity of a packing
     before = identities()
-    other = {field: 1.1 * getattr(cases.POURING, field)}
-    monkeypatch.setattr(cases, "POURING", dataclasses.replace(cases.POURING, **other))
+    other = {field: 1.1 * getattr(packing_module.POURING, field)}
+    monkeypatch.setattr(
+        packing_module, "POURING", dataclasses.replace(packing_module.POURING, **other)
+    )
     assert changed(before) == ALL
 
 
@@ -143,7 +149,7 @@ def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
 def test_every_constant_of_the_loosening_makes_new_beds_of_the_same_packings(monkeypatch, other):
     # red: LOOSENING left out of the identity of a bed
     before = identities()
-    monkeypatch.setattr(cases, "LOOSENING", dataclasses.replace(cases.LOOSENING, **other))
+    monkeypatch.setattr(bed_module, "LOOSENING", dataclasses.replace(bed_module.LOOSENING, **other))
     assert changed(before) == ["bed", "run"]
 
 

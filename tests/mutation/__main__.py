@@ -46,9 +46,9 @@ FORMULAS = {
     "": "chebyshev third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "coupon": "balance contact cycles drive geometry packings rows states",
-    "damping": "constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides "
+    "damping": "constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides simulated_range "
     "surface surface_cases tables thinned",
-    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
+    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
     "sampling": "choice",

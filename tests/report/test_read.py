@@ -82,7 +82,7 @@ def test_rounds_are_read_where_the_study_has_a_target(dem, folder):
 
 def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
-    with pytest.raises(StudyError, match="dem: no coupon of the name"):
+    with pytest.raises(StudyError, match="dem: no coupon named"):
         read_damping(dem.model_copy(update={"coupon": None}), "coupon", folder)
 
 

@@ -11,9 +11,9 @@ from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import panel_shapes
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.basis_error import (
     PatchDampers,

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import Shapes, panel_shapes
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import Shapes, panel_shapes
 from pidpanel.panel.supports import Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve import elements

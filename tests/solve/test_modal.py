@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete, lfilter
+import scipy
 
 from pidpanel.solve.dampers import PatchMotion, attach_dampers
 from pidpanel.solve.diagonal import DiagonalPanel
@@ -343,9 +343,11 @@ def test_one_mode_and_its_patch_move_alike_in_the_time_domain():
     step, count, force_psd = 1e-4, 4_000_000, 4.0
     omega = 2 * np.pi * 100.0
     mass, damping, stiffness = 2.5, 2 * 0.02 * 2.0 * omega + 100.0, 2.0 * omega**2
-    numerator, denominator, _ = cont2discrete(([1.0], [mass, damping, stiffness]), step)
+    numerator, denominator, _ = scipy.signal.cont2discrete(
+        ([1.0], [mass, damping, stiffness]), step
+    )
     force = np.random.default_rng(1).standard_normal(count) * np.sqrt(force_psd / (2 * step))
-    displacement = lfilter(numerator.ravel(), denominator, force)[10_000:]
+    displacement = scipy.signal.lfilter(numerator.ravel(), denominator, force)[10_000:]
     frequency = frequency_grid(1.0, 5e3, 0.02, [100.0])
     response = one_mode_response(frequency, 0.02, damping=1000.0, mass=5.0)
     assert response.displacement_rms[0] == pytest.approx(np.std(displacement), rel=0.013)

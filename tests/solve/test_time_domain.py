@@ -1,7 +1,7 @@
 """The response beside an integration in time."""
 
 import numpy as np
-from scipy.signal import butter, freqz, lfilter
+import scipy
 
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
@@ -34,18 +34,18 @@ def test_a_panel_with_a_patch_moves_alike_in_the_time_domain(panel):
     rate, V = np.linalg.eig(A)
     propagator = np.exp(rate * step)
     input_of = ((propagator - 1) / rate)[:, None] * np.linalg.solve(V, B.astype(complex))
-    tone = butter(4, 150.0, fs=1 / step)
+    tone = scipy.signal.butter(4, 150.0, fs=1 / step)
     random = np.random.default_rng(8)
-    force = np.stack([lfilter(*tone, random.standard_normal(count)) for _ in range(2)])
+    force = np.stack([scipy.signal.lfilter(*tone, random.standard_normal(count)) for _ in range(2)])
     output = np.concatenate([-inverse @ K, -inverse @ C], axis=1) @ V  # modal accelerations
     acceleration = shape @ (inverse @ push @ force)
     for state in np.flatnonzero(rate.imag > 0):  # the others are the conjugates
-        driven = lfilter([0, 1], [1, -propagator[state]], input_of[state] @ force)
+        driven = scipy.signal.lfilter([0, 1], [1, -propagator[state]], input_of[state] @ force)
         acceleration += 2 * ((shape @ output[:, state])[:, None] * driven).real
     in_time = np.std(acceleration[:, 20_000:], axis=1)
 
     frequency = np.linspace(0.5, 1000.0, 4000)
-    _, gain = freqz(*tone, frequency, fs=1 / step)
+    _, gain = scipy.signal.freqz(*tone, frequency, fs=1 / step)
     psd = 2 * step * np.abs(gain) ** 2
     patches = Patches(overlap, np.array([0.04]))
     (bare,) = bare_panels(

@@ -85,6 +85,7 @@ def autocorrelation(d_x, d_y):
     return (load * shapes(x, y)) @ shapes(x + d_x, y + d_y).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0.0, 6.0, 10.0])
 def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, k):
     # the integrand is smooth, its quadrature converged to 1e-6; what is left is the fall of Ā

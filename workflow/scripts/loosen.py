@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.coupon import attempts
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.script import run
 
 

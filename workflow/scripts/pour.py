@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.coupon import attempts
-from pidpanel.coupon.cases import Packing
+from pidpanel.coupon.packing import Packing
 from pidpanel.script import run
 
 

@@ -274,8 +274,8 @@ def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
 def _panel_costs(study: Study, solved: Solved) -> list[Cost]:
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import section_of
-    from pidpanel.panel.modes import MODES_BEYOND
     from pidpanel.panel.resolution import half_wave
+    from pidpanel.panel.shapes import MODES_BEYOND
     from pidpanel.solve.lines import line_count
 
     low, high = study.response.frequency_hz

@@ -31,7 +31,7 @@ from pidpanel.coupled.softening import (
     usual_modulus,
 )
 from pidpanel.coupled.stations import stations_of
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.coding import shared_json
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 from pidpanel.coupon.runs import ORDINARY_STEP

@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
+from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.geometry.sizes import Sizes
 

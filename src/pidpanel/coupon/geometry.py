@@ -1,6 +1,6 @@
 """Cells and spheres as arrays: where the walls are, where the spheres start, which stay.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Arr
 
 
 @dataclass(frozen=True)
-class Bed:
+class SurfaceBed:
     """What all cases of a surface have in common.
 
     Attributes
@@ -162,7 +162,7 @@ class Taught:
         (n,) g_m and its error.
     """
 
-    bed: Bed
+    bed: SurfaceBed
     points: Array
     side: Array
     log_damping: Array
@@ -232,7 +232,7 @@ class Taught:
         )
 
 
-def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
+def taught(cases: pd.DataFrame, bed: SurfaceBed) -> Taught:
     """Return what the rows of `counted` teach.
 
     C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).

@@ -1,6 +1,6 @@
 """Diameters of particles: what a study says, and what a packing draws.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
 
 from __future__ import annotations

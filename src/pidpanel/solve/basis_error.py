@@ -19,8 +19,8 @@ from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_waves import CondensedFace, condensed
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
-from pidpanel.panel.modes import MODES_BEYOND, Shapes
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import tracked
 from pidpanel.solve.elements import Elements, Motion, Pull
 from pidpanel.solve.model import ModalBasis

@@ -28,7 +28,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
-from pidpanel.panel.modes import on_patch
+from pidpanel.panel.shapes import on_patch
 from pidpanel.solve.model import ModalBasis, ResponseError
 
 ENOUGH = 1e-2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pidpanel.study.base import Model, Text
+from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import KILOHERTZ, Quantity
 
@@ -14,7 +14,7 @@ Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
 Radiation = Literal["none", "one_side", "two_sides"]
 
 
-class Response(Model):
+class Response(SectionModel):
     """The frequencies of the response, and the terms of the panel's equation of motion."""
 
     frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)

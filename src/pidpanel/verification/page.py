@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.report import style
-from pidpanel.report.html import Block, Page, Paragraph, Picture, Section, Table
+from pidpanel.report.html import Block, Page, PageSection, Paragraph, Picture, Table
 from pidpanel.report.text import number, unit
 from pidpanel.report.write import write_page
 from pidpanel.verification.coupon import contacts, shaken
@@ -136,7 +136,7 @@ def _table(caption: str, rows: Sequence[Row], *, folded: bool = False) -> Table:
     )
 
 
-def _section(case: str, rows: Sequence[Row], index: int) -> Section:
+def _section(case: str, rows: Sequence[Row], index: int) -> PageSection:
     shown = SHOWN.get(case)
     blocks: list[Block] = []
     if shown:
@@ -150,7 +150,7 @@ def _section(case: str, rows: Sequence[Row], index: int) -> Section:
         blocks.append(
             _table(f"{len(others)} more numbers, shown without a tolerance", others, folded=True)
         )
-    return Section(shown.name if shown else f"case-{index}", case, blocks)
+    return PageSection(shown.name if shown else f"case-{index}", case, blocks)
 
 
 def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:

@@ -13,10 +13,10 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import panel_shapes
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
