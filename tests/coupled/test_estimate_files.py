@@ -9,7 +9,7 @@ from pidpanel.coupled.impedance import BandImpedance
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
-from pidpanel.response.bands import whole_third_octaves
+from pidpanel.solve.bands import whole_third_octaves
 
 FREQUENCY = np.linspace(100.0, 400.0, 61)
 CENTRE, EDGE = whole_third_octaves(100.0, 400.0)
