@@ -21,7 +21,9 @@ def patch(scale):
     ones = scale * np.ones(BANDS)
     omega = 2 * np.pi * 1.01 * CENTRE
     return PatchEstimate(
-        BandImpedance(1.01 * CENTRE, 400 * ones + 1j * omega * 2 * ones),
+        BandImpedance(
+            1.01 * CENTRE, 400 * ones + 1j * omega * 2 * ones, np.zeros((len(CENTRE), 0))
+        ),
         40 * ones,
         0.2 * ones,
         OwnForce(3 * ones, 0.1 * ones, 42.0 * scale),
