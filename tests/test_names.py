@@ -6,7 +6,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "pidpanel"
 # grows until it is all that the package has
-DONE = ("api.py", "check.py", "cli", "columns.py", "overview.py", "polygon.py", "report", "sound")
+DONE = ("api.py", "check.py", "cli", "columns.py", "geometry/polygon.py", "report", "sound")
 ODD = frozenset(
     """one own found of at on under beyond alone few held told said asked taught solved widened
     agreeing beside rests made left_out seen wanted anew others other both each every with_ without_
