@@ -52,7 +52,7 @@ class Air:
     diffuse: WavenumberTable
     added_volume: WavenumberTable | None
 
-    def over(self, tables: Mapping[str, WavenumberTable]) -> Air:
+    def with_tables(self, tables: Mapping[str, WavenumberTable]) -> Air:
         """Return the same air on other shapes, with the tables of `field_files` by their names."""
         diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
         return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
