@@ -139,7 +139,7 @@ class StudiedPanel:
     @cached_property
     def supports(self) -> supports.Supports:
         """The supports of edges, the hinges and the hold-downs."""
-        held = self.panel.held
+        held = self.panel.support_input
         return supports.Supports(
             held.outline,
             held.holes,
@@ -156,7 +156,7 @@ class StudiedPanel:
         """The springs and masses by name."""
         found: dict[str, Spring | PointMass | LineMass] = {
             name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
-            for name, p in self.panel.held.points.items()
+            for name, p in self.panel.support_input.points.items()
             if p.stiffness_n_m is not None
         }
         for name, mass in self.panel.masses.items():
@@ -169,7 +169,7 @@ class StudiedPanel:
     @property
     def navier_size(self) -> tuple[float, float] | None:
         """Edge lengths [m] where Navier's closed form holds; None elsewhere."""
-        held = self.panel.held
+        held = self.panel.support_input
         plain = held.outline == "simply_supported" and not (held.edges or held.points)
         return self.panel.size if plain and not self.attachments else None
 

@@ -87,7 +87,7 @@ def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
 
 def supports_text(study: Study) -> str:
     """Return how the panel is supported."""
-    held = study.panel.held
+    held = study.panel.support_input
     text = SUPPORTED[held.outline]
     if held.outline == "free":
         text = "free along its edges"
