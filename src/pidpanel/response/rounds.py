@@ -130,7 +130,7 @@ def _stating(
     target: Target | Tones,
     panel: PanelInSound,
     surface: DampingSurface,
-    found: Mapping[str, design.Wanted],
+    found: Mapping[str, design.Demand],
 ) -> Round:
     """Return a round with the errors of the rms accelerations before it."""
     error = np.sqrt(design.variances(surface, list(found.values())))
@@ -153,7 +153,7 @@ def points_of(cases: Sequence[Case]) -> Array:
     return np.array(rows).reshape(-1, 3)
 
 
-def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
+def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Demand]]:
     """Of every scenario with a damper: its label, and how its rms values follow the surface."""
     readings = Readings(["dem"], {"dem": surface}, {})
     for case in panel.responses(panel.solver(rms_only=True), readings, dead_weight=False):
@@ -168,7 +168,7 @@ def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str,
             own_acceleration=case.layout.own_acceleration,
         ).log_rms
         (gamma,) = case.found.acceleration_g
-        wanted = design.Wanted(case.scenario.fill_fraction, float(gamma), derivative)
+        wanted = design.Demand(case.scenario.fill_fraction, float(gamma), derivative)
         yield case.scenario.label, wanted
 
 
