@@ -205,7 +205,7 @@ def _support_blocks(
     vertices, edges = held_vertices(mesh, supports)
     pairs = np.sort(deflection.mesh.facets, axis=0).T.tolist()
     facet = {tuple(pair): k for k, pair in enumerate(pairs)}
-    still = np.zeros((1, 0))
+    no_motion = np.zeros((1, 0))
     w_rows: dict[int, str] = {}
     b_rows: dict[int, tuple[str, Index, list[Array]]] = {}
 
@@ -234,7 +234,7 @@ def _support_blocks(
             if point.kind == "hold_down":
                 hold(name, vertex_number, rotation.nodal_dofs[:, vertex_number], np.eye(2))
 
-    blocks = [Block(name, np.array([dof]), still) for dof, name in w_rows.items()]
+    blocks = [Block(name, np.array([dof]), no_motion) for dof, name in w_rows.items()]
     for name, dofs, forbidden in b_rows.values():
         blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
     for name, point in supports.points.items():
