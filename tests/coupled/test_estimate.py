@@ -11,9 +11,9 @@ from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.variants import EXPONENT
-from pidpanel.response.bands import band_rms, whole_third_octaves
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts
 
 LOW, HIGH, INTERVAL = 40.0, 700.0, 1 / 8000
 LINES = np.linspace(LOW, HIGH, 661)
@@ -64,7 +64,7 @@ def made(plate, edges, damping):
         modal=ModalBasis(frequency, shapes.modal_mass, shapes.damping_ratio),
         points=shapes.at_points,
         patches=patches,
-        pressure_psd=np.ones_like,
+        spectrum=np.ones_like,
         modal_force=lambda f: np.broadcast_to(force, (len(f), *force.shape)),
     )
     return SimpleNamespace(root=root, stiffness=plate.stiffness, damping=damping, panel=panel)

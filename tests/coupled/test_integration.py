@@ -7,7 +7,7 @@ from pidpanel.coupled.integration import Integration, PanelShapes, Rows
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.sound_record import before_hold, samples
 from pidpanel.coupled.spectra import band_sums
-from pidpanel.response.bands import third_octaves
+from pidpanel.solve.bands import third_octaves
 
 STEP, INTERVALS, ROWS = 1e-5, 8, 3000
 LOW, HIGH = 30.0, 800.0

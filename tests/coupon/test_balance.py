@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pidpanel.cells import SHAPES
 from pidpanel.coupon import balance, geometry, window
 from pidpanel.coupon.from_study import cases_of
+from pidpanel.geometry.cells import SHAPES
 from pidpanel.study.coupon import Coupon
 
 RADIUS, MASS = 1e-3, 5e-6

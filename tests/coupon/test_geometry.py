@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pidpanel.cells import SHAPES
 from pidpanel.coupon import geometry
-from pidpanel.sizes import Sizes
+from pidpanel.geometry.cells import SHAPES
+from pidpanel.geometry.sizes import Sizes
 
 WIDTH = 6.35e-3
 

@@ -98,7 +98,7 @@ def test_clean_lists_it_and_removes_it_only_when_told_to(left, monkeypatch, caps
     durable.write_text(results / "psd.nc.broken", "x")
     command = ["clean", "-d", str(results.parent)]
     assert cli.main(command) == 0
-    assert "1 to remove" in capsys.readouterr().out
+    assert "1 unused" in capsys.readouterr().out
     changed_solver(monkeypatch)
     assert cli.main(command) == 0
     said = capsys.readouterr().out

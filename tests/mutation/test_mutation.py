@@ -76,17 +76,18 @@ reason = "left to the reader"
 ORPHAN = "HALF * s → HALF / s"
 
 OTHERS = {
-    "": "api arrays check columns constants durable fingerprint locks made overview owner paths progress "
-    "round script stage_costs stamp text_files verification",
+    "": "api arrays check columns constants durable fingerprint locks made owner paths progress "
+    "script stamp text_files",
+    "geometry": "",
+    "solve": "",
+    "sampling": "from_study rounds",
     "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs older "
-    "packing preparation probe records runs summary window",
+    "packing preparation probe records round runs summary window",
     "damping": "from_study surface_files table_files",
-    "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables verification "
-    "verification_equal",
-    "sound": "field_files from_study verification",
+    "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables",
+    "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files",
-    "response": "export from_study map_files nastran refinement results rounds trust verification verdict_files "
-    "verification_layouts verification_panel",
+    "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

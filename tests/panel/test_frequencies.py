@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import panel_basis
@@ -18,8 +19,7 @@ from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.panel.verification import CASES
-from pidpanel.polygon import Circle, Polygon, Rectangle
+from pidpanel.verification.panel import CASES
 
 SIZE = (1.5, 1.0)
 OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))

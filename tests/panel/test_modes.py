@@ -8,6 +8,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import modes as modes_module
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -17,7 +18,6 @@ from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import LEAST_MODES, residual_vectors
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
 
 A, B = 1.5, 1.0
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)

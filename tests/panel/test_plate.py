@@ -6,6 +6,7 @@ import scipy.linalg as la
 import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuad1, ElementQuadBFS, ElementTriP1, MeshQuad, MeshTri
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import normal_modes
@@ -14,7 +15,6 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate, bending_form
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Circle, Polygon, Rectangle
 
 A, B = 1.5, 1.0
 OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from coupled_study import coupled_results
 
+from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report.read import read_coupled, read_damping
-from pidpanel.round import Round
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """

@@ -5,10 +5,10 @@ import dataclasses
 import pandas as pd
 import pytest
 
+from pidpanel.coupon.round import Round
 from pidpanel.report import warnings
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import READINGS
-from pidpanel.round import Round
 
 POINTS = ["middle", "corner"]
 NO_LAYOUTS = pd.DataFrame(columns=["reading", "scenario"])

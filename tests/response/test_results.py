@@ -5,8 +5,13 @@ import importlib
 import pandas as pd
 import pytest
 
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
-from pidpanel.response.results import OutsideSimulatedRange, ResponseFiles, write_response
+from pidpanel.response.from_study import (
+    PanelFiles,
+    ResponseFiles,
+    read_panel_in_sound,
+    write_response,
+)
+from pidpanel.response.results import OutsideSimulatedRange
 from pidpanel.study import load_study
 
 OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")

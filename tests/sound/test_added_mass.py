@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.verification import SIDES, sine_panel
 from pidpanel.sound.wavenumber_table import FieldError
+from pidpanel.verification.sound import SIDES, sine_panel
 
 MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
 

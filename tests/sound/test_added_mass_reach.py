@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.plane_waves import condensed
+from pidpanel.geometry.plane_waves import condensed
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.wavenumber_table import FieldError

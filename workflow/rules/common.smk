@@ -27,7 +27,7 @@ from pidpanel.locks import take_stale
 from pidpanel.owner import OwnerError, check_owner, write_owner
 from pidpanel.paths import PACKAGE, PAPER_TABLE, SECTION, TEMPLATES, WORKFLOW
 from pidpanel.paths import in_a_path, of_damper, study_path
-from pidpanel.round import Round
+from pidpanel.coupon.round import Round
 from pidpanel.stamp import by_content
 from pidpanel.study import Study, StudyError
 from pidpanel.study.study import NAME

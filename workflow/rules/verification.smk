@@ -1,7 +1,7 @@
 # Computed values against closed forms and published solutions, stage by stage, and their page;
 # independent of any study.
 
-# a stage's cases are the keys of CASES in pidpanel.<stage>.verification
+# a stage's cases are the keys of CASES in pidpanel.verification.<stage>
 VERIFIED = {
     "coupon": ["collision", "sliding", "ball", "slug", "floor"],
     "panel": [
@@ -40,7 +40,7 @@ rule verify:
             "results/verification/{stage}/{case}.csv",
             decks=commands(*DECKS),
             code=lambda wildcards: digest_of_code(
-                "scripts.verify", f"pidpanel.{wildcards.stage}.verification"
+                "scripts.verify", f"pidpanel.verification.{wildcards.stage}"
             ),
         ),
     output:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.rounds import write_round
+from pidpanel.sampling.from_study import write_round
 from pidpanel.script import optional, run
 from pidpanel.study import load_study
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.response.results import write_export
+from pidpanel.response.from_study import write_export
 from pidpanel.script import run
 from pidpanel.study import load_study
 

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import write_maps
+from pidpanel.response.from_study import PanelFiles, write_maps
 from pidpanel.script import optional, run
 from pidpanel.study import load_study
 

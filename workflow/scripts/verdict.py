@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.response.verdict_files import write_verdict
+from pidpanel.report.verdict_files import write_verdict
 from pidpanel.script import run
 from pidpanel.study import load_study
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.report.write import write_verification_page
 from pidpanel.script import run
+from pidpanel.verification.page import write_verification_page
 
 
 def main(arguments: Sequence[str]) -> None:

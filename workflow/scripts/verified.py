@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.script import run
-from pidpanel.verification import confirm, read_rows
+from pidpanel.verification.rows import confirm, read_rows
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -15,7 +15,7 @@ from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, Target
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.packing import Constants, Packing
-from pidpanel.round import Round
+from pidpanel.coupon.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy

@@ -11,18 +11,18 @@ from typing import Any
 
 from pidpanel import fingerprint
 from pidpanel.arrays import Array
-from pidpanel.cells import SHAPES, ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.liggghts import deck, process
-from pidpanel.sizes import Sizes
+from pidpanel.geometry.cells import SHAPES, ShapeName
+from pidpanel.geometry.sizes import Sizes
 
 PREPARING = (
     "pidpanel.coupon.geometry",
     "pidpanel.coupon.preparation",
     "pidpanel.coupon.liggghts.sphere_dump",
     "pidpanel.coupon.liggghts.start_files",
-    "pidpanel.sizes",
+    "pidpanel.geometry.sizes",
 )
 """Modules whose code decides where the spheres of a packing and a bed are."""
 

@@ -12,11 +12,11 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
+from pidpanel.damping.inelastic import LONGEST_GAP, slug
 from pidpanel.damping.jump import WHOLE, Jump, reach
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.thinned import MOST_CASES, spread_out
-from pidpanel.inelastic import LONGEST_GAP, slug
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pidpanel.geometry.plane_mesh import edge_lengths
+from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import PanelBasis, basis_of
@@ -35,8 +37,6 @@ from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.plane_mesh import edge_lengths
-from pidpanel.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.panel import EXTENT, Panel

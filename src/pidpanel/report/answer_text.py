@@ -21,8 +21,8 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.scenario_list import together
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
-from pidpanel.response.bands import reduction
 from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
+from pidpanel.solve.bands import reduction
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
 

@@ -18,13 +18,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.plane_mesh import cell_areas
 from pidpanel.report.answer import APART
 from pidpanel.report.claims_table import Finding, Verdict
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
-from pidpanel.response.bands import reduction
+from pidpanel.solve.bands import reduction
 from pidpanel.study import Study
 
 ALIKE = 1.0

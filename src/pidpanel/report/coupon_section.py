@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
-from pidpanel.cells import SHAPES
+from pidpanel.geometry.cells import SHAPES
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.coupon_figures import (
     ACCELERATION,

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
+from pidpanel.coupon.round import Round
 from pidpanel.damping import forms
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5, paper_constants
@@ -17,7 +18,6 @@ from pidpanel.report import damping_figures, style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
 from pidpanel.report.text import number, percent, records
-from pidpanel.round import Round
 
 FORM_NAMES = {
     "paper_corrected": "the paper's law, corrected: Eq. 5 and 6, |a₁|, f in Hz, its constants",

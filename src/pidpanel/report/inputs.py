@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import pandas as pd
 import xarray as xr
 
+from pidpanel.coupon.round import Round
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.evidence import DrawnSpheres, RunRecord, Shot
-from pidpanel.round import Round
 from pidpanel.study import Study
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import number, records, signed, unit

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pidpanel.report.html import PageSection, Paragraph, Table
 from pidpanel.report.text import READINGS, number, percent, records, signed
-from pidpanel.response.bands import reduction
+from pidpanel.solve.bands import reduction
 
 SIDES = {
     "none": "no radiation",

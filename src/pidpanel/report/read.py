@@ -9,6 +9,7 @@ import xarray as xr
 
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon
+from pidpanel.coupon.round import read_rounds
 from pidpanel.damping import surface_files
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
@@ -17,7 +18,6 @@ from pidpanel.report import evidence
 from pidpanel.report.films import read_film
 from pidpanel.report.inputs import CoupledResults, CouponResults, DampingResults, Inputs
 from pidpanel.report.known_errors import with_known_errors
-from pidpanel.round import read_rounds
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
 

@@ -15,7 +15,7 @@ from pidpanel.report.psds import inside_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, Steps, nested_width
 from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
-from pidpanel.response.bands import reduction, third_octaves
+from pidpanel.solve.bands import reduction, third_octaves
 from pidpanel.study import Scenario
 from pidpanel.study.damping import COUPLED
 

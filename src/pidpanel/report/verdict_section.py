@@ -12,9 +12,9 @@ from pidpanel.report import style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS, signed
+from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
 from pidpanel.report.verdict_bands import LAW, band_figure, level_psd_figure
-from pidpanel.response.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
-from pidpanel.response.verdict_files import BARE, DEAD_WEIGHT
+from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 
 DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}
 """What is no reading of the damping, in grey."""

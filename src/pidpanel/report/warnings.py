@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
+from pidpanel.coupon.round import Round
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
@@ -22,7 +23,6 @@ from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.response.trust import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
-from pidpanel.round import Round
 from pidpanel.study import Study
 
 NAMED = 3

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
-from pidpanel.cells import ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fraction, RelativeError, SectionModel
 from pidpanel.study.explaining import mistakes_of

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from pidpanel.polygon import (
+from pidpanel.geometry.polygon import (
     Circle,
     Polygon,
     Rectangle,

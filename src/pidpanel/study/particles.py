@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pidpanel.sizes import Sizes
+from pidpanel.geometry.sizes import Sizes
 from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import (

@@ -22,7 +22,8 @@ class Response(SectionModel):
     damper_mass: bool = True
     """Whether the apparent mass of the particles is added to the panel."""
     modal_damping: Literal["full", "diagonal"] = "full"
-    """``full``: the whole modal damping matrix; ``diagonal``: the paper's Eq. 9–12."""
+    """``full``: the whole modal damping matrix; ``diagonal``: the paper's Eq. 9–12, with
+    the damping at the motion of the full matrix."""
     radiation: Radiation = "none"
     """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
     radiation_beside: Radiation = "none"
