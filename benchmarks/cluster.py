@@ -167,7 +167,7 @@ class Plan:
     def _expected(self, runs: list[Run], case: Case) -> float:
         return sum(
             run_steps(run, case)
-            * self.costs.step.of(spheres_in(run.packing, run.fill_fraction), travel(run))
+            * self.costs.step.seconds(spheres_in(run.packing, run.fill_fraction), travel(run))
             for run in runs
         )
 

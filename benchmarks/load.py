@@ -212,7 +212,7 @@ def many(row: pd.DataFrame, cases: dict[str, Case]) -> pd.DataFrame:
     own = [case.point for case in cases.values()]
     axes = [(r.fill_fraction, r.drive.frequency, r.drive.acceleration) for r in own]
     points = np.array(axes) / (1.0, 1.0, STANDARD_GRAVITY)
-    read, rng = surface.at(*points.T), np.random.default_rng(1)
+    read, rng = surface.evaluate(*points.T), np.random.default_rng(1)
     damping = read.equivalent_damping * np.exp(0.03 * rng.standard_normal(len(points)))
     mass = surface.mass_per_area(1.0) * points[:, 0]
     columns = dict(zip(AXES, points.T, strict=True))

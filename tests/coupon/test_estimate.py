@@ -57,8 +57,8 @@ def test_a_tighter_error_asks_for_more_cycles_until_the_most_that_are_allowed():
 
 
 def test_what_moves_far_in_a_step_costs_more():
-    assert COSTS.step.of(100) == pytest.approx(1e-5 + 100 * 2e-7)
-    assert COSTS.step.of(100, 0.005) == pytest.approx(1e-5 + 100 * (2e-7 + 0.005 * 4e-5))
+    assert COSTS.step.seconds(100) == pytest.approx(1e-5 + 100 * 2e-7)
+    assert COSTS.step.seconds(100, 0.005) == pytest.approx(1e-5 + 100 * (2e-7 + 0.005 * 4e-5))
 
 
 def test_no_share_of_a_step_is_negative():
@@ -79,11 +79,11 @@ def test_what_a_probe_measured_becomes_what_a_step_and_a_poured_sphere_cost():
     # red: the time of a pour taken for that of a sphere; times not per step
     spheres, travel = np.array([30, 30, 150, 150.0]), np.array([1, 20, 1, 20]) / 3000
     true = estimate.StepCost(1e-5, 2e-7, 4e-5)
-    times = np.array([true.of(n, moved) for n, moved in zip(spheres, travel, strict=True)])
+    times = np.array([true.seconds(n, moved) for n, moved in zip(spheres, travel, strict=True)])
     costs = probe.Measured(spheres, travel, times, 200, 5.0, 2e-3).costs
     assert costs.poured_sphere == pytest.approx(5.0 / 200)
     assert costs.diameter == 2e-3
-    assert costs.step.of(80, 0.002) == pytest.approx(true.of(80, 0.002), rel=1e-9)
+    assert costs.step.seconds(80, 0.002) == pytest.approx(true.seconds(80, 0.002), rel=1e-9)
 
 
 @pytest.mark.liggghts

@@ -466,7 +466,7 @@ def listed(shaken, tmp_path_factory):
         _, files = solver.list_contacts(
             run.steps_per_cycle, run.steps_per_cycle // 20, rolling=False
         )
-        last = solver.now().step
+        last = solver.instant().step
         solver.finish(last, len(spheres))
     return folder / "run", run, len(spheres), last, files
 

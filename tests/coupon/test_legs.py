@@ -43,9 +43,9 @@ def test_a_stretch_between_restarts_is_of_one_length_on_every_machine_and_a_cycl
 
 def test_a_deadline_stops_what_would_pass_it_and_nothing_else():
     deadline.check(1e9)  # without one nothing stops
-    with deadline.within(100.0):
+    with deadline.limit(100.0):
         deadline.check(50.0)
-        with pytest.raises(deadline.Continues), deadline.within(1e6):  # red: no min in `within`
+        with pytest.raises(deadline.Continues), deadline.limit(1e6):  # red: no min in `limit`
             deadline.check(150.0)
     deadline.check(1e9)  # red: the end of before not restored
 
@@ -71,7 +71,7 @@ def test_seeds_shaken_leg_by_leg_have_the_bits_of_a_case_shaken_in_one_go(tmp_pa
             before, status, count = file, json.loads(file.read_text())["status"], count + 1
         # to cycles 4, 8, 10, 14, 15, the balance
         assert (status, count) == (legs.DONE, 6)
-    with deadline.within(0.0):  # nothing is left to be run
+    with deadline.limit(0.0):  # nothing is left to be run
         attempts.shake_cases([case], shared, tmp_path / "shared.json")
     assert (tmp_path / "shared.json").read_text() == (tmp_path / "whole.json").read_text()
     rows = [summary.summarise(case, case.outcomes(folder)) for folder in (whole, shared)]

@@ -52,7 +52,7 @@ def test_what_this_version_made_is_not_of_another(left):
     # red: `==` for `not in` in `_of_kind`; `identity` left out in `_is_older_case`
     folder, _ = left
     assert not older.older(folder)
-    assert older.told(folder) == ""
+    assert older.describe_older(folder) == ""
     assert not older.older(folder / "nothing")
 
 
@@ -72,7 +72,7 @@ def test_all_that_another_version_made_is_named_with_its_size(left, monkeypatch,
     found = older.older(folder)
     assert (len(found.packings), len(found.beds), len(found.cases)) == (1, 1, 1)
     assert folder / "leg" / case.label in found.folders
-    said = older.told(folder)
+    said = older.describe_older(folder)
     assert said.startswith(f"{folder}: 1 case, 1 bed, 1 packing (") and "\n" not in said
     assert "pidpanel clean" in said
     # red: `wanted` not looked at

@@ -25,7 +25,7 @@ def test_the_scatter_that_was_drawn_is_found(scatter, error, seeds):
 
 
 def test_pairs_then_disagree_by_as_much_as_their_errors_say():
-    # with equal errors of both seeds exactly, else nearly; red: LEAST returned in any case
+    # with equal errors of both seeds exactly, else nearly; red: LOWEST returned in any case
     means, errors = drawn(0.05, 0.005, cases=90, seed=3)
     s = packings.scatter(means, errors)
     z = [

@@ -17,7 +17,7 @@ def split(means, errors):
 
 
 def test_values_apart_by_a_quarter_and_four_errors_are_of_two_states():
-    # red: APART 0.25 → 0.5; ERRORS 4 → 2; the order of the values for that of their size
+    # red: MARGIN 0.25 → 0.5; ERRORS 4 → 2; the order of the values for that of their size
     assert split([3.0, 1.0, 3.1, 1.1], [0.1] * 4) == [[1, 3], [0, 2]]
     assert split([1.0, 1.25], [0.01] * 2) == [[0, 1]]  # less than a quarter of their mean
     assert split([1.0, 1.3], [0.01] * 2) == [[0], [1]]

@@ -213,7 +213,7 @@ def test_runs_that_are_not_steady_count_by_their_error():
         series = 1 + 0.15 * noise + transient * rng.choice([-1, 1])
         found = cycles.estimate(series)
         if not rows.is_steady(found, count):
-            read = SimpleNamespace(damping=found, found=SimpleNamespace(cycles=count))
+            read = SimpleNamespace(damping=found, shaken=SimpleNamespace(cycles=count))
             off.append((found.mean - 1) / judgement.error_of(read))
     assert len(off) > 40
     assert np.sqrt(np.mean(np.square(off))) < 1.6  # 1.8 without what they drift

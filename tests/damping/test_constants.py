@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.laws import PaperLaw
-from pidpanel.damping.readings import together
+from pidpanel.damping.readings import correlated_covariance
 
 F = np.array([20.0, 77.0, 2000.0])
 
@@ -64,7 +64,7 @@ def test_errors_that_go_together_have_the_largest_variance_of_a_mean():
     # red: np.outer(one[half], other[half]) → np.diag(one[half] * other[half])
     errors = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
     mean = np.array([1, 1, 1, 0, 0, 0]) / 3
-    assert mean @ together(errors, errors) @ mean == pytest.approx(0.2**2)
+    assert mean @ correlated_covariance(errors, errors) @ mean == pytest.approx(0.2**2)
 
 
 def test_the_law_has_neither_errors_nor_mass():

@@ -74,13 +74,15 @@ def test_the_surface_is_judged_by_cases_it_has_not_seen(surface, table):
     # refitted here without every tenth case, with the mass of the particles and so with its bound
     # red: _rms(held_out) → _rms(own); cases.drop → surface.cases.drop, which lacks the mass
     frame, row = cases(), table.loc["surface"]
-    own = np.log(surface.at(*(frame[axis] for axis in AXES)).equivalent_damping / frame[VALUE])
+    own = np.log(
+        surface.evaluate(*(frame[axis] for axis in AXES)).equivalent_damping / frame[VALUE]
+    )
     assert row["rms"] == pytest.approx(np.sqrt(np.mean(own**2)), rel=1e-9)
     away = np.empty(12)
     for first in range(10):
         left = np.arange(12) % 10 == first
         rest = DampingSurface.from_frame(frame[~left])
-        found = rest.at(*(frame[axis][left] for axis in AXES)).equivalent_damping
+        found = rest.evaluate(*(frame[axis][left] for axis in AXES)).equivalent_damping
         away[left] = np.log(found / frame[VALUE][left])
     assert row["held_out_rms"] == pytest.approx(np.sqrt(np.mean(away**2)), rel=1e-6)
     assert row["held_out_largest"] == pytest.approx(np.abs(away).max(), rel=1e-6)

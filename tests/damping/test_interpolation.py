@@ -34,7 +34,7 @@ def tables(draw):
 @example((np.array([(1.0, 1.0, 20.0), (1.0, 1.0, 90.0)]), np.array([[49.0], [1.0]])), "log")
 @given(tables(), st.sampled_from(KINDS))
 def test_any_table_says_at_its_rows_what_it_says(table, kind):
-    # 49 · (1/49) is not 1; red: without `where(weight == 1, second, …)` in _between
+    # 49 · (1/49) is not 1; red: without `where(weight == 1, second, …)` in _interpolate
     points, values = table
     found, inside = ask(Interpolator(*points.T, values, kind), points)
     np.testing.assert_array_equal(found, values[:, 0])
@@ -45,7 +45,7 @@ def test_any_table_says_at_its_rows_what_it_says(table, kind):
 @given(tables(), st.sampled_from(KINDS), st.floats(0, 1e6),
        st.tuples(st.floats(0.01, 1), st.floats(0.01, 1e3), st.floats(1, 1e4)))  # fmt: skip
 def test_any_table_of_one_value_says_it_everywhere(table, kind, value, point):
-    # red: np.exp((1 - weight) * np.log(first) + weight * np.log(second)) in _between
+    # red: np.exp((1 - weight) * np.log(first) + weight * np.log(second)) in _interpolate
     points, values = table
     found, _ = ask(Interpolator(*points.T, np.full_like(values, value), kind), point)
     assert found == value

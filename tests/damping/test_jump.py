@@ -104,7 +104,7 @@ def test_a_case_left_out_is_judged_by_the_others_alone():
     for i in range(3):
         others = jump(*(case for j, case in enumerate(cases) if j != i))
         alone = others.probability(np.array([[R, GAMMA]]), np.array([cases[i][2]]))
-        assert found.left_out()[i] == pytest.approx(alone[0])
+        assert found.leave_one_out()[i] == pytest.approx(alone[0])
 
 
 def test_a_further_case_is_one_case_more():

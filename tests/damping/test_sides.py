@@ -48,7 +48,7 @@ def drawn(sides):
 def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
     # 200 000 draws: 5 standard errors of a covariance of numbers of spread 1.2 are 0.02
     # red: neither = 1 − both; d of the first point for both; the noise left out
-    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
+    at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
     np.testing.assert_allclose(at.mean, drawn[0].mean(axis=0), atol=0.02)
     covariance = sides.covariance(at, at)
     np.testing.assert_allclose(covariance, np.cov(drawn[0].T), atol=0.02)
@@ -57,8 +57,8 @@ def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
 
 
 def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
-    # red: together(one, other) − … without the product of the probabilities
-    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
+    # red: joint_crossing(one, other) − … without the product of the probabilities
+    at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
     step = np.array([5.0, -4.0, 3.0, 6.0])
     other = drawn[1] * step  # known exactly on either side
     joint = np.cov(drawn[0].T, other.T)[:4, 4:]
@@ -67,7 +67,7 @@ def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
 
 def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
     # red: noise added in any case
-    at = sides.at(ASKED, CROSSING, EXPECTED, RESTLESS)
+    at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
     whole, without = (sides.covariance(at, at, noise=noise) for noise in (True, False))
     own = (1 - CROSSING) * (0.1**2 + RESTLESS[0] ** 2) + CROSSING * (0.05**2 + RESTLESS[1] ** 2)
     np.testing.assert_allclose(np.diag(whole - without), own)
@@ -79,7 +79,7 @@ def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
 def test_a_further_case_narrows_its_own_side(sides):
     # the prior of the mean goes by the spread of the values: 1e-5 of its mean for one more
     # red: `not crosses` → `crosses` in with_case
-    at = sides.at(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[:, 2:3])
+    at = sides.mixture(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[:, 2:3])
     for crosses, (narrowed, same) in (
         (True, ("crossing", "riding")),
         (False, ("riding", "crossing")),
@@ -102,7 +102,7 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
     )  # fmt: skip
     split, p = Sides(riding, crossing), np.array([0.1, 0.4, 0.5, 0.9])
     values = np.where(crosses, sides.crossing.values + EXPECTED, sides.riding.values)
-    at = split.at(POINTS, p, EXPECTED, RESTLESS)
+    at = split.mixture(POINTS, p, EXPECTED, RESTLESS)
     error, size = split.leave_one_out(values, np.full(4, 0.05), crosses.astype(float), at)
     for i in range(4):
         of, own = ((riding, ~crosses), (crossing, crosses))[int(crosses[i])]
@@ -110,7 +110,7 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
         less = GaussianProcess(of.points[rest], of.values[rest], of.error[rest], of.lengths,
                                of.size, of.scatter, 0.3, 0.5)  # fmt: skip
         parts = Sides(riding, less) if crosses[i] else Sides(less, crossing)
-        at = parts.at(POINTS[[i]], p[[i]], EXPECTED[[i]], RESTLESS[:, [i]])
+        at = parts.mixture(POINTS[[i]], p[[i]], EXPECTED[[i]], RESTLESS[:, [i]])
         value = of.values[~rest][0] + (EXPECTED[i] if crosses[i] else 0.0)
         assert error[i] == pytest.approx(at.mean[0] - value)
         assert size[i] == pytest.approx(np.sqrt(parts.variance(at)[0] + 0.05**2))

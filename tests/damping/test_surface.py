@@ -56,7 +56,7 @@ def surface():
 
 def test_at_the_cases_it_gives_them_back_within_their_errors(surface):
     cases = frame()
-    found = surface.at(cases["fill_fraction"], cases["frequency_hz"], cases["acceleration_g"])
+    found = surface.evaluate(cases["fill_fraction"], cases["frequency_hz"], cases["acceleration_g"])
     away = found.equivalent_damping / cases["equivalent_damping_n_s_m3"] - 1
     assert np.abs(away).max() < 0.04  # two standard errors
     np.testing.assert_allclose(found.apparent_mass, cases["apparent_mass_kg_m2"], atol=0.02)
@@ -70,7 +70,7 @@ def test_between_the_cases_a_smooth_law_is_found_within_the_errors_foretold(surf
         np.exp(rng.uniform(np.log(30), np.log(2000), 300)),
         np.exp(rng.uniform(np.log(3), np.log(300), 300)),
     )
-    found = surface.at(r, f, level)
+    found = surface.evaluate(r, f, level)
     true = law(r, f, level)
     z = (found.equivalent_damping - true) / found.equivalent_damping_error
     # one function, smoother than most of its kind: errors are foretold, if anything, too large
@@ -88,7 +88,7 @@ def test_new_noise_is_foretold_at_the_stated_coverage():
     for _ in range(12):
         noisy = frame(relative=0.1)
         noisy["equivalent_damping_n_s_m3"] *= np.exp(0.1 * rng.normal(size=len(noisy)))
-        found = DampingSurface.from_frame(noisy).at(*point)
+        found = DampingSurface.from_frame(noisy).evaluate(*point)
         away = np.log(found.equivalent_damping / law(*point))
         hits.append(np.abs(away) < 1.96 * found.equivalent_damping_error / found.equivalent_damping)
     assert np.mean(hits) > 0.93
@@ -98,7 +98,7 @@ def test_many_frequencies_of_one_fill_and_level_are_those_of_the_points(surface)
     frequency = np.geomspace(20, 3000, 501)
     for r, level in ((0.1, 3.0), (0.33, 17.0), (0.9, 400.0), (0.5, 1.7)):
         quick = surface(frequency, r, level)
-        slow = surface.at(np.full(501, r), frequency, np.full(501, level))
+        slow = surface.evaluate(np.full(501, r), frequency, np.full(501, level))
         # linear interpolation over FREQUENCY_STEP and ACCELERATION_STEP
         for name, within in (("equivalent_damping", 5e-3), ("equivalent_damping_error", 5e-2)):
             np.testing.assert_allclose(getattr(quick, name), getattr(slow, name), rtol=within)
@@ -118,7 +118,7 @@ def test_below_the_onset_the_bed_rides_along_with_all_its_mass(surface):
 
 def test_towards_the_onset_dissipation_dies_away_without_a_jump(surface):
     level = np.array([3.0, 2.0, 1.3, 1.1, 1.01, 1.0])
-    found = surface.at(np.full(6, 0.5), np.full(6, 100.0), level).equivalent_damping
+    found = surface.evaluate(np.full(6, 0.5), np.full(6, 100.0), level).equivalent_damping
     assert (np.diff(found) < 0).all()
     assert found[-2] < 0.03 * found[0]
 
@@ -140,7 +140,7 @@ def test_nowhere_is_it_negative_or_above_the_bound(surface):
         10 ** rng.uniform(0, 4, 2000),
         10 ** rng.uniform(-1, 4, 2000),
     )
-    found = surface.at(r, f, level)
+    found = surface.evaluate(r, f, level)
     held_r, held_f = np.clip(r, 0.1, 0.9), np.clip(f, 30, 2000)
     bound = 4 * MASS_PER_FILL * held_r * 2 * np.pi * held_f / np.pi
     assert (found.equivalent_damping >= 0).all()
@@ -204,9 +204,9 @@ def test_a_corner_without_cases_lies_outside():
 
 
 def test_far_from_any_case_the_standard_error_grows(surface):
-    near, far = surface.at([0.5, 0.5], [490.0, 30.0], [30.0, 300.0]), None
+    near, far = surface.evaluate([0.5, 0.5], [490.0, 30.0], [30.0, 300.0]), None
     lone = DampingSurface.from_frame(frame().query("frequency_hz > 100 or acceleration_g < 100"))
-    far = lone.at([0.5], [30.0], [300.0])
+    far = lone.evaluate([0.5], [30.0], [300.0])
     relative = [v.equivalent_damping_error / v.equivalent_damping for v in (near, far)]
     assert relative[1][0] > 3 * relative[0].max()
 
@@ -270,7 +270,7 @@ def test_leaving_one_out_foretells_the_errors_of_the_law(surface):
 def test_the_covariance_has_the_standard_errors_on_its_diagonal(surface):
     frequency = np.geomspace(30, 2000, 40)
     covariance = surface.covariance(frequency, 0.3, 20.0)
-    found = surface.at(np.full(40, 0.3), frequency, np.full(40, 20.0))
+    found = surface.evaluate(np.full(40, 0.3), frequency, np.full(40, 20.0))
     relative = found.equivalent_damping_error / found.equivalent_damping
     error = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(error[:40], relative, rtol=1e-6)
@@ -288,7 +288,7 @@ def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
 
     case, noise = np.array([[0.7, 120.0, 100.0]]), 0.02
     frequency = np.geomspace(30, 2000, 10)
-    told = surface.told_by(case, noise)
+    told = surface.prospect(case, noise)
     cross = surface.covariance_with(told, frequency, 0.6, 80.0)
     old = surface.damping.riding
     more = GaussianProcess(
@@ -311,7 +311,7 @@ def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
     # a Gaussian process is a function: values at two points are jointly normal, so their joint
     # matrix has no negative eigenvalue, the blocks on its diagonal are the covariances, and the
     # difference of the two has the variance that the process itself foretells for it
-    # red: second, other_scale = self._held(frequency, *one); scale * other_scale → scale**2
+    # red: second, other_scale = self._clip(frequency, *one); scale * other_scale → scale**2
     frequency = np.geomspace(30, 2000, 12)
     one, other = (0.3, 20.0), (0.7, 5.0)
     blocks = [
@@ -392,7 +392,7 @@ def lab_surface():
 
 def test_a_surface_is_taught_logarithms_and_masses_with_the_errors_that_follow(lab_surface):
     # C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h)
-    # red: mass_error / (fill * h) → / (fill / h) in `taught`
+    # red: mass_error / (fill * h) → / (fill / h) in `training_data`
     frame = cases()
     r, f, a = (frame[axis].to_numpy() for axis in AXES)
     h = onset(a, 1.0)
@@ -428,7 +428,7 @@ def test_the_table_of_a_surface_has_its_columns_and_the_mass_of_its_particles(la
     assert list(lab_surface.cases.columns) == [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
     frame = to_frame(lab_surface, 2, 3, 2)
     np.testing.assert_allclose(frame[PARTICLE_MASS], LAB_MASS_PER_FILL * frame["fill_fraction"])
-    values = lab_surface.at(*(frame[axis] for axis in AXES))
+    values = lab_surface.evaluate(*(frame[axis] for axis in AXES))
     np.testing.assert_allclose(frame[VALUE], values.equivalent_damping)
     np.testing.assert_allclose(frame[MASS], values.apparent_mass)
 
@@ -440,7 +440,7 @@ def test_a_table_has_five_fills_nine_frequencies_and_seven_accelerations(lab_sur
 
 
 def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
-    # red: self.low[2] → self.low[3] in `_held`
+    # red: self.low[2] → self.low[3] in `_clip`
     one = DampingSurface.from_frame(cases(levels=(30.0,)))
     assert not one.depends_on_acceleration
     frequency = np.array([50.0, 400.0])

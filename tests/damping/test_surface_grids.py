@@ -84,7 +84,7 @@ def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_ca
     # red: any low for high, or one axis for another, in __call__ and _slice
     frequency = np.array([10.0, 35.0, 36.3, 222.0, 899.0, 900.0, 3000.0])
     read = surface(frequency, fill, gamma)
-    said = surface.at(fill, frequency, gamma)
+    said = surface.evaluate(fill, frequency, gamma)
     # linear between values: 3e-3 of ln C_e, see FREQUENCY_STEP
     np.testing.assert_allclose(
         np.log(read.equivalent_damping), np.log(said.equivalent_damping), atol=3e-3
@@ -102,7 +102,7 @@ def test_at_the_values_computed_once_nothing_is_interpolated(surface):
     frequency = np.exp(surface.log_frequency[[0, m, -1]])
     for log_gamma in surface.log_acceleration[[0, k, -1]]:
         read = surface(frequency, 0.45, np.exp(log_gamma))
-        said = surface.at(0.45, frequency, np.exp(log_gamma))
+        said = surface.evaluate(0.45, frequency, np.exp(log_gamma))
         np.testing.assert_allclose(read.equivalent_damping, said.equivalent_damping, rtol=1e-9)
 
 
@@ -120,7 +120,7 @@ def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
         # every so many of the values computed once, which leaves 33 and 27 or somewhat more
         assert most / 2 <= len(values) <= most
     for i, j, k in ((0, 0, 0), (16, 3, 2), (5, -1, -1), (9, 20, 11)):
-        said = surface.at([fill[i]], [frequency[j]], [gamma[k]])
+        said = surface.evaluate([fill[i]], [frequency[j]], [gamma[k]])
         for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass", "inside"):
             assert float(data[name][i, j, k]) == pytest.approx(float(getattr(said, name)[0]))
 

@@ -12,7 +12,7 @@ import pytest
 
 from pidpanel.damping import surface_files
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.surface_cases import AXES, ERROR, VALUE, groups, taught
+from pidpanel.damping.surface_cases import AXES, ERROR, VALUE, groups, training_data
 
 CASES = pd.read_csv(Path(__file__).parent / "data" / "launch_cases.csv")
 SWEEP, TONES = (CASES[CASES["of"] == of] for of in ("sweep", "tones"))
@@ -34,7 +34,7 @@ def made(frame, depth=DEPTH):
 
 def missed(surface, points, value, error):
     """Errors of ln C_e of a surface at points, and the same over what was stated."""
-    found = surface.at(*points)
+    found = surface.evaluate(*points)
     away = np.log(found.equivalent_damping / value)
     stated = found.equivalent_damping_error / found.equivalent_damping
     return away, away / np.hypot(stated, error)
@@ -108,7 +108,7 @@ def test_with_tones_at_its_motion_the_slice_is_known(whole):
 
 
 def test_tones_left_out_are_found_by_the_rest(whole):
-    # every fourth of them, four times; red: `error**2` for the error of g_m in `taught`
+    # every fourth of them, four times; red: `error**2` for the error of g_m in `training_data`
     z, away = [], []
     for fold in range(4):
         out = TONES.iloc[fold::4]
@@ -132,7 +132,7 @@ def test_tones_drawn_at_random_along_the_scenarios_are_within_the_stated_errors(
 def test_a_bed_that_crosses_has_the_mass_of_the_closed_form(whole):
     # C_e within 8 % where the gap above it is well known, m_a within 0.1 of the particles' mass
     # red: mass μ for its negative; E(W/L) for E(L/W)
-    data = taught(whole.cases, whole.bed)
+    data = training_data(whole.cases, whole.bed)
     points = groups(*whole.cases[list(AXES)].to_numpy().T)
     log_damping, mass = whole.bed.inelastic(points)
     crosses = (data.side == 1) & (np.exp(whole.bed.log_stroke(points)) > 0.5)
@@ -177,7 +177,7 @@ def test_the_file_gives_a_surface_with_a_jump_back(whole):
 @pytest.mark.parametrize("rides", [True, False])
 def test_cases_of_one_side_alone_make_a_surface(rides):
     # what is not known of the other side is wide; red: `alone` left out of `_sides`
-    side = taught(SWEEP, made(SWEEP).bed).side
+    side = training_data(SWEEP, made(SWEEP).bed).side
     surface = made(SWEEP[side == (0 if rides else 1)])
     found = surface(np.array([30.0, 35.0]), 0.5, 100.0)
     assert (found.equivalent_damping > 0).all() and np.isfinite(found.apparent_mass).all()

@@ -213,7 +213,7 @@ def test_errors_of_a_loss_factor_and_of_an_impedance_become_those_of_damping_and
 
 
 def test_two_points_of_a_table_err_together():
-    # red: together(first, first)
+    # red: correlated_covariance(first, first)
     table = reading(**{F: [100, 100], "acceleration_g": [1.0, 9.0], C: 10.0, C_ERROR: [1.0, 3.0]})
     f = np.array([100.0])
     cross = table.cross_covariance(f, (0.5, 1.0), (0.5, 9.0))

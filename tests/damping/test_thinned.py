@@ -55,7 +55,7 @@ def test_a_surface_of_very_many_cases_is_bounded_and_reads_what_they_say(monkeyp
     np.testing.assert_allclose(np.log(counted[axes]).max(), np.log(cases[axes]).max(), atol=0.2)
     surface = DampingSurface.from_frame(cases)
     left_out = frame(50)
-    read = surface.at(*(left_out[axis] for axis in axes))
+    read = surface.evaluate(*(left_out[axis] for axis in axes))
     away = np.log(read.equivalent_damping / left_out["equivalent_damping_n_s_m3"])
     size = read.equivalent_damping_error / read.equivalent_damping
     assert np.sqrt(np.mean(away**2)) < 0.06

@@ -273,7 +273,7 @@ def test_a_hinged_foot_of_a_thin_plate_turns_about_its_middle(tmp_path):
 
 def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
     # a point that is held leaves two rotations, two leave one, a hold-down none
-    # red: point.radius == 0 → == 1; point.kind == "hold_down" → != in `_held` of `mindlin`
+    # red: point.radius == 0 → == 1; point.kind == "hold_down" → != in `_support_blocks` of `mindlin`
     mesh = split_quads(6, 4)
     hinge, other = PointSupport((0.5, 0.5), "hinge"), PointSupport((1.0, 0.75), "hinge")
     for points, rigid in (
@@ -286,7 +286,7 @@ def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
 
 
 def test_a_point_held_down_and_a_hinged_foot_each_hold_their_own():
-    # red: np.eye(2) → np.eye(3) beside "hold_down" in `_held` of `mindlin`
+    # red: np.eye(2) → np.eye(3) beside "hold_down" in `_support_blocks` of `mindlin`
     points = {"A": PointSupport((0.25, 0.25), "hold_down"),
               "F": PointSupport((1.0, 0.5), "hinge", 0.3)}  # fmt: skip
     plate = assemble_shear_plate(split_quads(6, 4), SANDWICH, Supports("free", points=points))

@@ -310,7 +310,7 @@ def test_a_clamped_square_of_quadrilaterals_has_its_known_frequency(tmp_path):
 
 def test_on_a_curved_simple_support_the_deflection_turns_with_the_edge(tmp_path):
     # w = 0 along a circle of radius R: d²w/ds² = w_tt - w_n/R = 0, for every free coordinate
-    # red: / spacing ** order → * spacing ** order in `_held` of `thin`; h * turn → turn / h
+    # red: / spacing ** order → * spacing ** order in `_support_blocks` of `thin`; h * turn → turn / h
     radius, pieces = 0.5, 24
     mesh = mesh_triangles(tmp_path / "t.msh", Circle((0.0, 0.0), radius, pieces), 0.3, {}, {})
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))

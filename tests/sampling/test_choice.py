@@ -40,7 +40,7 @@ def surface():
 def wanted(surface, fill=0.5, level=40.0, at=300.0):
     """Something that reads C_e round one frequency, and m_a a little."""
     weight = np.exp(-(np.log(surface.nodes / at) ** 2) / 0.2)
-    return design.Wanted(fill, level, np.concatenate([0.1 * weight, 0.01 * weight])[:, None])
+    return design.Demand(fill, level, np.concatenate([0.1 * weight, 0.01 * weight])[:, None])
 
 
 def test_cases_to_start_with_are_spread_over_the_sweep():
@@ -155,7 +155,7 @@ def test_a_case_takes_away_the_variance_of_c_e_and_of_m_a_each_with_its_own_nois
     weight = np.exp(-(np.log(scattered.nodes / 300) ** 2) / 0.2)
     derivative = np.zeros((2 * n, 1))
     derivative[of * n : (of + 1) * n, 0] = weight
-    one = design.Wanted(0.5, 40.0, derivative)
+    one = design.Demand(0.5, 40.0, derivative)
     (before,) = design.variances(scattered, [one])
     (gain,) = design.gains(scattered, [one], CASE, 0.2)
     (left,) = design.variances(scattered.with_case(CASE, 0.2), [one])
@@ -165,7 +165,7 @@ def test_a_case_takes_away_the_variance_of_c_e_and_of_m_a_each_with_its_own_nois
 
 def reading(scattered, at, size):
     weight = size * np.exp(-(np.log(scattered.nodes / at) ** 2) / 0.2)
-    return design.Wanted(0.5, 40.0, np.concatenate([weight, 0 * weight])[:, None])
+    return design.Demand(0.5, 40.0, np.concatenate([weight, 0 * weight])[:, None])
 
 
 def test_it_is_shares_of_variances_that_count_not_their_sizes(scattered):

@@ -131,7 +131,7 @@ def test_a_rectangle_has_its_bounds_and_a_panel_its_outline_in_m():
     assert panel.patches["PID-1"].bounds == (0.65, 0.85, 0.4, 0.6)
     assert panel.size == (1.5, 1.0)
     assert panel.outline.corners.tolist() == [[0, 0], [1.5, 0], [1.5, 1], [0, 1]]
-    assert panel.held.outline == "simply_supported"
+    assert panel.support_input.outline == "simply_supported"
 
 
 def test_a_group_of_a_mesh_file_is_text_whether_a_number_or_not():

@@ -21,7 +21,7 @@ from pidpanel.coupon.batches import Batch, batches_of, parts_of
 from pidpanel.coupon.estimate import run_memory
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct
 from pidpanel.coupon.liggghts.deck import without_comments
-from pidpanel.coupon.older import told
+from pidpanel.coupon.older import describe_older
 from pidpanel.fingerprint import code_digest, file_digest, text_digest
 from pidpanel.locks import take_stale
 from pidpanel.owner import OwnerError, check_owner, write_owner
@@ -224,7 +224,7 @@ def will_run():
         if taken:
             logger.warning(f"{taken[0].parent}: left by a process that was killed; taken over")
         write_owner(STUDY, Path(STUDY_FILE), Path("results"))
-        if left_over := told(Path("results/coupon"), {*CASES, *BEDS, *PACKINGS}):
+        if left_over := describe_older(Path("results/coupon"), {*CASES, *BEDS, *PACKINGS}):
             logger.warning(left_over)
     return bool(runs)
 

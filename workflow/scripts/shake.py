@@ -13,7 +13,7 @@ def main(arguments: Sequence[str]) -> None:
     """Take the cases, results/coupon, the hash of the code, the time [s]; write the statuses."""
     values, folder, code, seconds, output = arguments
     cases = [Case.from_dict(case) for case in from_shared_json(values)]
-    with deadline.within(float(seconds)):
+    with deadline.limit(float(seconds)):
         attempts.shake_cases(cases, Path(folder), Path(output), code)
 
 

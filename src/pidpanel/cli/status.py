@@ -23,7 +23,7 @@ def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
-    from pidpanel.coupon.older import told
+    from pidpanel.coupon.older import describe_older
     from pidpanel.owner import check_owner
     from pidpanel.study import load_any_study
 
@@ -46,6 +46,6 @@ def call(args: argparse.Namespace) -> int:
         print(stage)
     for line in [*running, *failed]:
         print(line)
-    if left_over := told(results / "coupon"):
+    if left_over := describe_older(results / "coupon"):
         print(left_over)
     return 1 if left or failed else 0

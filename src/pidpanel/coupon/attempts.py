@@ -52,15 +52,15 @@ from pidpanel.coupon.runs import shake
 from pidpanel.locks import alone
 from pidpanel.progress import tracked
 
-Found = TypeVar("Found")
+Product = TypeVar("Product")
 
 
 def pour_packing(packing: Packing, file: Path) -> PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
     with alone(_lock(file.parent)):
-        attempt, found = _attempted(lambda: pour(packing, file.parent), file.parent)
-        files = files_of(file.parent, (PACKING_FILE,) if found else ())
-        outcome = PourOutcome(**vars(attempt), packing=packing, found=found, files=files)
+        attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
+        files = files_of(file.parent, (PACKING_FILE,) if poured else ())
+        outcome = PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
         _write(file, outcome)
     return outcome
 
@@ -77,18 +77,18 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     file
         ``bed.json``.
     """
-    before = sound_packing(bed.packing, packing_file)
-    poured = before.found
+    source = sound_packing(bed.packing, packing_file)
+    poured = source.found
     with alone(_lock(file.parent)):
         if poured is None:
-            attempt, found = _handed_on(before), None
+            attempt, loosened = _handed_on(source), None
         else:
             full = poured.spheres_full
-            attempt, found = _attempted(
+            attempt, loosened = _attempted(
                 lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
             )
-        files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if found else ())
-        outcome = LoosenOutcome(**vars(attempt), bed=bed, found=found, files=files)
+        files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if loosened else ())
+        outcome = LoosenOutcome(**vars(attempt), bed=bed, found=loosened, files=files)
         _write(file, outcome)
     return outcome
 
@@ -107,7 +107,7 @@ def sound_packing(packing: Packing, file: Path) -> PourOutcome:
     except SolverFailure as failure:
         if file.exists():
             print(f"{failure}; poured again", file=sys.stderr)
-        with _beside(file) as scratch:
+        with _scratch_folder(file) as scratch:
             outcome = pour_packing(packing, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))
     return outcome
@@ -125,7 +125,7 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     except SolverFailure as failure:
         if file.exists():
             print(f"{failure}; made again", file=sys.stderr)
-        with _beside(file) as scratch:
+        with _scratch_folder(file) as scratch:
             outcome = loosen_bed(bed, packing_file, scratch / file.name)
             _take(scratch, file.parent, (*outcome.files, file.name))
     return outcome
@@ -150,7 +150,7 @@ def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
 
 
 @contextlib.contextmanager
-def _beside(file: Path) -> Iterator[Path]:
+def _scratch_folder(file: Path) -> Iterator[Path]:
     """A folder beside that of a file, for what takes its place."""
     file.parent.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".again_", dir=file.parent.parent) as name:
@@ -180,12 +180,12 @@ def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOu
     folder
         Of the run.
     """
-    before = bed_in_store(run.bed, bed_file)
-    if before.found is None:
-        attempt, found = _handed_on(before), None
+    bed = bed_in_store(run.bed, bed_file)
+    if bed.found is None:
+        attempt, shaken = _handed_on(bed), None
     else:
-        attempt, found = _attempted(lambda: shake(run, target, bed_file.parent, folder), folder)
-    return ShakeOutcome(**vars(attempt), run=run, target=target, found=found)
+        attempt, shaken = _attempted(lambda: shake(run, target, bed_file.parent, folder), folder)
+    return ShakeOutcome(**vars(attempt), run=run, target=target, found=shaken)
 
 
 def shake_seeds(
@@ -203,27 +203,27 @@ def shake_seeds(
         for run, bed_file, folder in zip(seeds, bed_files, folders, strict=True)
     ]
     while True:
-        found = [outcome.found for outcome in outcomes if outcome.found is not None]
-        if len(found) < len(outcomes):
+        shaken = [outcome.found for outcome in outcomes if outcome.found is not None]
+        if len(shaken) < len(outcomes):
             break
         damping = []
-        for run, folder, one in zip(seeds, folders, found, strict=True):
-            read = rows.read_shaken(run, folder, one)
-            damping.append(rows.estimates(run, read, one.mass_kg)[0])
-        k = min(range(len(found)), key=lambda i: found[i].cycles)
-        done = found[k].cycles
+        for run, folder, record in zip(seeds, folders, shaken, strict=True):
+            read = rows.read_shaken(run, folder, record)
+            damping.append(rows.estimates(run, read, record.mass_kg)[0])
+        k = min(range(len(shaken)), key=lambda i: shaken[i].cycles)
+        done = shaken[k].cycles
         if not are_apart(damping) or done >= target.max_cycles:
             break
         longer = replace(target, min_cycles=min(target.max_cycles, math.ceil(1.5 * done)))
-        more = shake_run(seeds[k], longer, bed_files[k], folders[k])
-        spent = outcomes[k].solver_cpu_s + more.solver_cpu_s
-        outcomes[k] = replace(more, target=target, solver_cpu_s=round(spent, 2))
+        continued = shake_run(seeds[k], longer, bed_files[k], folders[k])
+        spent = outcomes[k].solver_cpu_s + continued.solver_cpu_s
+        outcomes[k] = replace(continued, target=target, solver_cpu_s=round(spent, 2))
     return outcomes
 
 
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
-    """Whether the highest and the lowest are further apart than `APART` and four errors."""
-    low, high = min(damping, key=lambda one: one.mean), max(damping, key=lambda one: one.mean)
+    """Whether the highest and the lowest are further apart than `states.MARGIN` and four errors."""
+    low, high = min(damping, key=lambda e: e.mean), max(damping, key=lambda e: e.mean)
     return states.are_apart(low.mean, low.error, high.mean, high.error)
 
 
@@ -260,13 +260,13 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
 
 
 def _with_time_of(
-    before: Sequence[ShakeOutcome], after: Sequence[ShakeOutcome]
+    earlier: Sequence[ShakeOutcome], later: Sequence[ShakeOutcome]
 ) -> list[ShakeOutcome]:
     """Return outcomes with the CPU time of those before, which are of the same runs."""
-    spent = [one.solver_cpu_s for one in before] + [0.0] * (len(after) - len(before))
+    spent = [outcome.solver_cpu_s for outcome in earlier] + [0.0] * (len(later) - len(earlier))
     return [
-        replace(one, solver_cpu_s=round(one.solver_cpu_s + more, 2))
-        for one, more in zip(after, spent, strict=True)
+        replace(outcome, solver_cpu_s=round(outcome.solver_cpu_s + seconds, 2))
+        for outcome, seconds in zip(later, spent, strict=True)
     ]
 
 
@@ -275,20 +275,20 @@ def first_target(case: Case) -> Target:
     target = case.target
     if not case.state_cycles:
         return target
-    most = max(target.min_cycles, min(target.max_cycles, case.state_cycles))
-    return replace(target, min_cycles=case.least_cycles, max_cycles=most)
+    largest = max(target.min_cycles, min(target.max_cycles, case.state_cycles))
+    return replace(target, min_cycles=case.least_cycles, max_cycles=largest)
 
 
 def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bool:
     """Whether the cells of the runs that succeeded are in more than one state of motion."""
-    found = []
-    for run, own, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
+    estimates = []
+    for run, run_folder, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
         if outcome.found is not None:
-            cells = rows.read_cells(run, own, outcome.found)
-            found += rows.cell_estimates(run, cells, outcome.found.mass_kg)
-    means = np.array([one.damping for one in found])
-    errors = np.array([one.error for one in found])
-    return len(found) > 1 and len(states.states_of(means, errors)) > 1
+            cells = rows.read_cells(run, run_folder, outcome.found)
+            estimates += rows.cell_estimates(run, cells, outcome.found.mass_kg)
+    means = np.array([estimate.damping for estimate in estimates])
+    errors = np.array([estimate.error for estimate in estimates])
+    return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
 
 
 def _shake_all(case: Case, target: Target, folder: Path) -> list[ShakeOutcome]:
@@ -341,7 +341,7 @@ def _write(file: Path, outcome: Attempt) -> None:
     coding.write(file, outcome)
 
 
-def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Found | None]:
+def _attempted(action: Callable[[], Product], folder: Path) -> tuple[Attempt, Product | None]:
     """Do it, twice if need be; a failure is kept by its name.
 
     The first failure may be the machine's; the second is reported. A stopped run continues from
@@ -349,13 +349,13 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
     removed.
     """
     attempts = 0
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    start = resource.getrusage(resource.RUSAGE_CHILDREN)
     while True:
         attempts += 1
-        found: Found | None = None
+        product: Product | None = None
         status, message = OK, ""
         try:
-            found = action()
+            product = action()
         except SolverMissing:
             raise
         except SolverFailure as failure:
@@ -363,9 +363,9 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
         except OSError as error:
             status, message = FilesFailed.__name__, f"{folder}: {error}"
         if status == OK or attempts == 2:
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-            return Attempt(status, message, attempts, VERSION, round(max(spent, 0.0), 2)), found
+            end = resource.getrusage(resource.RUSAGE_CHILDREN)
+            spent = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
+            return Attempt(status, message, attempts, VERSION, round(max(spent, 0.0), 2)), product
         if status in DAMAGED:
             durable.set_aside(folder, message)
         elif status != RunStopped.__name__:
@@ -373,6 +373,6 @@ def _attempted(action: Callable[[], Found], folder: Path) -> tuple[Attempt, Foun
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _handed_on(before: Attempt) -> Attempt:
+def _handed_on(attempt: Attempt) -> Attempt:
     """The failure of the step before."""
-    return Attempt(before.status, before.message, before.attempts, before.liggghts, 0.0)
+    return Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)

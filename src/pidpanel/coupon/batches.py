@@ -65,7 +65,7 @@ def expected_cost(case: Case) -> float:
 
 def run_cost(run: Run, case: Case) -> float:
     """CPU time of a run of a case on an ordinary core [s]."""
-    return run_steps(run, case) * STEP.of(spheres_in(run.packing, run.fill_fraction))
+    return run_steps(run, case) * STEP.seconds(spheres_in(run.packing, run.fill_fraction))
 
 
 class Part(NamedTuple):
@@ -92,13 +92,13 @@ def parts_of(case: Case, job: float) -> list[Part]:
     if sum(costs) <= LONG * job:
         return []
     parts: list[Part] = []
-    together: list[int] = []
+    numbers: list[int] = []
     for number in range(len(costs)):
-        together.append(number)
-        done = sum(costs[k] for k in together)
+        numbers.append(number)
+        done = sum(costs[k] for k in numbers)
         if number + 1 == len(costs) or done + costs[number + 1] > SHARE * job:
-            parts.append(Part(tuple(together), done, math.ceil(done / job)))
-            together = []
+            parts.append(Part(tuple(numbers), done, math.ceil(done / job)))
+            numbers = []
     return parts
 
 
@@ -113,14 +113,14 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
         Longest time of a job [s], `SHARE` of which is worth one then; a case that is long is alone.
     """
     worth = SHARE * job if job < math.inf else WORTH
-    together: list[Case] = []
+    group: list[Case] = []
     cost, count = 0.0, 0
     for case in cases:
-        own, runs = expected_cost(case), len(case.runs) + len(case.reserve)
-        if together and (cost >= worth or cost + own > LONG * job or count + runs > MOST_RUNS):
-            yield Batch(tuple(together))
-            together, cost, count = [], 0.0, 0
-        together.append(case)
-        cost, count = cost + own, count + runs
-    if together:
-        yield Batch(tuple(together))
+        expected, runs = expected_cost(case), len(case.runs) + len(case.reserve)
+        if group and (cost >= worth or cost + expected > LONG * job or count + runs > MOST_RUNS):
+            yield Batch(tuple(group))
+            group, cost, count = [], 0.0, 0
+        group.append(case)
+        cost, count = cost + expected, count + runs
+    if group:
+        yield Batch(tuple(group))

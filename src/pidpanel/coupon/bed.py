@@ -244,11 +244,11 @@ class Run:
         DeckRefused
             For a deck of the user's own that is not trusted; see `trust`.
         """
-        own, values = self._template, self.deck_values(leg, restart)
-        text = deck.render(own.name, values, own.parent)
-        if not trust.is_trusted(own):
+        template, values = self._template, self.deck_values(leg, restart)
+        text = deck.render(template.name, values, template.parent)
+        if not trust.is_trusted(template):
             for refused in trust.refusals(text, deck.files_in(values)):
-                raise DeckRefused(f"{own}: {refused}")
+                raise DeckRefused(f"{template}: {refused}")
         return text
 
     def deck_digest(self, restart: str | None = None) -> str:
@@ -256,8 +256,8 @@ class Run:
 
         Runs that differ in their beds alone have one deck, which is rendered once in a process.
         """
-        own, values = self._template, self.deck_values(restart=restart)
-        return deck.digest(own.name, own.parent, tuple(values.items()))
+        template, values = self._template, self.deck_values(restart=restart)
+        return deck.digest(template.name, template.parent, tuple(values.items()))
 
     @property
     def _template(self) -> Path:

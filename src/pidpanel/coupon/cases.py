@@ -56,7 +56,7 @@ class Target:
         """A part of the name of the file that says how a run ended."""
         return f"{100 * self.relative_error:.9g}pc_{self.min_cycles}to{self.max_cycles}"
 
-    def as_strict_as(self, other: Target) -> Target:
+    def as_strict_as(self, reference: Target) -> Target:
         """Return the target that satisfies another too.
 
         Examples
@@ -65,9 +65,9 @@ class Target:
         Target(relative_error=0.05, min_cycles=20, max_cycles=400)
         """
         return Target(
-            min(self.relative_error, other.relative_error),
-            max(self.min_cycles, other.min_cycles),
-            max(self.max_cycles, other.max_cycles),
+            min(self.relative_error, reference.relative_error),
+            max(self.min_cycles, reference.min_cycles),
+            max(self.max_cycles, reference.max_cycles),
         )
 
 
@@ -117,10 +117,10 @@ class Case:
             f"_d{first.packing.diameter * 1e3:g}mm_{digest[:8]}"
         )
 
-    def as_strict_as(self, other: Case) -> Case:
+    def as_strict_as(self, reference: Case) -> Case:
         """Return the case with a target that satisfies that of another, of the same runs, too."""
-        target = self.target.as_strict_as(other.target)
-        error = min(self.relative_error, other.relative_error)
+        target = self.target.as_strict_as(reference.target)
+        error = min(self.relative_error, reference.relative_error)
         return replace(self, target=target, relative_error=error)
 
     @property
@@ -128,11 +128,11 @@ class Case:
         """Share by which softened contacts make C_e too large [1]; see `contact.modulus_bias`."""
         run = self.point
         moduli = (run.constants.youngs_modulus, self.youngs_modulus)
-        soft, own = (run.contact_time_at(modulus) * run.drive.frequency for modulus in moduli)
-        deep, own_depth = (run.overlap_at(modulus) for modulus in moduli)
+        soft, stiff = (run.contact_time_at(modulus) * run.drive.frequency for modulus in moduli)
+        deep, stiff_depth = (run.overlap_at(modulus) for modulus in moduli)
         if run.bed.stroke_per_gap(run.drive) < contact.CROSSING:
-            deep = own_depth
-        return contact.modulus_bias(soft, own, deep, own_depth, run.bed.deepening(run.drive))
+            deep = stiff_depth
+        return contact.modulus_bias(soft, stiff, deep, stiff_depth, run.bed.deepening(run.drive))
 
     def folders(self, folder: Path) -> list[Path]:
         """Folders of the runs below ``results/coupon``, one a seed."""
@@ -158,7 +158,7 @@ class Case:
 
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``, one a seed."""
-        return [own / f"{self.outcome}.json" for own in self.folders(folder)]
+        return [path / f"{self.outcome}.json" for path in self.folders(folder)]
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON holds it; `from_dict` is the inverse."""

@@ -150,13 +150,13 @@ def _fields_of(record: Any) -> dict[str, Any]:
 def from_shared_json(text: str) -> Any:
     """The inverse of `shared_json`."""
     table, top = json.loads(text)
-    made: list[Any] = []
+    decoded: list[Any] = []
 
     def whole(value: Any) -> Any:
         if isinstance(value, dict):
-            return made[value[SHARED]]
+            return decoded[value[SHARED]]
         return [whole(item) for item in value] if isinstance(value, list) else value
 
     for values in table:
-        made.append({key: whole(item) for key, item in values.items()})
+        decoded.append({key: whole(item) for key, item in values.items()})
     return whole(top)

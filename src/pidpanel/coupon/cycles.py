@@ -134,10 +134,10 @@ def transient_end(series: Array) -> int:
     batch = max(1, min(5, len(series) // 10))
     n = len(series) // batch
     batches = series[: batch * n].reshape(n, batch).mean(axis=1)
-    kept = np.arange(n, 0, -1)
-    mean = np.cumsum(batches[::-1])[::-1] / kept
-    square = np.cumsum(batches[::-1] ** 2)[::-1] / kept
-    marginal = np.maximum(square - mean**2, 0.0) / kept
+    remaining = np.arange(n, 0, -1)
+    mean = np.cumsum(batches[::-1])[::-1] / remaining
+    square = np.cumsum(batches[::-1] ** 2)[::-1] / remaining
+    marginal = np.maximum(square - mean**2, 0.0) / remaining
     return batch * int(np.argmin(marginal[: n // 2 + 1]))
 
 
@@ -246,8 +246,8 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
     controls /= scale
     used = slice(max(start - 1, 0), None)
     steady = series[1:-1][used]
-    known = np.column_stack([np.ones(len(steady)), controls[used]])
-    multiples = np.linalg.lstsq(known, steady, rcond=None)[0][1:]
+    regressors = np.column_stack([np.ones(len(steady)), controls[used]])
+    multiples = np.linalg.lstsq(regressors, steady, rcond=None)[0][1:]
     result = series.copy()
     result[1:-1] -= controls @ multiples
     return result
@@ -282,6 +282,6 @@ def combine(means: Array, errors: Array) -> tuple[float, float]:
     two degrees of freedom); the runs alone miss that a packing stays what it is.
     """
     n = len(means)
-    within = float(np.sqrt(np.sum(np.square(errors)))) / n
-    between = float(np.std(means, ddof=1)) / math.sqrt(n) if n > 1 else 0.0
-    return float(np.mean(means)), max(within, between)
+    within_seeds = float(np.sqrt(np.sum(np.square(errors)))) / n
+    between_seeds = float(np.std(means, ddof=1)) / math.sqrt(n) if n > 1 else 0.0
+    return float(np.mean(means)), max(within_seeds, between_seeds)

@@ -23,7 +23,7 @@ class _Deadline:
 
 
 @contextlib.contextmanager
-def within(seconds: float) -> Iterator[None]:
+def limit(seconds: float) -> Iterator[None]:
     """Let runs stop in time, for this process as a whole.
 
     Parameters
@@ -31,12 +31,12 @@ def within(seconds: float) -> Iterator[None]:
     seconds
         From now; infinite for none.
     """
-    before = _Deadline.end
-    _Deadline.end = min(before, time.monotonic() + seconds)
+    previous = _Deadline.end
+    _Deadline.end = min(previous, time.monotonic() + seconds)
     try:
         yield
     finally:
-        _Deadline.end = before
+        _Deadline.end = previous
 
 
 def check(longest: float) -> None:

@@ -69,7 +69,7 @@ class StepCost:
     per_sphere: float
     per_travel: float = 0.0
 
-    def of(self, spheres: float, travel: float = 0.0) -> float:
+    def seconds(self, spheres: float, travel: float = 0.0) -> float:
         """CPU time of a step of so many spheres that move ``travel`` diameters in it [s]."""
         return self.fixed + spheres * (self.per_sphere + self.per_travel * travel)
 
@@ -84,13 +84,13 @@ class StepCost:
         """
         columns = np.column_stack([np.ones(len(times)), spheres, spheres * travel])
         # active set of three: leave out what comes out negative, last first
-        for kept in ([0, 1, 2], [0, 1], [1]):
-            weighted = columns[:, kept] / times[:, None]
-            found = np.zeros(3)
-            found[kept] = np.linalg.lstsq(weighted, np.ones(len(times)), rcond=None)[0]
-            if (found >= 0).all():
+        for active in ([0, 1, 2], [0, 1], [1]):
+            weighted = columns[:, active] / times[:, None]
+            shares = np.zeros(3)
+            shares[active] = np.linalg.lstsq(weighted, np.ones(len(times)), rcond=None)[0]
+            if (shares >= 0).all():
                 break
-        return StepCost(*found.tolist())
+        return StepCost(*shares.tolist())
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
             if outcome.exists():
                 continue
             spheres = spheres_in(run.packing, run.fill_fraction)
-            total += PER_RUN + run_steps(run, case) * step.of(spheres, travel(run))
+            total += PER_RUN + run_steps(run, case) * step.seconds(spheres, travel(run))
             beds.add(run.bed)
     return total + bed_seconds(beds, costs, results)
 
@@ -214,7 +214,7 @@ def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
         loose = loosening(bed)
         spheres = spheres_in(bed.packing, bed.fill_fraction)
         steps = LOOSENING.cycles * loose.steps_per_cycle
-        total += PER_JOB + steps * step.of(spheres, travel(loose))
+        total += PER_JOB + steps * step.seconds(spheres, travel(loose))
         if not (results / "packing" / bed.packing.label / "packing.json").exists():
             packings.add(bed.packing)
     for packing in packings:

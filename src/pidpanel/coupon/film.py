@@ -74,23 +74,23 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
         return None
     if not (folder / state.restart).is_file():
         return None
-    every = max(1, run.steps_per_cycle // frames)
+    stride = max(1, run.steps_per_cycle // frames)
     columns = sphere_dump.POSITION_AND_VELOCITY
     with tempfile.TemporaryDirectory(dir=folder) as name:
-        there = Path(name)
+        scratch = Path(name)
         for needed in (deck.START_FILE, deck.WALLS_FILE, state.restart):
-            shutil.copy(folder / needed, there)
-        with Liggghts(there, "film") as solver:
+            shutil.copy(folder / needed, scratch)
+        with Liggghts(scratch, "film") as solver:
             solver.read_deck(run.deck_text(1, state.restart))
-            first = solver.now().step
-            count = cycles * run.steps_per_cycle // every
-            solver.run_and_dump(count * every, every, FRAMES_FILE, columns)
-            solver.finish(first + count * every, state.spheres)
-        file = there / FRAMES_FILE
+            first = solver.instant().step
+            count = cycles * run.steps_per_cycle // stride
+            solver.run_and_dump(count * stride, stride, FRAMES_FILE, columns)
+            solver.finish(first + count * stride, state.spheres)
+        file = scratch / FRAMES_FILE
         read = sphere_dump.read_dump(file.read_text(), str(file), columns)
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
-    # LIGGGHTS dumps at multiples of `every`: the first of them may lie after the start
-    begun = -(-first // every) * every
-    time = np.arange(len(read), dtype=float) * (every * run.time_step)
+    # LIGGGHTS dumps at multiples of `stride`: the first of them may lie after the start
+    begun = -(-first // stride) * stride
+    time = np.arange(len(read), dtype=float) * (stride * run.time_step)
     time += (begun - first) * run.time_step
     return Film(time, read[..., :3], read[..., 3:], diameters)

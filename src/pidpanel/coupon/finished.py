@@ -54,9 +54,9 @@ def changes(batch: Batch, folder: Path, code: str) -> tuple[bool, list[str]]:
 
 def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
     paths = case.with_reserve.outcomes(folder)
-    wanted = len(case.runs)
+    count = len(case.runs)
     for number, (run, path) in enumerate(zip(case.with_reserve.runs, paths, strict=True)):
-        if number >= wanted:
+        if number >= count:
             return
         try:
             outcome = coding.read(ShakeOutcome, path)
@@ -66,37 +66,37 @@ def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
         except SolverFailure as failure:
             yield str(failure)
             continue
-        wanted = max(wanted, outcome.seeds)
+        count = max(count, outcome.seeds)
         yield from _faults_of_run(run, outcome, path.parent)
         if fault := _fault_of_bed(run.bed, folder):
             yield fault
 
 
 def _faults_of_run(run: Run, outcome: ShakeOutcome, folder: Path) -> Iterator[str]:
-    found = outcome.found
-    if found is None:
+    shaken = outcome.found
+    if shaken is None:
         if outcome.status not in BY_INPUTS:
             yield f"{folder}: {outcome.status} in the last call, tried again"
         return
     try:
-        if rows.digest(run, folder, found.legs, found.cycles) != found.rows_digest:
+        if rows.digest(run, folder, shaken.legs, shaken.cycles) != shaken.rows_digest:
             yield f"{folder}: its rows have changed since they were written"
     except SolverFailure as failure:
         yield str(failure)
-    last = last_file(found.cycles)
-    if files_of(folder, [last])[last] != found.last_digest:
+    last = last_file(shaken.cycles)
+    if files_of(folder, [last])[last] != shaken.last_digest:
         yield f"{folder / last}: missing, damaged or changed since it was written"
 
 
 @cache
 def _fault_of_bed(bed: Bed, folder: Path) -> str:
     packing = folder / "packing" / bed.packing.label / "packing.json"
-    own = folder / "bed" / bed.label / "bed.json"
+    bed_file = folder / "bed" / bed.label / "bed.json"
     try:  # what was deleted is made again when it is asked for
         if packing.exists():
             check_sound(coding.read(PourOutcome, packing), packing)
-        if own.exists():
-            check_sound(coding.read(LoosenOutcome, own), own)
+        if bed_file.exists():
+            check_sound(coding.read(LoosenOutcome, bed_file), bed_file)
     except SolverFailure as failure:
         return str(failure)
     return ""

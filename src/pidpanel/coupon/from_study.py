@@ -82,13 +82,13 @@ def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
     A case of two coupons is one, run to the accuracy that satisfies both.
     """
     strictest: dict[str, Case] = {}
-    found = {name: cases_of(coupon) for name, coupon in study.coupons.items()}
-    for cases in found.values():
+    by_coupon = {name: cases_of(coupon) for name, coupon in study.coupons.items()}
+    for cases in by_coupon.values():
         for case in cases:
             strictest[case.label] = case.as_strict_as(strictest.get(case.label, case))
     return {
         name: {case.label: case.as_strict_as(strictest[case.label]) for case in cases}
-        for name, cases in found.items()
+        for name, cases in by_coupon.items()
     }
 
 
@@ -97,15 +97,15 @@ def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
     return distinct(cases_by_coupon(study))
 
 
-def distinct(found: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
+def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
     """Every case of `cases_by_coupon` once, as `distinct_cases` has them."""
     of_first: dict[str, str] = {}
-    for name, cases in found.items():
+    for name, cases in by_coupon.items():
         for label in cases:
             of_first.setdefault(label, name)
     return {
         name: tuple(case for label, case in cases.items() if of_first[label] == name)
-        for name, cases in found.items()
+        for name, cases in by_coupon.items()
     }
 
 
@@ -187,11 +187,11 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
         )
         for bed in beds[: None if state_cycles else accuracy.seeds]
     )
-    least = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
+    fewest = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
     target = Target(
         relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
-        min_cycles=least,
-        max_cycles=max(accuracy.max_cycles, least),
+        min_cycles=fewest,
+        max_cycles=max(accuracy.max_cycles, fewest),
     )
     return Case(
         runs[: accuracy.seeds],
@@ -237,8 +237,8 @@ def _slow_enough(coupon: Coupon, drive: Drive) -> Iterator[Drive]:
         yield drive
 
 
-def _either(own: float | None, other: float) -> float:
-    return other if own is None else own
+def _either(value: float | None, default: float) -> float:
+    return default if value is None else value
 
 
 def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:

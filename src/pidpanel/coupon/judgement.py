@@ -35,7 +35,7 @@ class SeedEstimate:
     """Of each cell that holds particles, or of all together."""
     work: tuple[float, float]
     """Least and largest work of the shaker in a cycle of the second half [J]."""
-    found: Shaken
+    shaken: Shaken
 
 
 def read_run(run: Run, file: Path) -> SeedEstimate:
@@ -50,15 +50,15 @@ def read_run(run: Run, file: Path) -> SeedEstimate:
     """
     outcome = coding.read(ShakeOutcome, file)
     outcome.check_run(run, file)
-    found = outcome.shaken
-    read = rows.read_shaken(run, file.parent, found)
-    cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, found), found.mass_kg)
+    shaken = outcome.shaken
+    read = rows.read_shaken(run, file.parent, shaken)
+    cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, shaken), shaken.mass_kg)
     work = rows.work(run, read)[len(read) // 2 :]
     return SeedEstimate(
-        *rows.estimates(run, read, found.mass_kg),
+        *rows.estimates(run, read, shaken.mass_kg),
         cells,
         (float(work.min()), float(work.max())),
-        found,
+        shaken,
     )
 
 
@@ -76,7 +76,7 @@ bed may do next what it did not do before, but not of another order."""
 def problems_of(run: Run, read: SeedEstimate, folder: Path) -> list[SolverFailure]:
     """What speaks against a run that came to its end."""
     problems: list[SolverFailure] = []
-    damping, done = read.damping, read.found.cycles
+    damping, done = read.damping, read.shaken.cycles
     if not rows.is_steady(damping, done):
         problems.append(
             NotSteady(
@@ -84,7 +84,7 @@ def problems_of(run: Run, read: SeedEstimate, folder: Path) -> list[SolverFailur
                 f"drift of {damping.drift:.2g} standard errors after it"
             )
         )
-    balance = read.found.balance
+    balance = read.shaken.balance
     if balance is not None and not abs(balance.closure) <= CLOSURE_LIMIT:  # nor if it is NaN
         problems.append(
             EnergyNotClosed(
@@ -133,6 +133,6 @@ def error_of(read: SeedEstimate) -> float:
     mean: half of it is what the mean may be off.
     """
     damping = read.damping
-    if rows.is_steady(damping, read.found.cycles):
+    if rows.is_steady(damping, read.shaken.cycles):
         return damping.error
     return damping.error * max(1.0, abs(damping.drift))

@@ -22,7 +22,7 @@ CONTINUES, DONE = "continues", "done"
 def shake_leg(
     case: Case,
     numbers: Sequence[int],
-    before: Path | None,
+    previous: Path | None,
     folder: Path,
     file: Path,
     *,
@@ -35,7 +35,7 @@ def shake_leg(
     ----------
     case, numbers
         The case, and which of its runs.
-    before
+    previous
         What the leg before wrote; None for the first.
     folder
         ``results/coupon``.
@@ -52,11 +52,11 @@ def shake_leg(
         If the last leg is not done.
     """
     status = CONTINUES
-    if before is not None:
-        status = json.loads(before.read_text(encoding="utf-8"))["status"]
+    if previous is not None:
+        status = json.loads(previous.read_text(encoding="utf-8"))["status"]
     if status == CONTINUES:
         try:
-            with deadline.within(seconds):
+            with deadline.limit(seconds):
                 for number in numbers:
                     _shake(case, number, folder)
             status = DONE

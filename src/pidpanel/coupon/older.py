@@ -48,69 +48,69 @@ class Older:
     def __str__(self) -> str:
         kinds = {"case": self.cases, "bed": self.beds, "packing": self.packings}
         parts = (
-            f"{len(found)} {name if len(found) == 1 else name + 's'}"
-            for name, found in kinds.items()
-            if found
+            f"{len(paths)} {name if len(paths) == 1 else name + 's'}"
+            for name, paths in kinds.items()
+            if paths
         )
         return f"{', '.join(parts)} ({size_text(sum(map(size_of, self.folders)))})"
 
 
-def told(folder: Path, wanted: Collection[str] = ()) -> str:
+def describe_older(folder: Path, labels: Collection[str] = ()) -> str:
     """Return a line on what another version left in ``results/coupon``; none where nothing is.
 
     Parameters
     ----------
-    folder, wanted
+    folder, labels
         As of `older`.
     """
-    found = older(folder, wanted)
-    if not found:
+    remains = older(folder, labels)
+    if not remains:
         return ""
     return (
-        f"{folder}: {found} made by another version of pidpanel, of LIGGGHTS or of a deck; "
+        f"{folder}: {remains} made by another version of pidpanel, of LIGGGHTS or of a deck; "
         "kept but not used; pidpanel clean removes them"
     )
 
 
-def older(folder: Path, wanted: Collection[str] = ()) -> Older:
+def older(folder: Path, labels: Collection[str] = ()) -> Older:
     """Find what another version left.
 
     Parameters
     ----------
     folder
         ``results/coupon``.
-    wanted
+    labels
         Labels that this version asks for, which are not looked at.
     """
     return Older(
-        tuple(_of_kind(folder / "packing", "packing.json", "packing", wanted)),
-        tuple(_of_kind(folder / "bed", "bed.json", "bed", wanted)),
-        tuple(one for one in _folders(folder, {*wanted, *NO_CASES}) if _is_older_case(one)),
+        tuple(_of_kind(folder / "packing", "packing.json", "packing", labels)),
+        tuple(_of_kind(folder / "bed", "bed.json", "bed", labels)),
+        tuple(path for path in _folders(folder, {*labels, *NO_CASES}) if _is_older_case(path)),
     )
 
 
 def _folders(folder: Path, without: Collection[str]) -> Iterator[Path]:
     """Folders in a folder; not what is made or was set aside."""
-    found = sorted(folder.iterdir()) if folder.is_dir() else []
-    for one in found:
-        if one.name not in without and not one.name.startswith(".") and one.is_dir():
-            if not one.name.endswith(".broken"):
-                yield one
+    paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    for path in paths:
+        if path.name not in without and not path.name.startswith(".") and path.is_dir():
+            if not path.name.endswith(".broken"):
+                yield path
 
 
-def _of_kind(folder: Path, file: str, key: str, wanted: Collection[str]) -> Iterator[Path]:
-    for one in _folders(folder, wanted):
+def _of_kind(folder: Path, file: str, key: str, labels: Collection[str]) -> Iterator[Path]:
+    for path in _folders(folder, labels):
         kind = Packing if key == "packing" else Bed
-        label = _label(_values(one / file).get(key), kind)
-        if label not in ("", one.name):
-            yield one
+        label = _label(_values(path / file).get(key), kind)
+        if label not in ("", path.name):
+            yield path
 
 
 def _is_older_case(folder: Path) -> bool:
     """Whether a run of a case is another than the one that its record would be now."""
-    for own in _folders(folder, ()):
-        identity = _values(own / "state.json").get("run")
-        for file in sorted(own.glob("*to*.json")):
+    for run_folder in _folders(folder, ()):
+        identity = _values(run_folder / "state.json").get("run")
+        for file in sorted(run_folder.glob("*to*.json")):
             values = _values(file).get("run")
             if identity is not None and values is not None:
                 return _label(values, Run) not in ("", identity)
@@ -125,8 +125,8 @@ def _label(values: Any, kind: type[Packing] | type[Bed] | type[Run]) -> str:
     if values is None:
         return ""
     try:
-        made = coding.decode(kind, values)
-        return made.identity if isinstance(made, Run) else made.label
+        record = coding.decode(kind, values)
+        return record.identity if isinstance(record, Run) else record.label
     except RecordUnreadable:
         return "?"
     except Exception:  # a deck of somebody else may fail in any way

@@ -20,7 +20,7 @@ from pidpanel.arrays import Array, Flags
 FEWEST = 6
 """Degrees of freedom from which a fill is looked at alone: its s² is then known to 60 %."""
 
-LEAST, MOST = 1e-6, 1.0
+LOWEST, HIGHEST = 1e-6, 1.0
 """Between which s is looked for."""
 
 
@@ -40,18 +40,18 @@ def scatter(means: Sequence[Array], errors: Sequence[Array]) -> float:
     0.0707
     """
     square = [((c - c.mean()) / c.mean()) ** 2 for c in means]
-    own = [(e / c.mean()) ** 2 for c, e in zip(means, errors, strict=True)]
+    variances = [(e / c.mean()) ** 2 for c, e in zip(means, errors, strict=True)]
     freedom = sum(len(c) - 1 for c in means)
 
     def left(s: float) -> float:
-        terms = (float((a / (e + s**2)).sum()) for a, e in zip(square, own, strict=True))
+        terms = (float((a / (e + s**2)).sum()) for a, e in zip(square, variances, strict=True))
         return sum(terms) - freedom
 
-    if freedom == 0 or left(LEAST) <= 0:
+    if freedom == 0 or left(LOWEST) <= 0:
         return 0.0
     from scipy.optimize import brentq  # slow to import, and a check of a study needs none of it
 
-    return float(brentq(left, LEAST, MOST)) if left(MOST) < 0 else MOST
+    return float(brentq(left, LOWEST, HIGHEST)) if left(HIGHEST) < 0 else HIGHEST
 
 
 def scatter_by(
@@ -69,14 +69,14 @@ def scatter_by(
         Whether the seeds of each case are in one state; others do not count.
     """
 
-    def of(chosen: list[int]) -> tuple[float, int]:
-        own = [means[i] for i in chosen]
-        return scatter(own, [errors[i] for i in chosen]), sum(len(c) - 1 for c in own)
+    def pooled_scatter(chosen: list[int]) -> tuple[float, int]:
+        pooled = [means[i] for i in chosen]
+        return scatter(pooled, [errors[i] for i in chosen]), sum(len(c) - 1 for c in pooled)
 
     counted = [i for i in range(len(groups)) if alike[i]]
-    overall, _ = of(counted)
-    found = {}
+    overall, _ = pooled_scatter(counted)
+    scatters = {}
     for group in dict.fromkeys(groups):
-        s, freedom = of([i for i in counted if groups[i] == group])
-        found[group] = s if freedom >= FEWEST else overall
-    return found
+        s, freedom = pooled_scatter([i for i in counted if groups[i] == group])
+        scatters[group] = s if freedom >= FEWEST else overall
+    return scatters

@@ -73,17 +73,17 @@ def measure(cases: Sequence[Case]) -> Measured:
     packing = min(
         (case.point.packing for case in cases), key=lambda p: spheres_in(p, 1.0) / p.count
     )
-    own = [case.point for case in cases if case.point.packing == packing]
+    runs = [case.point for case in cases if case.point.packing == packing]
     per_cell = spheres_in(packing, 1.0) / packing.count
     count = min(packing.count, max(1, round(PROBE_SPHERES / per_cell)))
     packing = replace(packing, count=count)
-    fills = [run.fill_fraction for run in own]
-    extremes = (min(own, key=travel), max(own, key=travel))
+    fills = [run.fill_fraction for run in runs]
+    extremes = (min(runs, key=travel), max(runs, key=travel))
     table = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        pour_time, found = _spent(lambda: pour(packing, folder / "packing"))
-        full = found.spheres_full
+        pour_time, poured = _spent(lambda: pour(packing, folder / "packing"))
+        full = poured.spheres_full
         # a third of one fill takes the place of the lower one where there is only one
         low = max(min(fills) if min(fills) < max(fills) else min(fills) / 3, 1 / full)
         for fill in (low, max(fills)):
@@ -97,15 +97,15 @@ def measure(cases: Sequence[Case]) -> Measured:
                 time = max(spent[1] - spent[0], 1e-3) / (PROBE_STEPS[1] - PROBE_STEPS[0])
                 table.append((len(spheres), travel(run), time))
     spheres_run, moved, times = np.array(table, float).T
-    return Measured(spheres_run, moved, times, found.poured, pour_time, packing.diameter)
+    return Measured(spheres_run, moved, times, poured.poured, pour_time, packing.diameter)
 
 
 def _spent(action: Callable[[], Result]) -> tuple[float, Result]:
     """CPU time of the children that an action starts [s], and what it returns."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    start = resource.getrusage(resource.RUSAGE_CHILDREN)
     result = action()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, result
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime, result
 
 
 def _steps(run: Run, folder: Path, steps: int) -> float:

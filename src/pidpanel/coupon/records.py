@@ -27,13 +27,13 @@ Files = Mapping[str, str]
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
     """Hashes of files of a folder; an empty one for a file that is not there."""
-    found = {}
+    hashes = {}
     for name in names:
         try:
-            found[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+            hashes[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
         except OSError:
-            found[name] = ""
-    return found
+            hashes[name] = ""
+    return hashes
 
 
 def check_files(folder: Path, files: Files) -> None:
@@ -46,8 +46,8 @@ def check_files(folder: Path, files: Files) -> None:
     """
     for name, digest in files_of(folder, files).items():
         if digest != files[name]:
-            what = "damaged or changed" if digest else "missing"
-            raise FileDamaged(f"{folder / name}: {what} since it was written")
+            condition = "damaged or changed" if digest else "missing"
+            raise FileDamaged(f"{folder / name}: {condition} since it was written")
 
 
 @dataclass(frozen=True)
@@ -105,12 +105,12 @@ class Shaken:
     """Hash of the file with the spheres at the end; see `runs.last_file`."""
 
 
-def check_same(left: Packing | Bed | Run, wanted: Packing | Bed | Run, file: Path) -> None:
+def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
     """Refuse what stands in the place of something else: a folder that was copied or renamed.
 
     Parameters
     ----------
-    left, wanted
+    left, expected
         What a file is of, and what it should be of.
     file
         For the message.
@@ -119,8 +119,8 @@ def check_same(left: Packing | Bed | Run, wanted: Packing | Bed | Run, file: Pat
     ------
     FileDamaged
     """
-    if left != wanted:
-        raise FileDamaged(f"{file}: belongs to another {type(wanted).__name__.lower()}")
+    if left != expected:
+        raise FileDamaged(f"{file}: belongs to another {type(expected).__name__.lower()}")
 
 
 @dataclass(frozen=True)
@@ -231,11 +231,11 @@ class RunState:
 
     def ended(self, end: End, balance_code: str) -> RunState:
         """The state with one more end; those of other code of the balance do not count."""
-        kept = self.ends if self.balance_code == balance_code else ()
-        others = (one for one in kept if one.cycles != end.cycles)
-        return replace(self, ends=(*others, end), balance_code=balance_code)
+        ends = self.ends if self.balance_code == balance_code else ()
+        earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
+        return replace(self, ends=(*earlier, end), balance_code=balance_code)
 
-    def after(self, cycles: int, restart: str) -> RunState:
+    def advance(self, cycles: int, restart: str) -> RunState:
         """The state after so many more cycles of the last leg; its hashes are those of before."""
         legs = (*self.legs[:-1], self.legs[-1] + cycles)
         return replace(self, legs=legs, restart=restart)

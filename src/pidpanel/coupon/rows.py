@@ -64,8 +64,8 @@ def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -
     return _read(run, folder, legs, cycles_wanted, deck.cycles_file, output.CYCLES_HEADER)
 
 
-def read_cells(run: Run, folder: Path, found: Shaken) -> Array:
-    """⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (found.cycles, cells, 2) [kg m/s].
+def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
+    """⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (shaken.cycles, cells, 2) [kg m/s].
 
     Of a single cell, and where the deck does not list them, those of all cells together.
 
@@ -76,10 +76,10 @@ def read_cells(run: Run, folder: Path, found: Shaken) -> Array:
     """
     if run.cells_listed:
         header = output.cells_header(run.cells_listed)
-        read = _read(run, folder, found.legs, found.cycles, deck.cells_file, header)[:, 1:]
+        read = _read(run, folder, shaken.legs, shaken.cycles, deck.cells_file, header)[:, 1:]
     else:
-        read = read_rows(run, folder, found.legs, found.cycles)[:, 1:3]
-    return read.reshape(found.cycles, -1, 2)
+        read = read_rows(run, folder, shaken.legs, shaken.cycles)[:, 1:3]
+    return read.reshape(shaken.cycles, -1, 2)
 
 
 def _read(
@@ -90,7 +90,7 @@ def _read(
     file_of: Callable[[int], str],
     header: tuple[str, str],
 ) -> Array:
-    rows, before = [], 0
+    rows, count = [], 0
     for number, leg in enumerate(legs, 1):
         path = folder / file_of(number)
         rows.append(
@@ -99,18 +99,18 @@ def _read(
                 str(path),
                 steps_per_cycle=run.steps_per_cycle,
                 cycles=leg,
-                before=run.cycles_before + before,
+                cycles_before=run.cycles_before + count,
                 header=header,
             )
         )
-        before += leg
-    if before < cycles_wanted:
-        raise LogTruncated(f"{folder}: {before} of {cycles_wanted} cycles")
+        count += leg
+    if count < cycles_wanted:
+        raise LogTruncated(f"{folder}: {count} of {cycles_wanted} cycles")
     return np.concatenate(rows)[:cycles_wanted]
 
 
-def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
-    """Rows of a run that went to its target, as they were when it did, (found.cycles, 7).
+def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:
+    """Rows of a run that went to its target, as they were when it did, (shaken.cycles, 7).
 
     Raises
     ------
@@ -119,10 +119,10 @@ def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
     FileDamaged
         If the rows are others than those that the outcome was made of.
     """
-    rows = read_rows(run, folder, found.legs, found.cycles)
-    check_physics(run, rows, found.mass_kg, folder)
-    check_cells(rows, read_cells(run, folder, found), folder)
-    if digest(run, folder, found.legs, found.cycles) != found.rows_digest:
+    rows = read_rows(run, folder, shaken.legs, shaken.cycles)
+    check_physics(run, rows, shaken.mass_kg, folder)
+    check_cells(rows, read_cells(run, folder, shaken), folder)
+    if digest(run, folder, shaken.legs, shaken.cycles) != shaken.rows_digest:
         raise FileDamaged(
             f"{folder}: its rows have changed since they were written; delete the folder to "
             "run it again"
@@ -139,10 +139,10 @@ def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> s
     """Hash of the first rows of a run, and of those by cell, as they stand in its files."""
     lines: list[str] = []
     for file_of in files_of_rows(run):
-        own: list[str] = []
+        run_lines: list[str] = []
         for number, leg in enumerate(legs, 1):
-            own += rows_text(folder / file_of(number)).splitlines()[2 : 2 + leg]
-        lines += own[:cycles_wanted]
+            run_lines += rows_text(folder / file_of(number)).splitlines()[2 : 2 + leg]
+        lines += run_lines[:cycles_wanted]
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -208,12 +208,12 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     packing, drive = run.packing, run.drive
     of_harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
     lowest = (1 - OVERLAP) * mass / packing.density / packing.area / 2
-    given = np.cumsum(work(run, rows))
+    supplied = np.cumsum(work(run, rows))
     # a bed that was shaken hard has at most twice the speed of the cells then
     speed = drive.speed * (2 * HARD if run.start == "hard" else 1)
     stored = mass * (speed**2 / 2 + run.bed.gravity * packing.depth)
     ours = run.deck is None
-    for wrong, what in (
+    for wrong, fault in (
         (kinetic <= 0, "a kinetic energy that is not positive"),
         (rotational < 0, "a negative energy of rotation"),
         (
@@ -224,10 +224,10 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
             ours & ((height < lowest) | (height > packing.depth - lowest)),
             "a centre of mass outside the free space of the cells",
         ),
-        (given < -stored, "more work returned by then than the bed had stored"),
+        (supplied < -stored, "more work returned by then than the bed had stored"),
     ):
         if wrong.any():
-            raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {what}")
+            raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {fault}")
 
 
 def check_cells(rows: Array, cells: Array, folder: Path) -> None:
@@ -245,8 +245,8 @@ def check_cells(rows: Array, cells: Array, folder: Path) -> None:
     Unphysical
         With the cycle.
     """
-    apart = np.abs(cells.sum(axis=1) - rows[:, 1:3]).max(axis=1)
-    wrong = apart > ROUNDING * np.abs(cells).sum(axis=(1, 2))
+    deviation = np.abs(cells.sum(axis=1) - rows[:, 1:3]).max(axis=1)
+    wrong = deviation > ROUNDING * np.abs(cells).sum(axis=(1, 2))
     if wrong.any():
         raise Unphysical(
             f"{folder}: the momentum of cycle {int(np.argmax(wrong)) + 1} is not the sum over "
@@ -290,8 +290,8 @@ def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycl
     """C_e [N s/m³] and, from the same rows, m_a [kg/m²] of a run."""
     damping, apparent_mass = harmonic(run, rows, mass)
     stored = stored_energy(run, rows, mass)
-    found = cycles.estimate(damping, stored=stored)
-    return found, cycles.estimate(apparent_mass, start=found.start, stored=stored)
+    estimate = cycles.estimate(damping, stored=stored)
+    return estimate, cycles.estimate(apparent_mass, start=estimate.start, stored=stored)
 
 
 def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
@@ -307,13 +307,13 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
         Of all spheres [kg].
     """
     count = cells.shape[1]
-    found = []
-    for one in np.moveaxis(cells, 1, 0):
-        if not one.any():
+    samples = []
+    for cell in np.moveaxis(cells, 1, 0):
+        if not cell.any():
             continue
         damping, apparent_mass = cycles.first_harmonic(
-            one[:, 0],
-            one[:, 1],
+            cell[:, 0],
+            cell[:, 1],
             amplitude=run.drive.amplitude,
             frequency=run.drive.frequency,
             mass=mass / count,
@@ -321,13 +321,13 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
         )
         half = len(damping) // 2
         mean, error = cycles.settled(damping[half:])
-        found.append(CellEstimate(mean, error, float(apparent_mass[half:].mean())))
-    return found
+        samples.append(CellEstimate(mean, error, float(apparent_mass[half:].mean())))
+    return samples
 
 
-def is_steady(found: cycles.Estimate, done: int) -> bool:
+def is_steady(estimate: cycles.Estimate, done: int) -> bool:
     """Whether the transient ended well inside the run and nothing drifts after it."""
-    return found.start < 0.45 * done and abs(found.drift) < DRIFT_LIMIT
+    return estimate.start < 0.45 * done and abs(estimate.drift) < DRIFT_LIMIT
 
 
 def smallest_error(run: Run, mass: float) -> float:

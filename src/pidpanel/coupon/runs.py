@@ -26,7 +26,7 @@ from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
 
-AGAIN = "again"
+REPEAT_FOLDER = "again"
 """Folder below that of a run in which something of it is made again."""
 
 
@@ -81,13 +81,13 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
             if solver is None and done == state.cycles and run.deck is None:
                 solver = stack.enter_context(_started(run, state, folder))
             elif solver is None:
-                home = folder / AGAIN
+                home = folder / REPEAT_FOLDER
                 solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
                 _check_same(run, state, done, folder, home)
             end = _ended(solver, run, state, done, home, folder)
             state = state.ended(end, window.code())
             state.write(folder)
-            shutil.rmtree(folder / AGAIN, ignore_errors=True)
+            shutil.rmtree(folder / REPEAT_FOLDER, ignore_errors=True)
     return Shaken(
         cycles=done,
         legs=state.legs,
@@ -111,28 +111,28 @@ def _judged(run: Run, target: Target, state: RunState, folder: Path) -> tuple[in
 
     As far as rows are there: more cycles than the state has are still to be run.
     """
-    least = rows.smallest_error(run, state.mass)
-    wanted = target.min_cycles
-    while wanted <= state.cycles:
-        read = rows.read_rows(run, folder, state.legs, wanted)
+    smallest = rows.smallest_error(run, state.mass)
+    count = target.min_cycles
+    while count <= state.cycles:
+        read = rows.read_rows(run, folder, state.legs, count)
         rows.check_physics(run, read, state.mass, folder)
-        found, _ = rows.estimates(run, read, state.mass)
-        allowed = max(target.relative_error * abs(found.mean), least)
-        good = found.error <= allowed and rows.is_steady(found, wanted)
-        if good or wanted >= target.max_cycles:
-            return wanted, good
-        wanted = min(target.max_cycles, math.ceil(1.5 * wanted))
-    return wanted, False
+        estimate, _ = rows.estimates(run, read, state.mass)
+        allowed = max(target.relative_error * abs(estimate.mean), smallest)
+        good = estimate.error <= allowed and rows.is_steady(estimate, count)
+        if good or count >= target.max_cycles:
+            return count, good
+        count = min(target.max_cycles, math.ceil(1.5 * count))
+    return count, False
 
 
 def _end_at(state: RunState, done: int, folder: Path) -> End | None:
     """What the run left after so many cycles; None if it is not there or of other code."""
     if state.balance_code != window.code():
         return None
-    found = next((one for one in state.ends if one.cycles == done), None)
+    end = next((end for end in state.ends if end.cycles == done), None)
     name = last_file(done)
-    kept = found is not None and files_of(folder, [name])[name] == found.last_digest
-    return found if kept else None
+    is_sound = end is not None and files_of(folder, [name])[name] == end.last_digest
+    return end if is_sound else None
 
 
 def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path) -> Liggghts:
@@ -163,9 +163,9 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
     solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
     balance = None
     if run.lists_contacts:
-        least = rows.smallest_error(run, state.mass)
-        balance = window.measure_balance(solver, run, state.spheres, least, home)
-    solver.finish(solver.now().step, state.spheres)
+        smallest = rows.smallest_error(run, state.mass)
+        balance = window.measure_balance(solver, run, state.spheres, smallest, home)
+    solver.finish(solver.instant().step, state.spheres)
     durable.sync(home / last)
     (home / last).replace(folder / last)
     return End(done, balance, files_of(folder, [last])[last])
@@ -201,11 +201,11 @@ def _restore_start(run: Run, state: RunState, bed_folder: Path, folder: Path) ->
     """Write the spheres and the walls of the start again where they are not what they were."""
     start = {name: state.files[name] for name in (deck.START_FILE, deck.WALLS_FILE)}
     if files_of(folder, start) != start:
-        again = folder / AGAIN
-        write_start(again, run.packing, read_bed(bed_folder), bed_folder)
+        repeat = folder / REPEAT_FOLDER
+        write_start(repeat, run.packing, read_bed(bed_folder), bed_folder)
         for name in start:
-            (again / name).replace(folder / name)
-        again.rmdir()
+            (repeat / name).replace(folder / name)
+        repeat.rmdir()
         check_files(folder, start)
 
 
@@ -228,24 +228,24 @@ def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
     return solver
 
 
-def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, wanted: int) -> RunState:
+def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles: int) -> RunState:
     """Run to a cycle and leave a restart there: the state then."""
-    restart = f"at_{wanted}.restart"
-    more = wanted - state.cycles
-    reached = solver.run_cycles(more, run.steps_per_cycle, restart)
-    last = (run.cycles_before + wanted) * run.steps_per_cycle
+    restart = f"at_{cycles}.restart"
+    added = cycles - state.cycles
+    reached = solver.run_cycles(added, run.steps_per_cycle, restart)
+    last = (run.cycles_before + cycles) * run.steps_per_cycle
     if reached.step != last:
         raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
-    after = state.after(more, restart)
-    durable.sync(folder / restart, *(folder / f(len(after.legs)) for f in rows.files_of_rows(run)))
-    after = replace(
-        after,
-        rows_digest=rows.digest(run, folder, after.legs, after.cycles),
+    longer = state.advance(added, restart)
+    durable.sync(folder / restart, *(folder / f(len(longer.legs)) for f in rows.files_of_rows(run)))
+    longer = replace(
+        longer,
+        rows_digest=rows.digest(run, folder, longer.legs, longer.cycles),
         files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
     )
-    after.write(folder)
+    longer.write(folder)
     if state.restart:
         (folder / state.restart).unlink(missing_ok=True)
-    return after
+    return longer

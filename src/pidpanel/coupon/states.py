@@ -14,7 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-APART = 0.25
+MARGIN = 0.25
 """Share of their mean by which two values differ that are in different states of motion [1];
 packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
 standard errors or more; ten of them by 2 to 12 % of their mean, one by 44 %)."""
@@ -26,7 +26,7 @@ ERRORS = 4.0
 def are_apart(low: float, low_error: float, high: float, high_error: float) -> bool:
     """Whether two values, the lower first, are of different states."""
     difference = high - low
-    far = difference > APART * abs(high + low) / 2
+    far = difference > MARGIN * abs(high + low) / 2
     return far and difference > ERRORS * float(np.hypot(low_error, high_error))
 
 

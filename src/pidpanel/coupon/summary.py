@@ -34,23 +34,23 @@ def packing_scatter(cases: Sequence[Case], folder: Path) -> list[float]:
     """Return of each case how far packings of its bed scatter, over C_e [1]."""
     groups, means, errors, alike = [], [], [], []
     for case in cases:
-        kept = []
+        seeds = []
         for run, path in judged_by(case, case.outcomes(folder)):
             with suppress(SolverFailure, RunFailed):
-                kept.append(read_run(run, path))
+                seeds.append(read_run(run, path))
         first = case.point
         packing = replace(first.packing, seed=0)
         groups.append((packing, first.fill_fraction))
-        means.append(np.array([one.damping.mean for one in kept]))
-        errors.append(np.array([error_of(one) for one in kept]))
+        means.append(np.array([seed.damping.mean for seed in seeds]))
+        errors.append(np.array([error_of(seed) for seed in seeds]))
         alike.append(
-            len(kept) > 1
+            len(seeds) > 1
             and bool(np.isfinite(errors[-1]).all())
-            and not are_apart([one.damping for one in kept])
-            and len(_states(case, kept).damping) == 1
+            and not are_apart([seed.damping for seed in seeds])
+            and len(_states(case, seeds).damping) == 1
         )
-    found = packings.scatter_by(groups, means, errors, np.array(alike, bool))
-    return [found[group] for group in groups]
+    scatters = packings.scatter_by(groups, means, errors, np.array(alike, bool))
+    return [scatters[group] for group in groups]
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def _read_seeds(
 ) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
     """Estimates of the seeds that can be read; name and text of what speaks against any."""
     problems: list[tuple[str, str]] = []
-    kept: list[SeedEstimate] = []
+    seeds: list[SeedEstimate] = []
     for run, path in judged_by(case, outcomes):
         try:
             read = read_run(run, path)
@@ -108,22 +108,22 @@ def _read_seeds(
         except SolverFailure as failure:
             problems.append((type(failure).__name__, str(failure)))
         else:
-            kept.append(read)
+            seeds.append(read)
             problems += [(type(p).__name__, str(p)) for p in problems_of(run, read, path.parent)]
-    return kept, problems
+    return seeds, problems
 
 
-def _mean_of_seeds(case: Case, kept: Sequence[SeedEstimate], scatter: float) -> SeedMean:
-    if not kept:
+def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) -> SeedMean:
+    if not seeds:
         return SeedMean()
-    means = np.array([one.damping.mean for one in kept])
-    errors = np.array([error_of(one) for one in kept])
+    means = np.array([seed.damping.mean for seed in seeds])
+    errors = np.array([error_of(seed) for seed in seeds])
     c, c_error = float(means.mean()), cycles.packed(means, errors, scatter)
     _, seed_error = cycles.combine(means, errors)
-    if scatter == 0 or are_apart([one.damping for one in kept]):
+    if scatter == 0 or are_apart([seed.damping for seed in seeds]):
         c_error = max(c_error, seed_error)
-    m, m_error = _combined([one.apparent_mass for one in kept])
-    states = _states(case, kept)
+    m, m_error = _combined([seed.apparent_mass for seed in seeds])
+    states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
     return SeedMean(
@@ -132,9 +132,9 @@ def _mean_of_seeds(case: Case, kept: Sequence[SeedEstimate], scatter: float) -> 
         seed_error=seed_error,
         apparent_mass=m,
         apparent_mass_error=m_error,
-        spheres=float(np.mean([one.found.spheres for one in kept])),
-        mass_kg=float(np.mean([one.found.mass_kg for one in kept])),
-        drift=max((one.damping.drift for one in kept), key=abs),
+        spheres=float(np.mean([seed.shaken.spheres for seed in seeds])),
+        mass_kg=float(np.mean([seed.shaken.mass_kg for seed in seeds])),
+        drift=max((seed.damping.drift for seed in seeds), key=abs),
         states=states,
     )
 
@@ -151,19 +151,19 @@ def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row
     scatter
         Standard deviation between packings over C_e [1], see `packing_scatter`.
     """
-    kept, problems = _read_seeds(case, outcomes)
+    seeds, problems = _read_seeds(case, outcomes)
     point, packing, drive = case.point, case.point.packing, case.point.drive
-    mean = _mean_of_seeds(case, kept, scatter)
-    found = mean.states
-    if len(found.damping) > 1:
+    mean = _mean_of_seeds(case, seeds, scatter)
+    cell_states = mean.states
+    if len(cell_states.damping) > 1:
         # a run on its way from one state to another is not steady; that is in the error
-        problems = [one for one in problems if one[0] != NotSteady.__name__]
+        problems = [problem for problem in problems if problem[0] != NotSteady.__name__]
     c, m = mean.damping, mean.apparent_mass
     per_area = mean.mass_kg / packing.area
     w, f = drive.amplitude, drive.frequency
     bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
-    total_error = math.hypot(mean.damping_error, bias * c, found.damping_error)
+    total_error = math.hypot(mean.damping_error, bias * c, cell_states.damping_error)
     return {
         "case": case.label,
         "fill_fraction": point.fill_fraction,
@@ -174,7 +174,7 @@ def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row
         "diameter_mm": packing.diameter * 1e3,
         **case.varied,
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
-        "seeds": len(kept),
+        "seeds": len(seeds),
         "cells": packing.count,
         "spheres_per_cell": mean.spheres / packing.count,
         "bulk_fraction": mean.mass_kg / packing.density / (packing.area * packing.depth),
@@ -186,60 +186,60 @@ def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row
         "statistical_error_n_s_m3": mean.damping_error,
         "modulus_bias": bias,
         "packing_scatter": scatter,
-        "states": len(found.damping),
-        "state_damping_n_s_m3": _listed(found.damping),
-        "state_share": _listed(found.share),
-        "state_error_n_s_m3": found.damping_error,
+        "states": len(cell_states.damping),
+        "state_damping_n_s_m3": _listed(cell_states.damping),
+        "state_share": _listed(cell_states.share),
+        "state_error_n_s_m3": cell_states.damping_error,
         "apparent_mass_kg_m2": m,
         "apparent_mass_error_kg_m2": mean.apparent_mass_error,
         "loss_factor": cycles.loss_factor(c, per_area, f),
         "loss_factor_error": cycles.loss_factor(total_error, per_area, f),
         "bound_n_s_m3": bound,
         "share_of_bound": c / bound,
-        **_energies([one.found.balance for one in kept]),
-        "cycles_run": sum(one.found.cycles for one in kept),
-        "cycles_used": sum(one.damping.used for one in kept),
+        **_energies([seed.shaken.balance for seed in seeds]),
+        "cycles_run": sum(seed.shaken.cycles for seed in seeds),
+        "cycles_used": sum(seed.damping.used for seed in seeds),
         "drift": mean.drift,
         "target_met": bool(
-            math.hypot(mean.seed_error, found.damping_error)
+            math.hypot(mean.seed_error, cell_states.damping_error)
             <= max(case.relative_error * abs(c), rows.FLOOR * bound)
         ),
         "ended_by": "max_cycles"
-        if any(one.found.ended_by == "max_cycles" for one in kept)
+        if any(seed.shaken.ended_by == "max_cycles" for seed in seeds)
         else "accuracy",
         "status": problems[0][0] if problems else OK,
         "message": problems[0][1] if problems else "",
     }
 
 
-def _states(case: Case, kept: Sequence[SeedEstimate]) -> States:
+def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
     """States of the cells of all runs; cells are beds of their own, so each is a sample."""
-    cells = [cell for one in kept for cell in one.cells]
+    cells = [cell for seed in seeds for cell in seed.cells]
     means = np.array([cell.damping for cell in cells])
     masses = np.array([cell.apparent_mass for cell in cells])
     errors = np.array([cell.error for cell in cells])
-    found = [np.arange(len(cells))]
+    groups = [np.arange(len(cells))]
     if case.state_cycles:
-        found = states.states_of(means, errors)
+        groups = states.states_of(means, errors)
     return States(
-        tuple(float(means[state].mean()) for state in found),
-        tuple(len(state) / len(cells) for state in found),
-        states.farthest(means, found),
-        states.farthest(masses, found),
+        tuple(float(means[state].mean()) for state in groups),
+        tuple(len(state) / len(cells) for state in groups),
+        states.farthest(means, groups),
+        states.farthest(masses, groups),
         float(means.mean()),
         float(masses.mean()),
     )
 
 
 def _combined(seeds: Sequence[cycles.Estimate]) -> tuple[float, float]:
-    return cycles.combine(*np.array([[one.mean, one.error] for one in seeds]).T)
+    return cycles.combine(*np.array([[seed.mean, seed.error] for seed in seeds]).T)
 
 
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     """Worst closure of the seeds and shares of the loss, all seeds together."""
-    known = [balance for balance in balances if balance is not None]
+    measured = [balance for balance in balances if balance is not None]
     normal, tangential, rolling, walls = (
-        sum(getattr(balance.energies, key) for balance in known for key in keys)
+        sum(getattr(balance.energies, key) for balance in measured for key in keys)
         for keys in (
             ("sphere_normal", "wall_normal"),
             ("sphere_tangential", "wall_tangential"),
@@ -250,7 +250,7 @@ def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     total = normal + tangential + rolling
     share = (lambda part: part / total) if total else (lambda part: math.nan)
     return {
-        "closure": max((balance.closure for balance in known), key=abs, default=math.nan),
+        "closure": max((balance.closure for balance in measured), key=abs, default=math.nan),
         "normal_share": share(normal),
         "tangential_share": share(tangential),
         "wall_share": share(walls),
@@ -278,8 +278,8 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
     """
     scatter = packing_scatter(cases, folder)
     table = [
-        summarise(case, case.outcomes(folder), own)
-        for case, own in zip(cases, scatter, strict=True)
+        summarise(case, case.outcomes(folder), spread)
+        for case, spread in zip(cases, scatter, strict=True)
     ]
     write_cases(table, file)
     check_coverage(table, coverage)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.damping.readings import DampingValues, Point, together
+from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,13 @@ class ConstantDamper:
         )
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e and m_a; see `readings.together`."""
+        """Return the covariance (2n, 2n) of ln C_e, m_a; see `readings.correlated_covariance`."""
         errors = np.repeat([self.relative_error, self.apparent_mass_error], len(frequency))
-        return together(errors, errors)
+        return correlated_covariance(errors, errors)
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance itself: two patches have the same damper."""
-        return self.covariance(frequency, *one)
+        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return what the damper weighs [kg/m²]."""

@@ -15,7 +15,7 @@ from pidpanel.damping.readings import DampingValues, Point
 COUPLED = "coupled"
 """Name of this damping model in a study."""
 
-LEAST = 0.5
+FLOOR = 0.5
 """C_e of a band below this many of its standard errors is taken as so many: what is not resolved
 must not feed the panel."""
 
@@ -64,8 +64,8 @@ class BandDamping:
 
     @property
     def resolved_damping(self) -> Array:
-        """(n,) C_e, or `LEAST` of its standard errors where it is less [N s/m³]."""
-        damping: Array = np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
+        """(n,) C_e, or `FLOOR` of its standard errors where it is less [N s/m³]."""
+        damping: Array = np.maximum(self.equivalent_damping, FLOOR * self.equivalent_damping_error)
         return damping
 
     @property
@@ -130,9 +130,9 @@ class CoupledDamping(BandDamping):
             result[count:, count:] = hats @ self._mass_covariance @ hats.T
         return result
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance itself: the parts of a patch have the same damper."""
-        return self.covariance(frequency, *one)
+        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""
@@ -150,8 +150,8 @@ class CoupledDamping(BandDamping):
 
     @property
     def _log_covariance(self) -> Array:
-        own = np.diag((self.equivalent_damping_error / self.resolved_damping) ** 2)
-        result: Array = own + self.common_error**2
+        independent = np.diag((self.equivalent_damping_error / self.resolved_damping) ** 2)
+        result: Array = independent + self.common_error**2
         return result
 
     @property

@@ -127,7 +127,7 @@ def fit_over_fill(
             "at least 8, 3 and 4 for seven constants"
         )
     scale = omega.max()
-    one, log_omega, share = np.ones_like(r), np.log(omega), omega / scale
+    ones, log_omega, share = np.ones_like(r), np.log(omega), omega / scale
     rest = np.stack([log_omega, r * log_omega, -r * share, -(r**2) * share], axis=1)
     value = np.log(2 * np.pi * damping) + log_omega - np.log(r)
     weight = _weights(error)
@@ -141,11 +141,11 @@ def fit_over_fill(
         return residual, factor
 
     def jacobian(factor: Array) -> Array:
-        columns = np.broadcast_arrays(one, r / factor, r**2 / factor, *rest.T)
+        columns = np.broadcast_arrays(ones, r / factor, r**2 / factor, *rest.T)
         return np.stack(columns, axis=-1) * weight[:, None]
 
     constants = np.zeros((*np.shape(damping)[:-1], 7))
-    start = np.concatenate([one[:, None], rest], axis=1) * weight[:, None]
+    start = np.concatenate([ones[:, None], rest], axis=1) * weight[:, None]
     constants[..., [0, 3, 4, 5, 6]] = (value * weight) @ np.linalg.pinv(start).T
     residual, factor = model(constants)
     cost = (residual**2).sum(-1)
@@ -163,8 +163,8 @@ def fit_over_fill(
             length = np.where(worse, 0.0, length)
         constants = constants + length[..., None] * step
         residual, factor = model(constants)
-        before, cost = cost, (residual**2).sum(-1)
-        if np.all(before - cost <= 1e-12 * before):
+        previous, cost = cost, (residual**2).sum(-1)
+        if np.all(previous - cost <= 1e-12 * previous):
             break
     slope = jacobian(factor)
     inverse = np.linalg.pinv(np.swapaxes(slope, -1, -2) @ slope)
@@ -217,21 +217,21 @@ def fit_accelerations(cases: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for gamma, at_gamma in cases.groupby("acceleration_g"):
-        for fill, of in [(np.nan, at_gamma), *at_gamma.groupby("fill_fraction")]:
-            frequency, value = of["frequency_hz"].to_numpy(), of[VALUE].to_numpy()
-            error, r = (of[ERROR] / of[VALUE]).to_numpy(), of["fill_fraction"].to_numpy()
+        for fill, group in [(np.nan, at_gamma), *at_gamma.groupby("fill_fraction")]:
+            frequency, value = group["frequency_hz"].to_numpy(), group[VALUE].to_numpy()
+            error, r = (group[ERROR] / group[VALUE]).to_numpy(), group["fill_fraction"].to_numpy()
             try:
                 # where the form misses by more than the errors of the cases, what it misses by
                 # belongs to all alike, or the few best known would decide
-                scatter = float(_fit(frequency, r, value, np.ones(len(of))).scatter)
+                scatter = float(_fit(frequency, r, value, np.ones(len(group))).scatter)
                 lack = max(scatter**2 - float(np.mean(error**2)), 0.0)
-                found = _fit(frequency, r, value, np.sqrt(error**2 + lack))
+                fitted = _fit(frequency, r, value, np.sqrt(error**2 + lack))
             except ValueError:
                 continue  # too few cases
-            names = OVER_FILL if found.value.shape[-1] == len(OVER_FILL) else AT_FILL
+            names = OVER_FILL if fitted.value.shape[-1] == len(OVER_FILL) else AT_FILL
             rows += [
-                (gamma, fill, name, *numbers, float(found.scatter), len(of))
-                for name, *numbers in zip(names, found.value, found.low, found.high, strict=True)
+                (gamma, fill, name, *numbers, float(fitted.scatter), len(group))
+                for name, *numbers in zip(names, fitted.value, fitted.low, fitted.high, strict=True)
             ]
     return pd.DataFrame(
         rows,

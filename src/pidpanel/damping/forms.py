@@ -149,19 +149,19 @@ def fit(form: Form, points: Points, log_eta: Array) -> Fit:
     def solve(p: Points, y: Array, start: Sequence[float] | Array):  # type: ignore[no-untyped-def]
         return least_squares(lambda c: form.function(c, p) - y, start, x_scale="jac")
 
-    found = solve(points, log_eta, form.start)
+    optimum = solve(points, log_eta, form.start)
     n, count = len(log_eta), len(form.constants)
-    variance = (found.fun**2).sum() / (n - count)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
+    variance = (optimum.fun**2).sum() / (n - count)
+    covariance = np.linalg.pinv(optimum.jac.T @ optimum.jac) * variance
     reach = stdtrit(n - count, 0.975) * np.sqrt(np.diag(covariance))
     held_out = np.empty(n)
     for fold in folds(n):
         rest = np.setdiff1d(np.arange(n), fold)
-        constants = solve(points[rest], log_eta[rest], found.x).x
+        constants = solve(points[rest], log_eta[rest], optimum.x).x
         held_out[fold] = form.function(constants, points[fold]) - log_eta[fold]
     return Fit(
-        form, found.x, found.x - reach, found.x + reach, _rms(found.fun), _rms(held_out),
-        float(np.abs(held_out).max()), information(found.fun, count),
+        form, optimum.x, optimum.x - reach, optimum.x + reach, _rms(optimum.fun), _rms(held_out),
+        float(np.abs(held_out).max()), information(optimum.fun, count),
     )  # fmt: skip
 
 
@@ -230,12 +230,12 @@ def _surface_errors(surface: DampingSurface) -> tuple[float, float, float]:
     cases = surface.cases.assign(**{PARTICLE_MASS: mass})
     point = [cases[axis].to_numpy(float) for axis in AXES]
     log_value = np.log(cases[VALUE].to_numpy(float))
-    own = np.log(surface.at(*point).equivalent_damping) - log_value
+    residuals = np.log(surface.evaluate(*point).equivalent_damping) - log_value
     held_out = np.empty(len(cases))
     for fold in folds(len(cases)):
         rest = DampingSurface.from_frame(
             cases.drop(cases.index[fold]), surface.onset_g, surface.bed.depth
         )
-        predicted = rest.at(*(axis[fold] for axis in point)).equivalent_damping
+        predicted = rest.evaluate(*(axis[fold] for axis in point)).equivalent_damping
         held_out[fold] = np.log(predicted) - log_value[fold]
-    return _rms(own), _rms(held_out), float(np.abs(held_out).max())
+    return _rms(residuals), _rms(held_out), float(np.abs(held_out).max())

@@ -131,7 +131,7 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
 def _constant(damper: Damper) -> ConstantDamper:
     """Return constants; m″ of a loss factor is that of the patch, or of the particles."""
     loss_factor, value = damper.loss_factor or 0.0, damper.equivalent_damping_n_s_m3 or 0.0
-    error, of = (
+    error, reference = (
         (damper.loss_factor_error, loss_factor)
         if damper.loss_factor is not None
         else (damper.equivalent_damping_error_n_s_m3, value)
@@ -140,7 +140,7 @@ def _constant(damper: Damper) -> ConstantDamper:
     return ConstantDamper(
         equivalent_damping=value,
         loss_mass=loss_factor * mass,
-        relative_error=error / of if error else 0.0,
+        relative_error=error / reference if error else 0.0,
         apparent_mass=damper.apparent_mass_kg_m2 or 0.0,
         apparent_mass_error=damper.apparent_mass_error_kg_m2 or 0.0,
         weight=damper.particle_mass_per_area_kg_m2,
@@ -193,17 +193,17 @@ def _constants(fits: list[forms.Fit], cases: int) -> list[dict[str, float | str]
     """Rows of the constants of the form of two regimes."""
     return [
         {
-            "form": found.form.name,
+            "form": fitted.form.name,
             "constant": name,
             "value": value,
             "low": low,
             "high": high,
-            "scatter": found.rms,
+            "scatter": fitted.rms,
             "points": cases,
         }
-        for found in fits
-        if found.form.name == "two_regimes"
+        for fitted in fits
+        if fitted.form.name == "two_regimes"
         for name, value, low, high in zip(
-            found.form.constants, found.constants, found.low, found.high, strict=True
+            fitted.form.constants, fitted.constants, fitted.low, fitted.high, strict=True
         )
     ]

@@ -92,11 +92,11 @@ class GaussianProcess:
         prior = self.size**2 + self._mean_sd**2
         return np.sqrt(np.maximum(prior - (explained**2).sum(0), 0.0))
 
-    def covariance(self, points: Array, others: Array | None = None) -> Array:
+    def covariance(self, points: Array, other_points: Array | None = None) -> Array:
         """Return the posterior covariance (k, m) of the function between points and others."""
-        others = points if others is None else others
-        result: Array = self._kernel(points, others)
-        return result - self._whitened(points).T @ self._whitened(others)
+        other_points = points if other_points is None else other_points
+        covariance: Array = self._kernel(points, other_points)
+        return covariance - self._whitened(points).T @ self._whitened(other_points)
 
     def _whitened(self, points: Array) -> Array:
         cross = self._kernel(self.points, points)
@@ -162,13 +162,13 @@ def fit(
     >>> bool(abs(process.mean(np.array([[2.2]]))[0] - np.sin(2.2)) < 0.02)
     True
     """
-    own = unit, centre
+    scale = unit, centre
     unit = _spread(values) if unit is None else unit
     axis = spreads(points) if axes is None else axes
     if not len(values):
         size, scatter = PRIOR_MEDIAN_SIZE * unit, PRIOR_MEDIAN_SCATTER * unit
         lengths = PRIOR_MEDIAN_LENGTH * axis
-        return GaussianProcess(points, values, error, lengths, size, scatter, own[1], own[0])
+        return GaussianProcess(points, values, error, lengths, size, scatter, scale[1], scale[0])
     y = (values - (values.mean() if centre is None else centre)) / unit
     variance = (error / unit) ** 2
     difference = ((points[:, None] - points[None]) / axis) ** 2
@@ -200,9 +200,9 @@ def fit(
     starts = [median, median + sd * np.array([-0.7] * len(axis) + [0, 1])]
     best = min(
         (minimize(cost, s, jac=True, method="L-BFGS-B", bounds=bounds) for s in starts),
-        key=lambda found: found.fun,
+        key=lambda optimum: optimum.fun,
     )
     lengths, (size, scatter) = np.exp(best.x[:-2]) * axis, np.exp(best.x[-2:]) * unit
     return GaussianProcess(
-        points, values, error, lengths, float(size), float(scatter), own[1], own[0]
+        points, values, error, lengths, float(size), float(scatter), scale[1], scale[0]
     )

@@ -91,8 +91,8 @@ def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
     late = math.atan(2 / math.pi) - np.arccos(np.minimum(gap / LONGEST_GAP, 1.0))
     early = gap <= math.pi
     energy = np.where(early, (1 - np.cos(phase)) ** 2, 4 * np.cos(late) ** 2)
-    held = np.sin(phase) + (math.pi - phase) / 2 - np.sin(2 * phase) / 4
-    mass = 2 / math.pi * np.where(early, held, -np.sin(2 * late))
+    sine_part = np.sin(phase) + (math.pi - phase) / 2 - np.sin(2 * phase) / 4
+    mass = 2 / math.pi * np.where(early, sine_part, -np.sin(2 * late))
     return energy, mass
 
 

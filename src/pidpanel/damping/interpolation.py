@@ -39,7 +39,7 @@ class _Line:
     ----------
     axis
         Number of the axis.
-    at
+    grid
         (m,) rising; logarithms, where that is how the axis is taken.
     values
         (m, k) of the rows; empty where there are lines.
@@ -50,20 +50,20 @@ class _Line:
     """
 
     def __init__(
-        self, axis: int, at: Array, values: Array, lines: tuple[_Line, ...], log: Flags
+        self, axis: int, grid: Array, values: Array, lines: tuple[_Line, ...], log: Flags
     ) -> None:
-        self.axis, self.at, self.values, self.lines, self.log = axis, at, values, lines, log
-        self._asked = np.empty(0)
+        self.axis, self.grid, self.values, self.lines, self.log = axis, grid, values, lines, log
+        self._last_x = np.empty(0)
         self._answer = (np.empty((0, log.shape[1])), np.empty(0, dtype=np.bool_))
 
     @staticmethod
-    def of_rows(axis: int, at: Array, values: Array, *, log: bool) -> _Line:
-        return _Line(axis, at, values, (), (values > 0) & log)
+    def of_rows(axis: int, grid: Array, values: Array, *, log: bool) -> _Line:
+        return _Line(axis, grid, values, (), (values > 0) & log)
 
     @staticmethod
-    def of_lines(axis: int, at: Array, lines: tuple[_Line, ...], *, log: bool) -> _Line:
+    def of_lines(axis: int, grid: Array, lines: tuple[_Line, ...], *, log: bool) -> _Line:
         positive = np.stack([line.log.all(axis=0) for line in lines])
-        return _Line(axis, at, np.empty((0, 0)), lines, positive & log)
+        return _Line(axis, grid, np.empty((0, 0)), lines, positive & log)
 
     def __call__(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         """Return values (n, k) at coordinates, (n,) for each axis, and whether inside (n,)."""
@@ -71,25 +71,25 @@ class _Line:
             return self._between_lines(coordinates)
         # the search for a motion asks for the same frequencies again and again
         x = coordinates[self.axis]
-        if not np.array_equal(x, self._asked):
-            low, weight, inside = _bracket(self.at, x)
-            high = np.minimum(low + 1, len(self.at) - 1)
+        if not np.array_equal(x, self._last_x):
+            low, weight, inside = _bracket(self.grid, x)
+            high = np.minimum(low + 1, len(self.grid) - 1)
             log = self.log[low] & self.log[high]
-            found = _between(self.values[low], self.values[high], weight[:, None], log)
-            self._asked, self._answer = x.copy(), (found, inside)
+            values = _interpolate(self.values[low], self.values[high], weight[:, None], log)
+            self._last_x, self._answer = x.copy(), (values, inside)
         return self._answer
 
     def _between_lines(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
-        low, weight, inside = _bracket(self.at, coordinates[self.axis])
-        high = np.minimum(low + 1, len(self.at) - 1)
+        low, weight, inside = _bracket(self.grid, coordinates[self.axis])
+        high = np.minimum(low + 1, len(self.grid) - 1)
         log = self.log[low] & self.log[high]
         if low.size and (low == low[0]).all():  # no parting into those between each two lines
-            first, below = self.lines[low[0]](coordinates)
-            second, above = self.lines[high[0]](coordinates) if weight.any() else (first, below)
-            within = (below | (weight == 1)) & (above | (weight == 0))
+            first, in_low = self.lines[low[0]](coordinates)
+            second, in_high = self.lines[high[0]](coordinates) if weight.any() else (first, in_low)
+            in_lines = (in_low | (weight == 1)) & (in_high | (weight == 0))
         else:
-            first, second, within = self._from_lines(coordinates, low, high, weight)
-        return _between(first, second, weight[:, None], log), inside & within
+            first, second, in_lines = self._from_lines(coordinates, low, high, weight)
+        return _interpolate(first, second, weight[:, None], log), inside & in_lines
 
     def _from_lines(
         self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
@@ -101,28 +101,28 @@ class _Line:
         for number in np.unique(np.concatenate([low, high])):
             # a line of no weight is not asked
             lower, upper = (low == number) & (weight < 1), (high == number) & (weight > 0)
-            asked = lower | upper
-            values, within = self.lines[number]([c[asked] for c in coordinates])
-            first[lower], second[upper] = values[lower[asked]], values[upper[asked]]
-            inside[asked] &= within
+            points = lower | upper
+            values, line_inside = self.lines[number]([c[points] for c in coordinates])
+            first[lower], second[upper] = values[lower[points]], values[upper[points]]
+            inside[points] &= line_inside
         first[weight == 1] = second[weight == 1]
         second[weight == 0] = first[weight == 0]
         return first, second, inside
 
 
-def _bracket(at: Array, x: Array) -> tuple[Index, Array, Flags]:
+def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:
     """Number (n,) of the coordinate below each x, weight of the next one, and whether inside."""
-    if len(at) == 1:
-        return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), np.abs(x - at) <= TOLERANCE
-    low = np.clip(np.searchsorted(at, x, "right") - 1, 0, len(at) - 2)
-    weight = (x - at[low]) / (at[low + 1] - at[low])
+    if len(grid) == 1:
+        return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), np.abs(x - grid) <= TOLERANCE
+    low = np.clip(np.searchsorted(grid, x, "right") - 1, 0, len(grid) - 2)
+    weight = (x - grid[low]) / (grid[low + 1] - grid[low])
     inside = (weight >= -TOLERANCE) & (weight <= 1 + TOLERANCE)
     weight[weight < TOLERANCE] = 0.0
     weight[weight > 1 - TOLERANCE] = 1.0
     return low, weight, inside
 
 
-def _between(first: Array, second: Array, weight: Array, log: Flags) -> Array:
+def _interpolate(first: Array, second: Array, weight: Array, log: Flags) -> Array:
     """Values between two, exact at both and where both are equal."""
     if not weight.any():  # as at a fill of the table
         return first
@@ -170,11 +170,11 @@ class Interpolator:
         rows = np.stack([fill_fraction, amplitude, frequency], axis=1)
         fills = np.unique(fill_fraction)
         of_fill = [fill_fraction == fill for fill in fills]
-        several = [len(np.unique(amplitude[own])) > 1 for own in of_fill]
+        several = [len(np.unique(amplitude[in_fill])) > 1 for in_fill in of_fill]
         self.depends_on_amplitude = any(several)
         lines = tuple(
-            self._line(rows[own], values[own], (3 - inner, inner) if many else (2,))
-            for own, many in zip(of_fill, several, strict=True)
+            self._line(rows[in_fill], values[in_fill], (3 - inner, inner) if varies else (2,))
+            for in_fill, varies in zip(of_fill, several, strict=True)
         )
         self._whole = _Line.of_lines(0, fills, lines, log=self._log)
 
@@ -189,12 +189,12 @@ class Interpolator:
     def _line(self, rows: Array, values: Array, axes: tuple[int, ...]) -> _Line:
         """Rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
         axis, *further = axes
-        at = np.unique(rows[:, axis])
-        along = np.log(at) if self._log else at
+        levels = np.unique(rows[:, axis])
+        along = np.log(levels) if self._log else levels
         if not further:
             return _Line.of_rows(axis, along, values[np.argsort(rows[:, axis])], log=self._log)
-        own = [rows[:, axis] == one for one in at]
-        lines = tuple(self._line(rows[i], values[i], tuple(further)) for i in own)
+        groups = [rows[:, axis] == level for level in levels]
+        lines = tuple(self._line(rows[i], values[i], tuple(further)) for i in groups)
         return _Line.of_lines(axis, along, lines, log=self._log)
 
 

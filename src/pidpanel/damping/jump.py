@@ -121,14 +121,14 @@ class Jump:
             np.append(self.crosses, crosses),
         )
 
-    def left_out(self) -> Array:
+    def leave_one_out(self) -> Array:
         """Return of each case the probability (n,) that it crosses, as the others have it."""
-        found = self.probability(self.points, self.reached)
+        probability = self.probability(self.points, self.reached)
         for i in np.unique(self._telling):  # type: ignore[attr-defined]
-            rest = np.arange(len(found)) != i
-            others = Jump(self.points[rest], self.reached[rest], self.crosses[rest])
-            found[i] = others.probability(self.points[[i]], self.reached[[i]])[0]
-        return found
+            rest = np.arange(len(probability)) != i
+            remaining = Jump(self.points[rest], self.reached[rest], self.crosses[rest])
+            probability[i] = remaining.probability(self.points[[i]], self.reached[[i]])[0]
+        return probability
 
 
 def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
@@ -136,24 +136,24 @@ def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
     covariance, mean = prior.copy(), np.zeros(len(sign))
     precision, information = np.zeros((2, len(sign)))
     for _ in range(SWEEPS):
-        before = mean.copy()
+        previous = mean.copy()
         for i in range(len(sign)):
             # the cavity, without this factor
-            kept = 1 / covariance[i, i] - precision[i]
-            centre = (mean[i] / covariance[i, i] - information[i]) / kept
-            spread = np.sqrt(WIDTH**2 + 1 / kept)
+            cavity = 1 / covariance[i, i] - precision[i]
+            centre = (mean[i] / covariance[i, i] - information[i]) / cavity
+            spread = np.sqrt(WIDTH**2 + 1 / cavity)
             z = sign[i] * (away[i] - centre) / spread
             # mean and variance of its product with Φ (Rasmussen and Williams 2006, Eq. 3.58)
             ratio = np.exp(-(z**2) / 2 - np.log(2 * np.pi) / 2 - log_ndtr(z))
-            moved = centre - sign[i] * ratio / (spread * kept)
-            narrowed = 1 / kept - ratio * (z + ratio) / (spread * kept) ** 2
-            gained = max(1 / narrowed - kept, 0.0) - precision[i]  # rounding
+            moved = centre - sign[i] * ratio / (spread * cavity)
+            narrowed = 1 / cavity - ratio * (z + ratio) / (spread * cavity) ** 2
+            gained = max(1 / narrowed - cavity, 0.0) - precision[i]  # rounding
             precision[i] += gained
-            information[i] = moved / narrowed - centre * kept
+            information[i] = moved / narrowed - centre * cavity
             column = covariance[:, i].copy()
             covariance -= np.outer(column, column) * (gained / (1 + gained * column[i]))
             mean = covariance @ information
-        if np.abs(mean - before).max(initial=0.0) < CONVERGED:
+        if np.abs(mean - previous).max(initial=0.0) < CONVERGED:
             break
     return precision, information
 

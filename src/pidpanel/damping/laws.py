@@ -118,9 +118,9 @@ class PaperLaw:
         """Return zeros (2n, 2n): the paper states no errors."""
         return np.zeros((2 * len(frequency), 2 * len(frequency)))
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return zeros (2n, 2n)."""
-        return self.covariance(frequency, *one)
+        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return NaN: the paper states no mass."""

@@ -82,7 +82,7 @@ class DampingReading(Protocol):
         """
         ...
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points.
 
         Rows are ln C_e, then m_a [kg/m²], at the frequencies (n,) [Hz] and the first point;
@@ -99,24 +99,24 @@ class DampingReading(Protocol):
         ...
 
 
-def together(one: Array, other: Array) -> Array:
+def correlated_covariance(first: Array, second: Array) -> Array:
     """Return the covariance (2n, 2n) of errors that are fully correlated.
 
     Parameters
     ----------
-    one, other
+    first, second
         (2n,) standard errors of ln C_e, then of m_a. All those of ln C_e err together, as by a
         calibration, and all those of m_a, independently of each other: of all correlations the
         one with the largest error of an rms value to which every frequency contributes alike.
 
     Examples
     --------
-    >>> together(np.array([0.1, 2.0]), np.array([0.2, 3.0]))
+    >>> correlated_covariance(np.array([0.1, 2.0]), np.array([0.2, 3.0]))
     array([[0.02, 0.  ],
            [0.  , 6.  ]])
     """
-    n = len(one) // 2
-    result = np.zeros((len(one), len(one)))
+    n = len(first) // 2
+    covariance = np.zeros((len(first), len(first)))
     for half in (slice(None, n), slice(n, None)):
-        result[half, half] = np.outer(one[half], other[half])
-    return result
+        covariance[half, half] = np.outer(first[half], second[half])
+    return covariance

@@ -35,7 +35,7 @@ GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 
 
 @dataclass(frozen=True)
-class At:
+class Mixture:
     """What is known of a function at some points.
 
     Attributes
@@ -68,14 +68,14 @@ class Prospect:
 
     Attributes
     ----------
-    known
+    mixtures
         Of g_C and g_m there.
     covariance
         (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
         known exactly.
     """
 
-    known: tuple[At, At | None]
+    mixtures: tuple[Mixture, Mixture | None]
     covariance: Array
 
 
@@ -94,7 +94,7 @@ class Sides:
     riding: GaussianProcess
     crossing: GaussianProcess | None = None
 
-    def at(self, points: Array, crossing: Array, expected: Array, restless: Array) -> At:
+    def mixture(self, points: Array, crossing: Array, expected: Array, restless: Array) -> Mixture:
         """Return what is known at points (n, 3).
 
         Parameters
@@ -110,41 +110,41 @@ class Sides:
         """
         riding = self.riding.mean(points)
         if self.crossing is None:
-            return At(points, np.zeros(len(points)), riding, np.zeros(len(points)), restless)
+            return Mixture(points, np.zeros(len(points)), riding, np.zeros(len(points)), restless)
         step = expected + self.crossing.mean(points) - riding
-        return At(points, crossing, riding, step, restless)
+        return Mixture(points, crossing, riding, step, restless)
 
-    def covariance(self, one: At, other: At, *, noise: bool = True) -> Array:
+    def covariance(self, first: Mixture, second: Mixture, *, noise: bool = True) -> Array:
         """Return the covariance (n, m) of g between points, with what is taken for noise or not."""
-        both = together(one, other)
-        neither = 1 - one.crossing[:, None] - other.crossing + both
-        result = neither * _process(self.riding, one.points, other.points, noise=noise)
+        joint = joint_crossing(first, second)
+        neither = 1 - first.crossing[:, None] - second.crossing + joint
+        covariance = neither * _process(self.riding, first.points, second.points, noise=noise)
         if noise:
             riding, crossing = (
-                np.outer(a, b) for a, b in zip(one.restless, other.restless, strict=True)
+                np.outer(a, b) for a, b in zip(first.restless, second.restless, strict=True)
             )
-            grain = _grain(one.points, other.points)
-            result += (neither * riding + both * crossing) * grain
+            grain = _grain(first.points, second.points)
+            covariance += (neither * riding + joint * crossing) * grain
         if self.crossing is not None:
-            result += both * _process(self.crossing, one.points, other.points, noise=noise)
-        return result + common(one, other, one.step, other.step)
+            covariance += joint * _process(self.crossing, first.points, second.points, noise=noise)
+        return covariance + common(first, second, first.step, second.step)
 
-    def variance(self, at: At, *, noise: bool = True) -> Array:
+    def variance(self, mixture: Mixture, *, noise: bool = True) -> Array:
         """Return the diagonal (n,) of `covariance`."""
-        p = at.crossing
-        result = (1 - p) * _variance(self.riding, at.points, noise=noise)
+        p = mixture.crossing
+        variance = (1 - p) * _variance(self.riding, mixture.points, noise=noise)
         if noise:
-            result += (1 - p) * at.restless[0] ** 2 + p * at.restless[1] ** 2
+            variance += (1 - p) * mixture.restless[0] ** 2 + p * mixture.restless[1] ** 2
         if self.crossing is not None:
-            result += p * _variance(self.crossing, at.points, noise=noise)
-        return np.asarray(result + p * (1 - p) * at.step**2)
+            variance += p * _variance(self.crossing, mixture.points, noise=noise)
+        return np.asarray(variance + p * (1 - p) * mixture.step**2)
 
-    def with_case(self, at: At, error: float, crosses: bool) -> Sides:
+    def with_case(self, mixture: Mixture, error: float, crosses: bool) -> Sides:
         """Return the same with a further case, at the value expected of its side.
 
         Parameters
         ----------
-        at
+        mixture
             Of the one point.
         error
             Its standard error.
@@ -152,11 +152,11 @@ class Sides:
             Its side.
         """
         if not crosses or self.crossing is None:
-            return replace(self, riding=_more(self.riding, at.points, error))
-        return replace(self, crossing=_more(self.crossing, at.points, error))
+            return replace(self, riding=_with_point(self.riding, mixture.points, error))
+        return replace(self, crossing=_with_point(self.crossing, mixture.points, error))
 
     def leave_one_out(
-        self, values: Array, error: Array, side: Array, left_out: At
+        self, values: Array, error: Array, side: Array, mixture: Mixture
     ) -> tuple[Array, Array]:
         """Return errors (n,) of the cases' values predicted by the others, and standard errors.
 
@@ -167,47 +167,47 @@ class Sides:
         side
             (n,) 0 of the cases of `riding`, 1 of those of `crossing`, both in order; others are
             of neither.
-        left_out
+        mixture
             At the cases, with the jump as the others have it.
         """
-        mean, variance = [left_out.riding, left_out.riding + left_out.step], []
+        mean, variance = [mixture.riding, mixture.riding + mixture.step], []
         for number, process in enumerate((self.riding, self.crossing)):
             if process is None:
                 variance.append(np.zeros(len(values)))
                 continue
-            own = side == number
+            rows = side == number
             away, size = process.leave_one_out()
             mean[number] = mean[number].copy()
-            mean[number][own] = values[own] + away
-            spread = _variance(process, left_out.points, noise=True)
-            spread[own] = size**2 - process.error**2
-            variance.append(spread + left_out.restless[number] ** 2)
-        p, step = left_out.crossing, mean[1] - mean[0]
+            mean[number][rows] = values[rows] + away
+            spread = _variance(process, mixture.points, noise=True)
+            spread[rows] = size**2 - process.error**2
+            variance.append(spread + mixture.restless[number] ** 2)
+        p, step = mixture.crossing, mean[1] - mean[0]
         spread = (1 - p) * variance[0] + p * variance[1] + p * (1 - p) * step**2 + error**2
         return mean[0] + p * step - values, np.sqrt(spread)
 
 
-def together(one: At, other: At) -> Array:
+def joint_crossing(first: Mixture, second: Mixture) -> Array:
     """Return p_j (n, m)."""
-    return np.minimum(one.crossing[:, None], other.crossing)
+    return np.minimum(first.crossing[:, None], second.crossing)
 
 
-def common(one: At, other: At, step: Array, other_step: Array) -> Array:
+def common(first: Mixture, second: Mixture, first_step: Array, second_step: Array) -> Array:
     """Return what is common to two functions that jump together, (p_j − p p′) d d′, (n, m)."""
-    shared = together(one, other) - np.outer(one.crossing, other.crossing)
-    return np.asarray(shared * np.outer(step, other_step))
+    shared = joint_crossing(first, second) - np.outer(first.crossing, second.crossing)
+    return np.asarray(shared * np.outer(first_step, second_step))
 
 
-def _process(process: GaussianProcess, one: Array, other: Array, *, noise: bool) -> Array:
-    result = process.covariance(one, other)
+def _process(process: GaussianProcess, first: Array, second: Array, *, noise: bool) -> Array:
+    covariance = process.covariance(first, second)
     if noise:
-        result = result + process.scatter**2 * _grain(one, other)
-    return result
+        covariance = covariance + process.scatter**2 * _grain(first, second)
+    return covariance
 
 
-def _grain(one: Array, other: Array) -> Array:
+def _grain(first: Array, second: Array) -> Array:
     """How far noise (n, m) is common to points (n, 3) and (m, 3)."""
-    near = np.maximum(1 - np.abs(one[:, None] - other[None]) / GRAIN, 0.0)
+    near = np.maximum(1 - np.abs(first[:, None] - second[None]) / GRAIN, 0.0)
     return np.asarray(near.prod(axis=2))
 
 
@@ -215,7 +215,7 @@ def _variance(process: GaussianProcess, points: Array, *, noise: bool) -> Array:
     return process.standard_error(points) ** 2 + (process.scatter**2 if noise else 0.0)
 
 
-def _more(process: GaussianProcess, point: Array, error: float) -> GaussianProcess:
+def _with_point(process: GaussianProcess, point: Array, error: float) -> GaussianProcess:
     return replace(
         process,
         points=np.vstack([process.points, point]),

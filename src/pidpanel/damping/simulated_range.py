@@ -41,12 +41,12 @@ class SimulatedRange:
 
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""
-        within = np.all(
+        in_bounds = np.all(
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
         away = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
-        result: Flags = within & (away <= 1e-6).all(axis=1)
-        return result
+        inside: Flags = in_bounds & (away <= 1e-6).all(axis=1)
+        return inside
 
 
 def _logarithmic(points: Array) -> Array:

@@ -19,7 +19,7 @@ inelastic body (`inelastic.slug`) with E(L/W) its loss and μ(L/W) its apparent 
 
 with Gaussian processes g′ for what the beds differ by from it. Where the side is not known, the
 mean of both counts, and their distance belongs to the error (`sides`). What a case dissipates over
-what the inelastic body would tells its side (`surface_cases.BETWEEN`). Without the depth of the
+what the inelastic body would tells its side (`surface_cases.UNDECIDED`). Without the depth of the
 cell or the mass of the particles there is no closed form, and one process for all.
 
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
@@ -40,7 +40,7 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.damping import sides
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingError, DampingValues, Point
-from pidpanel.damping.sides import NODE_STEP, At, Prospect, Sides, even_steps
+from pidpanel.damping.sides import NODE_STEP, Mixture, Prospect, Sides, even_steps
 from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -50,7 +50,7 @@ from pidpanel.damping.surface_cases import (
     counted,
     groups,
     onset,
-    taught,
+    training_data,
 )
 
 FREQUENCY_STEP = 0.04
@@ -91,8 +91,8 @@ class DampingSurface:
         self.damping = damping
         self.mass = mass if with_mass else None
         self.jump = jump
-        known = with_mass and np.isfinite(bed.mass_per_fill)
-        self._rest_mass = bed.mass_per_fill if known else 0.0
+        has_mass = with_mass and np.isfinite(bed.mass_per_fill)
+        self._rest_mass = bed.mass_per_fill if has_mass else 0.0
         axes = cases[list(AXES)].to_numpy(float)
         self.simulated = SimulatedRange(axes)
         self.low, self.high = self.simulated.low, self.simulated.high
@@ -122,16 +122,18 @@ class DampingSurface:
             return np.zeros(len(points))
         return self.jump.probability(points[:, :2], self.bed.reached(points))
 
-    def known(self, points: Array, crossing: Array | None = None) -> tuple[At, At | None]:
+    def mixtures(
+        self, points: Array, crossing: Array | None = None
+    ) -> tuple[Mixture, Mixture | None]:
         """Return what is known of g_C and g_m at `groups` (n, 3), with `crossing` (n,) there."""
         if crossing is None:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
         return (
-            self.damping.at(points, crossing, log_damping, self.bed.restless(points)),
+            self.damping.mixture(points, crossing, log_damping, self.bed.restless(points)),
             None
             if self.mass is None
-            else self.mass.at(points, crossing, mass, np.zeros((2, len(points)))),
+            else self.mass.mixture(points, crossing, mass, np.zeros((2, len(points)))),
         )
 
     def expected(self, points: Array) -> tuple[Array, Array]:
@@ -140,7 +142,7 @@ class DampingSurface:
             return np.zeros(len(points)), np.zeros(len(points))
         return self.bed.inelastic(points)
 
-    def at(
+    def evaluate(
         self, fill_fraction: ArrayLike, frequency: ArrayLike, acceleration_g: ArrayLike
     ) -> DampingValues:
         """Return C_e and m_a at points (n,) of r, f [Hz] and Γ.
@@ -149,15 +151,15 @@ class DampingSurface:
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
         and ln Γ.
         """
-        asked = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
-        held = np.clip(asked, self.low, self.high)
-        log_damping, relative, share = self._read(groups(*held.T))
-        return self._values(held[:, 0], held[:, 1], asked[:, 2], log_damping, relative, share,
-                            self.simulated.contains(asked))  # fmt: skip
+        query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
+        clipped = np.clip(query, self.low, self.high)
+        log_damping, relative, share = self._read(groups(*clipped.T))
+        return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
+                            self.simulated.contains(query))  # fmt: skip
 
     def _read(self, points: Array) -> tuple[Array, Array, Array]:
         """g_C, its standard error and g_m at `groups` (n, 3)."""
-        damping, mass = self.known(points)
+        damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
         return damping.mean, np.sqrt(self.damping.variance(damping)), share
 
@@ -166,8 +168,8 @@ class DampingSurface:
         share: Array, inside: Flags,
     ) -> DampingValues:  # fmt: skip
         h = onset(gamma, self.onset_g)
-        most = self.bound * fill * frequency
-        damping = np.minimum(h * fill * frequency * np.exp(log_damping), most)
+        largest = self.bound * fill * frequency
+        damping = np.minimum(h * fill * frequency * np.exp(log_damping), largest)
         mass = fill * (h * share + (1 - h) * self._rest_mass)
         return DampingValues(damping, damping * relative, mass, inside)
 
@@ -204,10 +206,10 @@ class DampingSurface:
         weight = (log_acceleration - self.log_acceleration[row]) / (
             self.log_acceleration[row + 1] - self.log_acceleration[row]
         )
-        held = np.clip(frequency, self.low[1], self.high[1])
+        clipped = np.clip(frequency, self.low[1], self.high[1])
         log_damping, relative, share = (
             np.interp(
-                np.log(held),
+                np.log(clipped),
                 self.log_frequency,
                 (1 - weight) * values[row] + weight * values[row + 1],
             )
@@ -223,15 +225,15 @@ class DampingSurface:
                 f"({self.simulated}, within the convex hull of the cases)"
             )
         return self._values(
-            fill, held, np.full(len(frequency), gamma), log_damping, relative, share, inside
+            fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
 
     def _slice(self, fill: float) -> tuple[Array, Array, Array]:
         """g_C, its standard error and g_m over (ln Γ, ln f) at one fill."""
         if fill not in self._slices:
             gamma, frequency = np.meshgrid(self.log_acceleration, self.log_frequency, indexing="ij")
-            held = np.full(gamma.size, np.clip(fill, self.low[0], self.high[0]))
-            values = self._read(groups(held, np.exp(frequency.ravel()), np.exp(gamma.ravel())))
+            fills = np.full(gamma.size, np.clip(fill, self.low[0], self.high[0]))
+            values = self._read(groups(fills, np.exp(frequency.ravel()), np.exp(gamma.ravel())))
             self._slices[fill] = tuple(v.reshape(gamma.shape) for v in values)  # type: ignore[assignment]
         return self._slices[fill]
 
@@ -248,30 +250,30 @@ class DampingSurface:
         point = (fill_fraction, acceleration_g)
         return self.cross_covariance(frequency, point, point)
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
 
         Two patches filled with the same particles err alike where their fills and motions are
         alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other.
         """
-        first, scale = self._held(frequency, *one)
-        second, other_scale = self._held(frequency, *other)
-        return self._joint(self.known(first), self.known(second), scale, other_scale, noise=True)
+        p, scale = self._clip(frequency, *first)
+        q, second_scale = self._clip(frequency, *second)
+        return self._joint(self.mixtures(p), self.mixtures(q), scale, second_scale, noise=True)
 
-    def told_by(self, cases: Array, relative_error: float) -> Prospect:
+    def prospect(self, cases: Array, relative_error: float) -> Prospect:
         """Return what further cases (k, 3) of r, f [Hz], Γ would tell, C_e with such an error.
 
         Their m_a is taken to be as well known as those of the cases there are.
         """
-        known = self.known(groups(*cases.T))
-        damping, mass = known
+        mixtures = self.mixtures(groups(*cases.T))
+        damping, mass = mixtures
         covariance = np.zeros((2, 2, len(cases)))
         covariance[0, 0] = relative_error**2 + self.damping.variance(damping)
         if self.mass is not None and mass is not None:
             covariance[1, 1] = self.mass_error**2 + self.mass.variance(mass)
             shared = damping.crossing * (1 - damping.crossing) * damping.step * mass.step
             covariance[0, 1] = covariance[1, 0] = shared
-        return Prospect(known, covariance)
+        return Prospect(mixtures, covariance)
 
     def covariance_with(
         self, prospect: Prospect, frequency: Array, fill_fraction: float, acceleration_g: float
@@ -281,20 +283,20 @@ class DampingSurface:
         Rows are ln C_e, then m_a, at ``frequency`` (n,) [Hz], columns g_C, then g_m of the cases.
         What is taken for noise is left out: no case tells of that of others.
         """
-        point, scale = self._held(frequency, fill_fraction, acceleration_g)
-        return self._joint(self.known(point), prospect.known, scale, 1.0, noise=False)
+        point, scale = self._clip(frequency, fill_fraction, acceleration_g)
+        return self._joint(self.mixtures(point), prospect.mixtures, scale, 1.0, noise=False)
 
     def _joint(
         self,
-        one: tuple[At, At | None],
-        other: tuple[At, At | None],
+        first: tuple[Mixture, Mixture | None],
+        second: tuple[Mixture, Mixture | None],
         scale: float,
-        other_scale: float,
+        second_scale: float,
         *,
         noise: bool,
     ) -> Array:
         """Covariance (2n, 2m) of g_C, then ``scale`` g_m, between points."""
-        (damping, mass), (damping_there, mass_there) = one, other
+        (damping, mass), (damping_there, mass_there) = first, second
         n, m = len(damping.points), len(damping_there.points)
         result = np.zeros((2 * n, 2 * m))
         result[:n, :m] = self.damping.covariance(damping, damping_there, noise=noise)
@@ -303,27 +305,27 @@ class DampingSurface:
             result[n:, :m] = sides.common(mass, damping_there, mass.step, damping_there.step)
             result[:n, m:] = sides.common(damping, mass_there, damping.step, mass_there.step)
         result[n:] *= scale
-        result[:, m:] *= other_scale
+        result[:, m:] *= second_scale
         return result
 
-    def _held(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
+    def _clip(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
         """Return the groups of points held within the cases, and m_a per g_m there."""
         if not self.depends_on_acceleration:
             gamma = float(self.low[2])
-        asked = _points(fill, frequency, gamma)
-        held = np.clip(asked, self.low, self.high)
-        return groups(*held.T), float(held[0, 0] * onset(gamma, self.onset_g))
+        query = _points(fill, frequency, gamma)
+        clipped = np.clip(query, self.low, self.high)
+        return groups(*clipped.T), float(clipped[0, 0] * onset(gamma, self.onset_g))
 
     def leave_one_out(self) -> pd.DataFrame:
         """Return the cases with the error of ln C_e predicted by the others, and its size.
 
         The side is predicted too.
         """
-        data = taught(self.cases, self.bed)
+        data = training_data(self.cases, self.bed)
         crossing = np.zeros(len(self.cases))
         if self.jump is not None:
-            crossing = self.jump.left_out()
-        damping, _ = self.known(data.points, crossing)
+            crossing = self.jump.leave_one_out()
+        damping, _ = self.mixtures(data.points, crossing)
         error, size = self.damping.leave_one_out(
             data.log_damping, data.log_error, data.side, damping
         )
@@ -335,7 +337,7 @@ class DampingSurface:
         C_e has such an error; m_a is as well known as that of the cases there are.
         """
         points = groups(*case.T)
-        damping, mass = self.known(points)
+        damping, mass = self.mixtures(points)
         crosses = bool(damping.crossing[0] > 0.5)
         jump = self.jump
         if jump is not None:
@@ -353,7 +355,7 @@ class DampingSurface:
     @cached_property
     def mass_error(self) -> float:
         """Median error of g_m of the cases [kg/m²]."""
-        return float(np.median(taught(self.cases, self.bed).mass_error))
+        return float(np.median(training_data(self.cases, self.bed).mass_error))
 
     @staticmethod
     def from_frame(
@@ -380,7 +382,7 @@ class DampingSurface:
         """
         cases, mass_per_fill = counted(frame, onset_g)
         bed = SurfaceBed(onset_g, mass_per_fill, depth)
-        data = taught(cases, bed)
+        data = training_data(cases, bed)
         mass = data.mass_sides() if (cases[MASS] != 0).any() else None
         return DampingSurface(cases, bed, data.damping_sides(), mass, data.jump())
 

@@ -31,13 +31,13 @@ PRESSED = 0.94
 then dissipate what the inelastic body does within 12 % up to r = 0.7, and 12 % rms at 0.9 (19 cases
 of the paper's and launch studies; with 1 they are up to twice as lossy at 0.9)."""
 
-BETWEEN = (0.3, 0.6)
+UNDECIDED = (0.3, 0.6)
 """Shares of the loss of the inelastic body below which beds next to the jump ride and above which
 they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
 between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and nothing
 of its sides."""
 
-LEAST = np.log(0.9 / LONGEST_GAP)
+LOWEST_REACH = np.log(0.9 / LONGEST_GAP)
 """u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
 that just meets both walls in every cycle, less a tenth, to which the gap is known."""
 
@@ -143,7 +143,7 @@ class SurfaceBed:
 
 
 @dataclass(frozen=True)
-class Taught:
+class TrainingData:
     """What the cases teach: points, values and sides.
 
     Attributes
@@ -197,34 +197,34 @@ class Taught:
         errors: Array,
         expected: Array | None,
         unit: float,
-        least: float,
+        smallest_spread: float,
         constants: Constants | None,
     ) -> Sides:
         """Return the processes of values whose ``expected`` is known where beds cross.
 
         Lengths are measured by the points of both sides, beds that ride by how their own values
-        spread, but no less than ``least``, in ``unit``; where there are none they are
+        spread, but no less than ``smallest_spread``, in ``unit``; where there are none they are
         expected about those that cross.
         """
         axes = gaussian_process.spreads(self.points)
 
         def process(
-            of: Flags, values: Array, prior: tuple[float, float] | None, side: int
+            rows: Flags, values: Array, prior: tuple[float, float] | None, side: int
         ) -> GaussianProcess:
-            own = (self.points[of], values[of], errors[side][of])
+            data = (self.points[rows], values[rows], errors[side][rows])
             centre, size = prior or (None, None)
             if constants is None:
-                return gaussian_process.fit(*own, axes=axes, centre=centre, unit=size)
+                return gaussian_process.fit(*data, axes=axes, centre=centre, unit=size)
             *lengths, scale, scatter = np.asarray(constants[side])
             return GaussianProcess(
-                *own, np.array(lengths), float(scale), float(scatter), centre, size
+                *data, np.array(lengths), float(scale), float(scatter), centre, size
             )
 
         rides = self.side == 0
         if expected is None:
             return Sides(process(rides, values, None, 0))
         # few beds that ride may be alike by chance; C_e of others is up to a hundred times another
-        size = max(float(np.std(values[rides])), least * unit) if rides.any() else unit
+        size = max(float(np.std(values[rides])), smallest_spread * unit) if rides.any() else unit
         centre = float(np.mean(values[rides])) if rides.any() else float(expected.mean())
         return Sides(
             process(rides, values, (centre, size), 0),
@@ -232,7 +232,7 @@ class Taught:
         )
 
 
-def taught(cases: pd.DataFrame, bed: SurfaceBed) -> Taught:
+def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
     """Return what the rows of `counted` teach.
 
     C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).
@@ -246,7 +246,7 @@ def taught(cases: pd.DataFrame, bed: SurfaceBed) -> Taught:
     side = np.zeros(len(cases))
     if bed.jumps:
         side = _side(np.exp(log_damping - bed.inelastic(points)[0]), bed.reached(points))
-    return Taught(
+    return TrainingData(
         bed=bed,
         points=points,
         side=side,
@@ -264,11 +264,11 @@ def _side(share: Array, reached: Array) -> Array:
     Below the least stroke with which that body meets both walls in every cycle beds ride, whatever
     they dissipate, and from `jump.WHOLE` on there is no between.
     """
-    low, high = BETWEEN
+    low, high = UNDECIDED
     near = reached < np.log(WHOLE)
     side = np.where(share > np.where(near, high, low), 1.0, 0.0)
     side[near & (share > low) & (share <= high)] = 0.5
-    return np.where(reached > LEAST, side, 0.0)
+    return np.where(reached > LOWEST_REACH, side, 0.0)
 
 
 def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:

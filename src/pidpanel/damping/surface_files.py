@@ -19,7 +19,7 @@ from pidpanel.damping.surface_cases import (
     VALUE,
     Constants,
     SurfaceBed,
-    taught,
+    training_data,
 )
 
 
@@ -29,7 +29,7 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
     frequency = np.exp(surface.log_frequency[:: max(1, len(surface.log_frequency) // 32)])
     gamma = np.exp(surface.log_acceleration[:: max(1, len(surface.log_acceleration) // 26)])
     grid = np.meshgrid(fills, frequency, gamma, indexing="ij")
-    values = surface.at(*(g.ravel() for g in grid))
+    values = surface.evaluate(*(g.ravel() for g in grid))
     shape = grid[0].shape
     C_e, m_a = "equivalent viscous damping per area, C_e", "apparent mass per area, m_a"
     variables: list[tuple[str, Sequence[str], Array, str, str]] = [
@@ -47,13 +47,13 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
         (f"case_{name}", ("case",), surface.cases[name].to_numpy(float), unit, f"{name} of a case")
         for name, unit in units.items()
     ]
-    for name, of in (("damping", surface.damping), ("mass", surface.mass)):
-        for side, process in {} if of is None else vars(of).items():
+    for name, processes in (("damping", surface.damping), ("mass", surface.mass)):
+        for side, process in {} if processes is None else vars(processes).items():
             if process is not None:
                 constants = np.array([*process.lengths, process.size, process.scatter])
-                what = "lengths of r, ln Γ and ln W/L, size and scatter of the process"
+                meaning = "lengths of r, ln Γ and ln W/L, size and scatter of the process"
                 variables.append(
-                    (f"{name}_{side}", ("constant",), constants, "1", f"{what} of beds {side}")
+                    (f"{name}_{side}", ("constant",), constants, "1", f"{meaning} of beds {side}")
                 )
     return xr.Dataset(
         {
@@ -85,7 +85,7 @@ def from_dataset(dataset: xr.Dataset) -> DampingSurface:
     attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
     try:
         bed = SurfaceBed(*(float(dataset.attrs[name]) for name in attrs))
-        data = taught(cases, bed)
+        data = training_data(cases, bed)
         damping = data.damping_sides(_constants(dataset, "damping"))
     except KeyError as error:
         raise DampingError(f"{error} is missing: not a surface of this version") from error

@@ -109,17 +109,17 @@ def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator
     if are_numbers(header):
         yield f"must name the columns, found the numbers {', '.join(header)}"
         return
-    meant = list(header)
+    columns = list(header)
     for place, name in enumerate(header):
         if name not in allowed:
-            meant[place] = _nearest(name, allowed)
-            yield _unknown(name, place, meant[place], allowed)
+            columns[place] = _nearest(name, allowed)
+            yield _unknown(name, place, columns[place], allowed)
         elif name in header[:place]:
             yield f"column {name}: given twice"
-    if FREQUENCY not in meant:
+    if FREQUENCY not in columns:
         yield f"column {FREQUENCY}: missing"
     yield from _faults_of_choice([name for name in AMPLITUDES if name in header], "amplitude")
-    if not set(VALUES) & set(meant):
+    if not set(VALUES) & set(columns):
         yield f"column {' or '.join(name for name in VALUES if name in allowed)}: missing"
     yield from _faults_of_choice([name for name in VALUES if name in header], "value")
     for name, needed in (
@@ -129,15 +129,15 @@ def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator
         *((error, value) for value, error in ERRORS.items()),
         *([(DAMPING, MASS)] if LOSS_FACTOR not in allowed else []),
     ):
-        if name in header and name in allowed and needed not in meant:
+        if name in header and name in allowed and needed not in columns:
             yield f"column {needed}: missing; needed beside {name}"
     if REAL in header and MASS in header:
         yield f"column {MASS}: not allowed beside {IMAGINARY}, which is ω times it"
 
 
-def _faults_of_choice(names: Sequence[str], what: str) -> Iterator[str]:
+def _faults_of_choice(names: Sequence[str], kind: str) -> Iterator[str]:
     if len(names) > 1:
-        yield f"columns {' and '.join(names)}: only one {what} is allowed"
+        yield f"columns {' and '.join(names)}: only one {kind} is allowed"
 
 
 def _nearest(name: str, allowed: Sequence[str]) -> str:
@@ -155,11 +155,11 @@ def _unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
 def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
     """Yield what rows, each good on its own, are not together."""
     axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in columns]
-    seen: dict[tuple[float, ...], int] = {}
+    first_lines: dict[tuple[float, ...], int] = {}
     for line, point in zip(lines, zip(*(columns[name] for name in axes), strict=True), strict=True):
-        if seen.setdefault(point, line) != line:
-            at = ", ".join(f"{name} = {x:g}" for name, x in zip(axes, point, strict=True))
-            yield f"line {line}: {at}: duplicate of line {seen[point]}"
+        if first_lines.setdefault(point, line) != line:
+            coordinates = ", ".join(f"{name} = {x:g}" for name, x in zip(axes, point, strict=True))
+            yield f"line {line}: {coordinates}: duplicate of line {first_lines[point]}"
     for value in VALUES:
         error = ERRORS[value]
         if value in columns and error in columns:
@@ -169,7 +169,7 @@ def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
                     f"must be 0 where {value} is 0: errors are relative to it"
                 )
     yield from _faults_of_mass(columns, lines)
-    if len(seen) == len(lines):
+    if len(first_lines) == len(lines):
         yield from _faults_of_scatter(columns, lines)
 
 
@@ -178,12 +178,12 @@ def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
     if PARTICLE_MASS not in columns:
         return
     mass, fill = columns[PARTICLE_MASS], fill_of(columns)
-    for row, (own, r) in enumerate(zip(mass, fill, strict=True)):
+    for row, (m, r) in enumerate(zip(mass, fill, strict=True)):
         first = int(np.argmax(fill == r))
         # what rounding to four digits leaves
-        if abs(own / mass[first] - 1) > 1e-3:
+        if abs(m / mass[first] - 1) > 1e-3:
             yield (
-                f"line {lines[row]}: {PARTICLE_MASS} = {own:g}: must be the same in all rows of "
+                f"line {lines[row]}: {PARTICLE_MASS} = {m:g}: must be the same in all rows of "
                 f"a fill; line {lines[first]} has {mass[first]:g}"
             )
 
@@ -191,10 +191,10 @@ def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
 def _faults_of_scatter(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
     """Yield a table in which most rows are alone, so that there is nothing between them."""
     fill, amplitude = fill_of(columns), amplitude_of(columns)[1]
-    alone = lone_rows(fill, amplitude, columns[FREQUENCY])
-    if 2 * len(alone) > len(lines):
+    lone = lone_rows(fill, amplitude, columns[FREQUENCY])
+    if 2 * len(lone) > len(lines):
         yield (
-            f"line {lines[alone[0]]}: {len(alone)} of {len(lines)} rows share neither amplitude "
+            f"line {lines[lone[0]]}: {len(lone)} of {len(lines)} rows share neither amplitude "
             "nor frequency with another of their fill: several frequencies at one amplitude are "
             "needed, or several amplitudes at one frequency (exactly the same numbers)"
         )

@@ -22,7 +22,7 @@ import pandas as pd
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.readings import DampingValues, Point, together
+from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
 from pidpanel.damping.sides import NODE_STEP
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
@@ -75,8 +75,8 @@ class TableReading:
         frequency, fill = columns[FREQUENCY], fill_of(columns)
         self._amplitude, amplitude = amplitude_of(columns)
         names = (self._value, ERRORS[self._value], self._mass, ERRORS[self._mass])
-        self._given = [name for name in names if name in columns]
-        values = np.stack([columns[name] for name in self._given], axis=1)
+        self._names = [name for name in names if name in columns]
+        values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
         errors = names[1::2] if with_mass else names[1:2]
@@ -85,7 +85,7 @@ class TableReading:
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
             mass = columns[PARTICLE_MASS]
-            self._masses = np.array([mass[fill == one][0] for one in self._fills])
+            self._masses = np.array([mass[fill == level][0] for level in self._fills])
         else:
             self._masses = np.full(len(self._fills), np.nan)
 
@@ -97,25 +97,25 @@ class TableReading:
         Beyond the rows values are held and not inside. A table of one amplitude holds for all, as
         does one without fills for every fill.
         """
-        values, errors, inside = self._at(frequency, fill_fraction, acceleration_g)
+        values, errors, inside = self._read(frequency, fill_fraction, acceleration_g)
         n = len(errors) // 2
         return DampingValues(values[:n], errors[:n] * values[:n], values[n:], inside)
 
-    def _at(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, Array, Flags]:
+    def _read(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, Array, Flags]:
         """C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
         frequency = np.asarray(frequency, float)
         omega = 2 * np.pi * frequency
-        asked = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
+        fills = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
         of_sine = {
             None: np.ones_like(omega),
             "acceleration_g": np.full(omega.shape, gamma),
             "displacement_mm": gamma * STANDARD_GRAVITY / omega**2 * 1e3,
             "velocity_m_s": gamma * STANDARD_GRAVITY / omega,
         }[self._amplitude]
-        found, inside = self._rows(asked, of_sine, frequency)
-        named, none = dict(zip(self._given, found.T, strict=True)), np.zeros_like(omega)
+        rows, inside = self._rows(fills, of_sine, frequency)
+        named, none = dict(zip(self._names, rows.T, strict=True)), np.zeros_like(omega)
         value, mass = named[self._value], named.get(self._mass, none)
-        error, mass_error = (named.get(ERRORS[of], none) for of in (self._value, self._mass))
+        error, mass_error = (named.get(ERRORS[name], none) for name in (self._value, self._mass))
         relative = np.divide(error, value, out=np.zeros_like(error), where=value > 0)
         damping = value
         if self._value == LOSS_FACTOR:
@@ -131,14 +131,14 @@ class TableReading:
         point = (fill_fraction, acceleration_g)
         return self.cross_covariance(frequency, point, point)
 
-    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
 
         A table does not say how its errors are correlated. They are taken to be fully so, over
-        the whole table; see `readings.together`.
+        the whole table; see `readings.correlated_covariance`.
         """
-        first, second = (self._at(frequency, *point)[1] for point in (one, other))
-        return together(first, second)
+        errors = (self._read(frequency, *point)[1] for point in (first, second))
+        return correlated_covariance(*errors)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²], linear in the fill; NaN where not given."""
@@ -152,10 +152,10 @@ class TableReading:
 
 def _nodes(frequency: Array) -> Array:
     """Frequencies of the rows, or even ones in their range where there are many."""
-    own = np.unique(frequency)
-    if len(own) <= MOST_NODES:
-        return own
-    return np.geomspace(own[0], own[-1], int(np.log(own[-1] / own[0]) / NODE_STEP) + 2)
+    unique = np.unique(frequency)
+    if len(unique) <= MOST_NODES:
+        return unique
+    return np.geomspace(unique[0], unique[-1], int(np.log(unique[-1] / unique[0]) / NODE_STEP) + 2)
 
 
 def to_frame(
@@ -169,7 +169,7 @@ def to_frame(
     )
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
     points = points[surface.simulated.contains(points)]
-    values = surface.at(*points.T)
+    values = surface.evaluate(*points.T)
     frame = pd.DataFrame(points, columns=list(AXES))
     frame[VALUE], frame[ERROR] = values.equivalent_damping, values.equivalent_damping_error
     frame[MASS] = values.apparent_mass

@@ -18,14 +18,14 @@ MOST_CASES = 600
 """Cases of a surface at most: `paper.yaml` has 90 of them, `paper_full.yaml` 2955."""
 
 
-def spread_out(points: Array, most: int) -> Index:
+def spread_out(points: Array, limit: int) -> Index:
     """Return the numbers, in order, of points that are spread over all of them.
 
     Parameters
     ----------
     points
         (n, d) in axes of one scale.
-    most
+    limit
         Points wanted.
 
     Examples
@@ -33,12 +33,12 @@ def spread_out(points: Array, most: int) -> Index:
     >>> spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.0]]), 3)
     array([0, 2, 4])
     """
-    if len(points) <= most:
+    if len(points) <= limit:
         return np.arange(len(points))
     # the farthest from the middle, the first of several: the same on every machine
     chosen = [int(np.argmax(_square(points, points.mean(axis=0)).round(9)))]
     nearest = np.full(len(points), np.inf)
-    while len(chosen) < most:
+    while len(chosen) < limit:
         nearest = np.minimum(nearest, _square(points, points[chosen[-1]]))
         chosen.append(int(np.argmax(nearest.round(9))))
     return np.sort(np.array(chosen))

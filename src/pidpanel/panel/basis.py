@@ -183,8 +183,8 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
     """VᵀD V (n, n) of a patch."""
-    _, D, few = on_patch(overlap, vectors)
-    product: Array = few.T @ (D @ few)
+    _, D, rows = on_patch(overlap, vectors)
+    product: Array = rows.T @ (D @ rows)
     return product
 
 

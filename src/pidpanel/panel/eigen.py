@@ -72,16 +72,16 @@ def eigenpairs(
     """
     values, vectors = [], []
     for low, high, shift in _slices(limit, count):
-        found, shapes = _near(stiffness, mass, shift, low, high)
-        values.append(found)
+        eigenvalues, shapes = _near(stiffness, mass, shift, low, high)
+        values.append(eigenvalues)
         vectors.append(shapes)
-    together = np.empty((stiffness.shape[0], sum(map(len, values))))
+    modes = np.empty((stiffness.shape[0], sum(map(len, values))))
     start = 0
     while vectors:  # each is let go once it is copied
         part = vectors.pop(0)
-        together[:, start : start + part.shape[1]] = part
+        modes[:, start : start + part.shape[1]] = part
         start += part.shape[1]
-    return np.concatenate(values), together
+    return np.concatenate(values), modes
 
 
 def _slices(limit: float, count: int) -> Iterator[tuple[float, float, float]]:
@@ -122,9 +122,9 @@ def _near(
         projected[last, last] = of_mass[:, last].T @ new
         new -= basis[:, last] @ projected[last, last]
         if count > BLOCK:
-            before = slice(count - 2 * BLOCK, count - BLOCK)
-            projected[last, before], projected[before, last] = coupling, coupling.T
-            new -= basis[:, before] @ coupling.T
+            previous = slice(count - 2 * BLOCK, count - BLOCK)
+            projected[last, previous], projected[previous, last] = coupling, coupling.T
+            new -= basis[:, previous] @ coupling.T
         lost = np.zeros(0)
         if not sparing or count // BLOCK % 3:
             lost = of_mass[:, :count].T @ new

@@ -23,7 +23,7 @@ from pidpanel.panel.supports import (
 
 # Of the extent of the panel: as the vertices at supports are looked for.
 SLACK = 1e-6
-APART = "feet must lie apart from other supports"
+SEPARATION = "feet must lie apart from other supports"
 
 
 def area_within(outline: Shape, holes: Iterable[Shape]) -> BaseGeometry:
@@ -98,16 +98,16 @@ def check_fit(
                 " boundary"
             )
     around = area.buffer(slack)
-    for name, one in attachments.items():
-        if isinstance(one, LineMass):
-            if not around.covers(shapely.LineString([one.start, one.end])):
+    for name, part in attachments.items():
+        if isinstance(part, LineMass):
+            if not around.covers(shapely.LineString([part.start, part.end])):
                 raise ValueError(
-                    f"point '{name} to_m' = {show(one.end)}: the line to it from"
-                    f" {show(one.start)} leaves the panel; it must lie on the panel"
+                    f"point '{name} to_m' = {show(part.end)}: the line to it from"
+                    f" {show(part.start)} leaves the panel; it must lie on the panel"
                 )
-        elif not around.covers(shapely.Point(one.position)):
+        elif not around.covers(shapely.Point(part.position)):
             raise ValueError(
-                f"point {place_of(name, one)!r} = {show(one.position)} leaves the panel; it must"
+                f"point {place_of(name, part)!r} = {show(part.position)} leaves the panel; it must"
                 " lie on the panel"
             )
 
@@ -121,19 +121,19 @@ def check_feet(area: BaseGeometry, supports: Supports) -> None:
         One line: the foot and what it touches.
     """
     slack = _slack(area)
-    held = _supported(area, supports, slack)
+    edges = _supported(area, supports, slack)
     places = {
-        name: shapely.Polygon(foot_of(one).corners) if one.radius else shapely.Point(one.position)
-        for name, one in supports.points.items()
+        name: shapely.Polygon(foot_of(p).corners) if p.radius else shapely.Point(p.position)
+        for name, p in supports.points.items()
     }
     for name, place in places.items():
-        if supports.points[name].radius and held.dwithin(place, slack):
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {APART}")
-    for one, other in combinations(places, 2):
-        radii = [supports.points[name].radius for name in (one, other)]
-        if any(radii) and places[one].dwithin(places[other], slack):
-            first, second = (one, other) if radii[0] else (other, one)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {APART}")
+        if supports.points[name].radius and edges.dwithin(place, slack):
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
+    for foot, neighbour in combinations(places, 2):
+        radii = [supports.points[name].radius for name in (foot, neighbour)]
+        if any(radii) and places[foot].dwithin(places[neighbour], slack):
+            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
 
 
 def check_held(mesh: PanelMesh, supports: Supports) -> None:
@@ -145,26 +145,26 @@ def check_held(mesh: PanelMesh, supports: Supports) -> None:
         One line: the foot and what it meets.
     """
     edge = {vertex.vertex for vertex in held_vertices(mesh, supports)[0]}
-    held: dict[str, set[int]] = {}
+    vertices: dict[str, set[int]] = {}
     for name, point in supports.points.items():
         if point.radius == 0:
-            held[name] = {vertex_at(mesh, name, point.position)}
+            vertices[name] = {vertex_at(mesh, name, point.position)}
             continue
-        held[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
-        if held[name] & edge:
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {APART}")
-    for one, other in combinations(held, 2):
-        radii = [supports.points[name].radius for name in (one, other)]
-        if any(radii) and held[one] & held[other]:
-            first, second = (one, other) if radii[0] else (other, one)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {APART}")
-    if len(edge.union(*held.values())) == len(mesh.vertices):
+        vertices[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
+        if vertices[name] & edge:
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
+    for foot, neighbour in combinations(vertices, 2):
+        radii = [supports.points[name].radius for name in (foot, neighbour)]
+        if any(radii) and vertices[foot] & vertices[neighbour]:
+            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
+    if len(edge.union(*vertices.values())) == len(mesh.vertices):
         raise ValueError(NONE_FREE)
 
 
 def _supported(area: BaseGeometry, supports: Supports, slack: float) -> BaseGeometry:
     """Return the parts of the boundary that are not free; later edges win."""
-    held: BaseGeometry = shapely.union_all(
+    lines: BaseGeometry = shapely.union_all(
         [
             shapely.LineString(ring)
             for polygon in shapely.get_parts(area)
@@ -177,10 +177,10 @@ def _supported(area: BaseGeometry, supports: Supports, slack: float) -> BaseGeom
     )
     for edge in supports.edges:
         line = shapely.LineString([edge.start, edge.end])
-        held = held.difference(line.buffer(slack))
+        lines = lines.difference(line.buffer(slack))
         if edge.kind != "free":
-            held = held.union(line)
-    return held
+            lines = lines.union(line)
+    return lines
 
 
 def _slack(area: BaseGeometry) -> float:

@@ -42,8 +42,8 @@ class MeshFileError(ValueError):
     def __init__(self, faults: Sequence[str]) -> None:
         if len(faults) > MOST_FAULTS:
             file = faults[0].partition(":")[0]
-            more = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
-            faults = [*faults[:MOST_FAULTS], more]
+            remainder = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
+            faults = [*faults[:MOST_FAULTS], remainder]
         self.faults = tuple(faults)
         super().__init__("\n".join(faults))
 
@@ -74,7 +74,7 @@ class FlatMesh:
     groups: NDArray[np.str_]
 
     @classmethod
-    def of(
+    def from_elements(
         cls,
         path: Path,
         node: Sequence[int],
@@ -106,10 +106,10 @@ class FlatMesh:
             One line: file, node or element, what is wrong.
         """
         numbers = np.asarray(node, dtype=np.int64)
-        for what, found in (("node", numbers), ("element", np.asarray(element))):
-            values, count = np.unique(found, return_counts=True)
+        for noun, tags in (("node", numbers), ("element", np.asarray(element))):
+            values, count = np.unique(tags, return_counts=True)
             if count.max(initial=0) > 1:
-                raise ValueError(f"{path}: {what} {values[np.argmax(count)]} appears twice")
+                raise ValueError(f"{path}: {noun} {values[np.argmax(count)]} appears twice")
         if not np.all(np.isfinite(position)):
             bad = numbers[~np.isfinite(position).all(axis=1)][0]
             raise ValueError(f"{path}: node {bad}: its position is not a number")
@@ -154,13 +154,13 @@ class FlatMesh:
         ValueError
             If the file has no such node.
         """
-        found = np.flatnonzero(self.node == number)
-        if not found.size:
+        rows = np.flatnonzero(self.node == number)
+        if not rows.size:
             raise ValueError(
                 f"{self.path}: no node {number}; it has {len(self.node)} nodes from"
                 f" {self.node.min()} to {self.node.max()}"
             )
-        x, y = self.position[found[0]]
+        x, y = self.position[rows[0]]
         return float(x), float(y)
 
     def panel_mesh(
@@ -187,9 +187,9 @@ class FlatMesh:
             if isinstance(patch, str):
                 members = self.groups == patch
                 if not members.any():
-                    known = ", ".join(sorted(set(self.groups)))
+                    groups = ", ".join(sorted(set(self.groups)))
                     raise ValueError(
-                        f"patch {name!r}: {self.path} has no group {patch}; it has {known}"
+                        f"patch {name!r}: {self.path} has no group {patch}; it has {groups}"
                     )
             else:
                 members = location(centre, patch.corners, 0.0) > 0
@@ -244,21 +244,21 @@ def read_gmsh(path: Path) -> FlatMesh:
             if len(tags):
                 name = gmsh.model.getPhysicalName(dimension, tags[0]) or str(tags[0])
             kinds, numbers, nodes = gmsh.model.mesh.getElements(dimension, surface)
-            for kind, own, of_own in zip(kinds, numbers, nodes, strict=True):
+            for kind, elements, of_own in zip(kinds, numbers, nodes, strict=True):
                 if dimension < 2:
                     continue
                 if kind not in GMSH_CORNERS:
-                    what = gmsh.model.mesh.getElementProperties(kind)[0]
+                    shape = gmsh.model.mesh.getElementProperties(kind)[0]
                     raise ValueError(
-                        f"{path}: element {own[0]} is a {what}; allowed are triangles and"
+                        f"{path}: element {elements[0]} is a {shape}; allowed are triangles and"
                         " quadrilaterals of first order"
                     )
-                element += own.tolist()
-                corners += of_own.reshape(len(own), -1).tolist()
-                group += [name] * len(own)
+                element += elements.tolist()
+                corners += of_own.reshape(len(elements), -1).tolist()
+                group += [name] * len(elements)
     if not element:
         raise ValueError(f"{path}: no triangles or quadrilaterals; a mesh needs them")
-    return FlatMesh.of(
+    return FlatMesh.from_elements(
         path, node.tolist(), position.reshape(-1, 3), element, corners, np.array(group)
     )
 
@@ -307,9 +307,9 @@ def _check_one_piece(path: Path, element: Index, triangles: Index) -> None:
     )
     count, piece = connected_components(joined, directed=False)
     if count > 1:
-        other = element[np.argmax(piece != piece[0])]
+        separate = element[np.argmax(piece != piece[0])]
         raise ValueError(
-            f"{path}: the mesh has {count} pieces: no edges join element {other} to element"
+            f"{path}: the mesh has {count} pieces: no edges join element {separate} to element"
             f" {element[0]}; a panel is one piece"
         )
 
@@ -318,8 +318,8 @@ def _check_apart(path: Path, node: Index, position: Array, close: float) -> None
     """Refuse two nodes at one place."""
     pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
     if len(pairs):
-        one, other = node[pairs[0]]
+        first, second = node[pairs[0]]
         raise ValueError(
-            f"{path}: nodes {min(one, other)} and {max(one, other)} are at one place"
+            f"{path}: nodes {min(first, second)} and {max(first, second)} are at one place"
             f" {show(position[pairs[0, 0]])}: the panel is cracked there; merge them"
         )

@@ -132,21 +132,21 @@ class StudiedPanel:
     def points(self) -> dict[str, Position]:
         """The response points by name [m]."""
         return {
-            name: self._place(None, at.grid) if isinstance(at, Node) else at
-            for name, at in self.panel.points.items()
+            name: self._place(None, place.grid) if isinstance(place, Node) else place
+            for name, place in self.panel.points.items()
         }
 
     @cached_property
     def supports(self) -> supports.Supports:
         """The supports of edges, the hinges and the hold-downs."""
-        held = self.panel.held
+        inputs = self.panel.support_input
         return supports.Supports(
-            held.outline,
-            held.holes,
-            [supports.EdgeSupport(edge.from_m, edge.to_m, edge.kind) for edge in held.edges],
+            inputs.outline,
+            inputs.holes,
+            [supports.EdgeSupport(edge.from_m, edge.to_m, edge.kind) for edge in inputs.edges],
             {
                 name: supports.PointSupport(self._place(p.at_m, p.grid), p.kind, p.radius_m)
-                for name, p in held.points.items()
+                for name, p in inputs.points.items()
                 if p.kind != "spring"
             },
         )
@@ -154,23 +154,23 @@ class StudiedPanel:
     @cached_property
     def attachments(self) -> dict[str, Spring | PointMass | LineMass]:
         """The springs and masses by name."""
-        found: dict[str, Spring | PointMass | LineMass] = {
+        attachments: dict[str, Spring | PointMass | LineMass] = {
             name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
-            for name, p in self.panel.held.points.items()
+            for name, p in self.panel.support_input.points.items()
             if p.stiffness_n_m is not None
         }
         for name, mass in self.panel.masses.items():
             if mass.from_m is not None and mass.to_m is not None:
-                found[name] = LineMass(mass.from_m, mass.to_m, mass.mass_kg)
+                attachments[name] = LineMass(mass.from_m, mass.to_m, mass.mass_kg)
             else:
-                found[name] = PointMass(self._place(mass.at_m, mass.grid), mass.mass_kg)
-        return found
+                attachments[name] = PointMass(self._place(mass.at_m, mass.grid), mass.mass_kg)
+        return attachments
 
     @property
     def navier_size(self) -> tuple[float, float] | None:
         """Edge lengths [m] where Navier's closed form holds; None elsewhere."""
-        held = self.panel.held
-        plain = held.outline == "simply_supported" and not (held.edges or held.points)
+        inputs = self.panel.support_input
+        plain = inputs.outline == "simply_supported" and not (inputs.edges or inputs.points)
         return self.panel.size if plain and not self.attachments else None
 
     def check(self, frequency: float) -> None:
@@ -320,26 +320,26 @@ class StudiedPanel:
     @property
     def _anchors(self) -> dict[str, Position]:
         """Positions of required vertices: point supports, ends of supported edges."""
-        found = {f"support {name}": p.position for name, p in self.supports.points.items()}
+        anchors = {f"support {name}": p.position for name, p in self.supports.points.items()}
         for number, edge in enumerate(self.supports.edges, 1):
-            found[f"supports.edges {number} from_m"] = edge.start
-            found[f"supports.edges {number} to_m"] = edge.end
-        return found
+            anchors[f"supports.edges {number} from_m"] = edge.start
+            anchors[f"supports.edges {number} to_m"] = edge.end
+        return anchors
 
     @property
     def _attached(self) -> dict[str, Position]:
-        found: dict[str, Position] = {}
+        positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
             if isinstance(attached, LineMass):
-                found |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
+                positions |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
             else:
-                found[place_of(name, attached)] = attached.position
-        return found
+                positions[place_of(name, attached)] = attached.position
+        return positions
 
-    def _place(self, at: Position | None, grid: int | None) -> Position:
+    def _place(self, position: Position | None, grid: int | None) -> Position:
         """Return a position [m] that is stated as such or as a node of the mesh file."""
-        if at is not None:
-            return at
+        if position is not None:
+            return position
         if self.foreign is None or grid is None:
             raise ValueError(f"node {grid}: this panel has no mesh file")
         return self.foreign.at_node(grid)
@@ -352,15 +352,15 @@ def damper_masses(study: Study) -> dict[str, float]:
     mass is not known before the run, as of a table.
     """
     highest = study.response.frequency_hz[1]
-    found: dict[str, float] = {}
+    masses: dict[str, float] = {}
     for scenario in study.all_scenarios():
         for filling in scenario.fillings:
             damper = study.all_dampers.get(filling.damper or "")
             mass = 0.0
             if damper is not None and study.response.damper_mass:
                 mass = damper.largest_mass_per_area(highest)
-            found[filling.patch] = max(found.get(filling.patch, 0.0), mass)
-    return found
+            masses[filling.patch] = max(masses.get(filling.patch, 0.0), mass)
+    return masses
 
 
 def write_panel(

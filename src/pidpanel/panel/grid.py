@@ -102,8 +102,8 @@ def mesh_quadrilaterals(
         for name, patch in patches.items():
             add_group(2, [s for s, centre in surfaces.items() if _covers(patch, centre)], name)
         for name, point in points.items():
-            at = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
-            add_group(0, [corners[at]], name)
+            node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
+            add_group(0, [corners[node]], name)
         gmsh.model.mesh.generate(2)
         write_mesh(path)
     return read_mesh(path, patches, points)
@@ -195,12 +195,12 @@ def _check_patch_size(name: str, patch: Rectangle) -> None:
 
 
 def _check_inside_rectangle(
-    what: str, corners: Sequence[tuple[float, float]], size: tuple[float, float]
+    label: str, corners: Sequence[tuple[float, float]], size: tuple[float, float]
 ) -> None:
     """Refuse corners outside [0, a] × [0, b]."""
     slack = 1e-9 * max(size)
     for corner in corners:
         if not all(-slack <= corner[k] <= size[k] + slack for k in (0, 1)):
             raise ValueError(
-                f"{what} leaves the panel; allowed is [0, {size[0]:g}] x [0, {size[1]:g}] m"
+                f"{label} leaves the panel; allowed is [0, {size[0]:g}] x [0, {size[1]:g}] m"
             )

@@ -153,9 +153,9 @@ def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
 def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[Index]:
     """Return the members of a physical group: for each block of cells, numbers within the block."""
     if name not in raw.field_data or raw.field_data[name][1] != dimension:
-        found = sorted(key for key, (_, dim) in raw.field_data.items() if dim == dimension)
-        what = {0: "point", 2: "surface"}[dimension]
-        raise ValueError(f"{path}: no {what} group {name!r}; the file has {found}")
+        groups = sorted(key for key, (_, dim) in raw.field_data.items() if dim == dimension)
+        noun = {0: "point", 2: "surface"}[dimension]
+        raise ValueError(f"{path}: no {noun} group {name!r}; the file has {groups}")
     return list(raw.cell_sets[name])
 
 
@@ -190,10 +190,10 @@ def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: 
     """
     area = cell_areas(mesh.vertices, mesh.cells)
     for name, patch in patches.items():
-        asked, found = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
-        if abs(found / asked - 1) > tolerance:
+        nominal, meshed = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()
+        if abs(meshed / nominal - 1) > tolerance:
             raise ValueError(
-                f"patch {name!r} = {patch}: its elements cover {found:.4g} m² of its {asked:.4g}"
+                f"patch {name!r} = {patch}: its elements cover {meshed:.4g} m² of its {nominal:.4g}"
                 " m²; it must lie on the panel and the mesh must follow its edges"
             )
 

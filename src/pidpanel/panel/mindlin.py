@@ -136,7 +136,9 @@ def assemble_shear_plate(
     of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
     deflection = CellBasis(skmesh, of_deflection, intorder=2 * degree)
     rotation = CellBasis(skmesh, of_rotation, intorder=2 * degree)
-    free = free_coordinates(deflection.N + rotation.N, _held(mesh, deflection, rotation, supports))
+    free = free_coordinates(
+        deflection.N + rotation.N, _support_blocks(mesh, deflection, rotation, supports)
+    )
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
     coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
@@ -196,14 +198,14 @@ def _recovery(
     return curvature, shear
 
 
-def _held(
+def _support_blocks(
     mesh: PanelMesh, deflection: CellBasis, rotation: CellBasis, supports: Supports
 ) -> list[Block]:
     """Return the blocks of coordinates that the supports hold; rotations follow deflections."""
-    held, edges = held_vertices(mesh, supports)
+    vertices, edges = held_vertices(mesh, supports)
     pairs = np.sort(deflection.mesh.facets, axis=0).T.tolist()
     facet = {tuple(pair): k for k, pair in enumerate(pairs)}
-    still = np.zeros((1, 0))
+    no_motion = np.zeros((1, 0))
     w_rows: dict[int, str] = {}
     b_rows: dict[int, tuple[str, Index, list[Array]]] = {}
 
@@ -219,7 +221,7 @@ def _held(
         for node, dofs in enumerate(rotation.facet_dofs[:, number].reshape(-1, 2)):
             place = len(mesh.vertices) + node * deflection.mesh.nfacets + number
             hold("a supported edge", place, dofs, rows)
-    for vertex in held:
+    for vertex in vertices:
         w_rows[int(deflection.nodal_dofs[0, vertex.vertex])] = "a supported edge"
         for kind, tangent, _ in vertex.edges:
             rows = _forbidden_rotation(kind, tangent)
@@ -232,7 +234,7 @@ def _held(
             if point.kind == "hold_down":
                 hold(name, vertex_number, rotation.nodal_dofs[:, vertex_number], np.eye(2))
 
-    blocks = [Block(name, np.array([dof]), still) for dof, name in w_rows.items()]
+    blocks = [Block(name, np.array([dof]), no_motion) for dof, name in w_rows.items()]
     for name, dofs, forbidden in b_rows.values():
         blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
     for name, point in supports.points.items():
@@ -241,8 +243,8 @@ def _held(
             w_dofs = np.unique(deflection.element_dofs[:, cells])
             b_dofs = np.unique(rotation.element_dofs[:, cells])
             x, y = deflection.doflocs[:, w_dofs]
-            every = (rotation.nodal_dofs, rotation.facet_dofs, rotation.interior_dofs)
-            along_x = np.isin(b_dofs, np.concatenate([dofs[::2].ravel() for dofs in every]))
+            dof_sets = (rotation.nodal_dofs, rotation.facet_dofs, rotation.interior_dofs)
+            along_x = np.isin(b_dofs, np.concatenate([dofs[::2].ravel() for dofs in dof_sets]))
             rigid = np.vstack(
                 [
                     np.column_stack([np.ones_like(x), x, y]),

@@ -110,13 +110,13 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
     shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
     # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
     scale = sp.diags_array(1 / np.sqrt(plate.stiffness.diagonal()))
-    found = factors(scale @ shifted @ scale)
-    if not np.array_equal(found.perm_r, found.perm_c):
+    factor = factors(scale @ shifted @ scale)
+    if not np.array_equal(factor.perm_r, factor.perm_c):
         raise RuntimeError(
             f"modes below {frequency:g} Hz cannot be counted: a pivot vanished there; change the"
             " frequency by a little"
         )
-    return int(np.sum(found.U.diagonal() < 0))
+    return int(np.sum(factor.U.diagonal() < 0))
 
 
 def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
@@ -153,16 +153,16 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
         raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; it must be positive")
     count = count_modes_below(plate, frequency_limit)
     n_free = plate.stiffness.shape[0]
-    wanted = max(count, at_least) + SPARE_MODES
+    requested = max(count, at_least) + SPARE_MODES
     if count >= at_least and n_free > LARGE:
         eigenvalue, modes = eigenpairs(
             plate.stiffness, plate.mass, (2 * np.pi * frequency_limit) ** 2, count
         )
-    elif 3 * wanted < n_free:
+    elif 3 * requested < n_free:
         shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
         eigenvalue, modes = spla.eigsh(
             plate.stiffness,
-            k=wanted,
+            k=requested,
             M=plate.mass,
             sigma=-shift,
             OPinv=spla.LinearOperator(
@@ -170,7 +170,7 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
             ),
             v0=np.random.default_rng(0).standard_normal(n_free),
             # a Krylov space this wide finds both modes of a pair before it stops
-            ncv=3 * wanted,
+            ncv=3 * requested,
         )
     else:
         eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
@@ -180,14 +180,14 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
     lowest = slice(MOST_RIGID)
     eigenvalue[lowest][is_rigid(plate, modes[:, lowest])] = 0.0
     frequency = np.sqrt(eigenvalue) / (2 * np.pi)
-    found = int(np.sum(frequency < frequency_limit))
-    if found != count:
+    counted = int(np.sum(frequency < frequency_limit))
+    if counted != count:
         raise RuntimeError(
-            f"{found} modes were found below {frequency_limit:g} Hz, where"
+            f"{counted} modes were found below {frequency_limit:g} Hz, where"
             f" {count} exist by Sylvester's count"
         )
-    kept = slice(max(count, at_least))
-    return frequency[kept], normalise(plate, modes[:, kept])
+    lowest_modes = slice(max(count, at_least))
+    return frequency[lowest_modes], normalise(plate, modes[:, lowest_modes])
 
 
 def is_rigid(plate: Matrices, modes: Array) -> Flags:
@@ -199,11 +199,11 @@ def is_rigid(plate: Matrices, modes: Array) -> Flags:
 
 def quadratic_form(matrix: sp.csr_array, vectors: Array) -> Array:
     """Return vᵀ A v (n,) of columns (n_free, n)."""
-    found = np.empty(vectors.shape[1])
-    for start in range(0, found.size, COLUMNS_AT_ONCE):
+    values = np.empty(vectors.shape[1])
+    for start in range(0, values.size, COLUMNS_AT_ONCE):
         some = slice(start, start + COLUMNS_AT_ONCE)
-        found[some] = np.einsum("ki,ki->i", vectors[:, some], matrix @ vectors[:, some])
-    return found
+        values[some] = np.einsum("ki,ki->i", vectors[:, some], matrix @ vectors[:, some])
+    return values
 
 
 def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit: float) -> Array:
@@ -234,8 +234,8 @@ def normalise(plate: Matrices, vectors: Array) -> Array:
     at_vertices = plate.at_vertices @ vectors
     peak = _peaks(at_vertices)
     step = max(1, plate.at_quadrature.shape[0] // (2 * len(at_vertices)))
-    between = np.abs(plate.at_quadrature[::step] @ vectors).max(axis=0, initial=0.0)
-    hidden = np.abs(peak) < HIDDEN * between
+    inner = np.abs(plate.at_quadrature[::step] @ vectors).max(axis=0, initial=0.0)
+    hidden = np.abs(peak) < HIDDEN * inner
     if hidden.any():
         peak[hidden] = _peaks(plate.at_quadrature @ vectors[:, hidden])
     return vectors / peak

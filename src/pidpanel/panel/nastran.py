@@ -42,7 +42,7 @@ def read_nastran(path: Path) -> FlatMesh:
     MeshFileError
         A line for each mistake: file, line, card, what is allowed.
     ValueError
-        As of `FlatMesh.of`.
+        As of `FlatMesh.from_elements`.
     """
     node: list[int] = []
     position: list[list[float]] = []
@@ -52,28 +52,28 @@ def read_nastran(path: Path) -> FlatMesh:
 
     def read(where: str, name: str, fields: list[str]) -> None:
         if name == "GRID":
-            number, system, x, y, z, out_system, held, *more = _padded(fields, 8)
-            unread = [(system, "CP"), (out_system, "CD"), (held, "PS")]
-            for field, what in unread + [(field, "a field after PS") for field in more]:
+            number, system, x, y, z, out_system, constraints, *trailing = _padded(fields, 8)
+            unread = [(system, "CP"), (out_system, "CD"), (constraints, "PS")]
+            for field, label in unread + [(field, "a field after PS") for field in trailing]:
                 if field not in ("", "0"):
                     raise ValueError(
-                        f"{where}: {what} = {field} is not read; allowed is blank"
+                        f"{where}: {label} = {field} is not read; allowed is blank"
                         " (positions in the basic system, supports in the study)"
                     )
-            own = _integer(where, number)
+            tag = _integer(where, number)
             position.append([_real(where, value or "0") for value in (x, y, z)])
-            node.append(own)
+            node.append(tag)
         elif name in CORNERS:
             count = CORNERS[name]
             number, property_number, *rest = _padded(fields, 2 + count)
-            own, nodes = _integer(where, number), [_integer(where, one) for one in rest[:count]]
+            tag, nodes = _integer(where, number), [_integer(where, text) for text in rest[:count]]
             for value in rest[count:]:
                 if value and _real(where, value) != 0:
                     raise ValueError(
                         f"{where}: field {value} after the nodes is not read; allowed is blank"
                         " (angles and offsets belong to the section)"
                     )
-            element.append(own)
+            element.append(tag)
             group.append(property_number or number)
             corners.append(nodes)
 
@@ -87,7 +87,7 @@ def read_nastran(path: Path) -> FlatMesh:
         raise MeshFileError(faults)
     if not element:
         raise ValueError(f"{path}: no CTRIA3 or CQUAD4; a mesh needs one")
-    return FlatMesh.of(
+    return FlatMesh.from_elements(
         path, node, np.array(position).reshape(-1, 3), element, corners, np.array(group)
     )
 

@@ -154,9 +154,9 @@ def values_at(basis: CellBasis, positions: Array) -> sp.csr_array:
     step /= np.linalg.norm(step, axis=2, keepdims=True)
     centre = corners.mean(axis=1, keepdims=True)
 
-    def aside(of: Array) -> Array:
+    def aside(place: Array) -> Array:
         """Return the distance from each edge, positive to its left, (n_cells, k)."""
-        x, y = np.moveaxis(of - corners, 2, 0)
+        x, y = np.moveaxis(place - corners, 2, 0)
         return np.asarray(step[..., 0] * y - step[..., 1] * x)
 
     turn = np.sign(aside(centre))

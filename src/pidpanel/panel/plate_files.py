@@ -91,7 +91,7 @@ def read_plate(path: Path) -> StoredPlate:
         data = dataset.load()
 
     def matrix(name: str) -> sp.csr_array:
-        found = sp.csr_array(
+        upper = sp.csr_array(
             (
                 data[f"{name}_data"].to_numpy().astype(np.float64),
                 data[f"{name}_column"].to_numpy().astype(np.int32),
@@ -100,8 +100,8 @@ def read_plate(path: Path) -> StoredPlate:
             shape=tuple(data[f"{name}_data"].attrs["shape"]),
         )
         if name in SYMMETRIC:
-            return sp.csr_array(found + sp.triu(found, 1).T)
-        return found
+            return sp.csr_array(upper + sp.triu(upper, 1).T)
+        return upper
 
     names = [name for name in str(data.attrs["patches"]).split("\n") if name]
     return StoredPlate(

@@ -91,7 +91,7 @@ class Shapes:
         """(n_free, n_residual)."""
         return self.vectors[:, len(self.frequency) :]
 
-    def joined_by(self, plate: Plate, more: Array) -> "Shapes":
+    def joined_by(self, plate: Plate, further: Array) -> "Shapes":
         """Return the shapes with what further shapes (n_free, n_more), of any size, add to them.
 
         What modes and residual vectors span already is dropped; the rest and the residual vectors
@@ -101,14 +101,14 @@ class Shapes:
         modes, residuals = self.modes, self.residuals
         modal_mass = quadratic_form(M, modes)
         unit = residuals / np.sqrt(np.einsum("ki,ki->i", residuals, K @ residuals))
-        rest = more[:, ~is_rigid(plate, more)]
+        rest = further[:, ~is_rigid(plate, further)]
         rest = rest / np.sqrt(np.einsum("ki,ki->i", rest, K @ rest))
         for _ in range(2):  # twice, as in `residual_vectors`
             rest = rest - modes @ ((modes.T @ (M @ rest)) / modal_mass[:, None])
             rest = rest - unit @ (unit.T @ (K @ rest))
         energy, V = la.eigh(rest.T @ (K @ rest))
-        kept = energy > LOADED_TOLERANCE**2
-        Q = np.hstack([unit, rest @ (V[:, kept] / np.sqrt(energy[kept]))])
+        significant = energy > LOADED_TOLERANCE**2
+        Q = np.hstack([unit, rest @ (V[:, significant] / np.sqrt(energy[significant]))])
         eigenvalue, rotation = la.eigh(Q.T @ (K @ Q), Q.T @ (M @ Q))
         vectors = np.hstack([modes, normalise(plate, Q @ rotation)])
         return Shapes(self.frequency, np.sqrt(eigenvalue) / (2 * np.pi), vectors)
@@ -210,8 +210,8 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     energy, V = la.eigh(static.T @ (plate.stiffness @ static))
     # Rounding of the Gram matrix leaves about 1e-16 of the largest s² in every other.
     # Of a patch on the whole panel it is all: its forces are the modes' own.
-    kept = energy > max(tolerance**2 * energy[-1], 1e-13 * energy[-1], ROUNDING * whole)
-    Q = static @ (V[:, kept] / np.sqrt(energy[kept]))
+    significant = energy > max(tolerance**2 * energy[-1], 1e-13 * energy[-1], ROUNDING * whole)
+    Q = static @ (V[:, significant] / np.sqrt(energy[significant]))
 
     eigenvalue, rotation = la.eigh(Q.T @ (plate.stiffness @ Q), Q.T @ (plate.mass @ Q))
     return np.sqrt(eigenvalue) / (2 * np.pi), normalise(plate, Q @ rotation)
@@ -237,9 +237,9 @@ def _forces(overlap: sp.csr_array, modes: Array) -> Array:
     D Φ = U diag(s) Vᵀ; what follows does not ask for V. A patch is small beside most waves, so that
     many forces are nearly sums of others.
     """
-    on, D, few = on_patch(overlap, modes)
-    U, s, _ = la.svd(D @ few, full_matrices=False)
-    kept = s > FORCES * s[:1]
-    forces = np.zeros((len(modes), int(kept.sum())))
-    forces[on] = U[:, kept] * s[kept]
+    dofs, D, vectors = on_patch(overlap, modes)
+    U, s, _ = la.svd(D @ vectors, full_matrices=False)
+    significant = s > FORCES * s[:1]
+    forces = np.zeros((len(modes), int(significant.sum())))
+    forces[dofs] = U[:, significant] * s[significant]
     return forces

@@ -129,8 +129,8 @@ def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
     loops = []
     while following:
         loop = [next(iter(following))]
-        while (after := following.pop(loop[-1])) != loop[0]:
-            loop.append(after)
+        while (vertex := following.pop(loop[-1])) != loop[0]:
+            loop.append(vertex)
         loops.append(np.array(loop))
     return loops
 
@@ -147,7 +147,7 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
 
     Returns
     -------
-    held
+    vertices
         The supported vertices.
     edges
         Kind and unit tangent of each supported edge by its vertices, the smaller first.
@@ -160,7 +160,7 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     for kind in (supports.outline, supports.holes, *(edge.kind for edge in supports.edges)):
         if kind not in EDGE_KINDS:
             raise ValueError(f"support {kind!r} of an edge; allowed is {', '.join(EDGE_KINDS)}")
-    held, edges = [], {}
+    vertices, edges = [], {}
     loops = boundary_loops(mesh.vertices, mesh.cells)
     kinds = [
         np.full(
@@ -184,13 +184,13 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
             if kind_of[k] == kind_of[k - 1] and cosine > np.cos(SMOOTH_TURN):
                 mean = tangent[k] + tangent[k - 1]
                 turn = (tangent[k] - tangent[k - 1]) / (0.5 * (length[k] + length[k - 1]))
-                here = [(kind_of[k], mean / np.linalg.norm(mean), turn)]
+                vertex_edges = [(kind_of[k], mean / np.linalg.norm(mean), turn)]
             else:
-                here = [(kind_of[j], tangent[j], np.zeros(2)) for j in (k - 1, k)]
-            here = [edge for edge in here if edge[0] != "free"]
-            if here:
-                held.append(HeldVertex(int(vertex), here))
-    return held, edges
+                vertex_edges = [(kind_of[j], tangent[j], np.zeros(2)) for j in (k - 1, k)]
+            vertex_edges = [edge for edge in vertex_edges if edge[0] != "free"]
+            if vertex_edges:
+                vertices.append(HeldVertex(int(vertex), vertex_edges))
+    return vertices, edges
 
 
 def _mark(
@@ -210,10 +210,10 @@ def _mark(
             offset = mesh.vertices[loop] - start
             s = offset @ along
             aside = offset @ np.array([-along[1], along[0]])
-            on = (np.abs(aside) < slack) & (s > -slack) & (s < length + slack)
-            both = on & np.roll(on, -1)
-            kind[both] = support.kind
-            covered += float(np.abs(np.roll(s, -1) - s)[both].sum())
+            is_near = (np.abs(aside) < slack) & (s > -slack) & (s < length + slack)
+            is_covered = is_near & np.roll(is_near, -1)
+            kind[is_covered] = support.kind
+            covered += float(np.abs(np.roll(s, -1) - s)[is_covered].sum())
     if abs(covered - length) > 2 * slack or length <= slack:
         raise ValueError(
             f"support from ({start[0]:g}, {start[1]:g}) to ({end[0]:g}, {end[1]:g}) m: edges of"
@@ -281,10 +281,10 @@ def foot_motion(rigid: Array, foot: PointSupport) -> Array:
 
 def vertex_spacing(mesh: PanelMesh) -> Array:
     """Return the mean length of the cell edges at each vertex [m]."""
-    after = np.roll(mesh.cells, -1, axis=1)
-    ends = np.concatenate([mesh.cells.ravel(), after.ravel()])
-    both = np.concatenate([edge_lengths(mesh.vertices, mesh.cells).ravel()] * 2)
-    return np.bincount(ends, both) / np.bincount(ends)
+    following = np.roll(mesh.cells, -1, axis=1)
+    ends = np.concatenate([mesh.cells.ravel(), following.ravel()])
+    lengths = np.concatenate([edge_lengths(mesh.vertices, mesh.cells).ravel()] * 2)
+    return np.bincount(ends, lengths) / np.bincount(ends)
 
 
 @dataclass(frozen=True)
@@ -314,20 +314,20 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
     ValueError
         If two supports hold the same coordinate.
     """
-    held = np.concatenate([np.zeros(0, dtype=np.int64), *(block.dofs for block in blocks)])
-    if len(np.unique(held)) < len(held):
-        taken: dict[int, str] = {}
+    dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(block.dofs for block in blocks)])
+    if len(np.unique(dofs)) < len(dofs):
+        owner: dict[int, str] = {}
         for block in blocks:
             for dof in block.dofs.tolist():
-                if dof in taken:
-                    raise ValueError(f"{block.name} and {taken[dof]} hold the same coordinate")
-                taken[dof] = block.name
-    untouched = np.setdiff1d(np.arange(n_dofs), held)
+                if dof in owner:
+                    raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
+                owner[dof] = block.name
+    untouched = np.setdiff1d(np.arange(n_dofs), dofs)
     identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])
     if not blocks:
         return identity
     local = sp.coo_array(sp.block_diag([block.columns for block in blocks]))
-    columns = sp.csr_array((local.data, (held[local.row], local.col)), (n_dofs, local.shape[1]))
+    columns = sp.csr_array((local.data, (dofs[local.row], local.col)), (n_dofs, local.shape[1]))
     return sp.csr_array(sp.hstack([identity, columns]))
 
 

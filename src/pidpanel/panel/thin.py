@@ -99,7 +99,7 @@ def assemble_thin_plate(
     else:
         skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
     basis = CellBasis(skmesh, element, intorder=EXACT_ORDER[mesh.cell_kind])
-    free = free_coordinates(basis.N, _held(mesh, basis, supports))
+    free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
     stiffness = sp.csr_array(bending_form.assemble(basis, bending=section.bending))
     mass = sp.csr_array(section.mass_per_area * overlap_form.assemble(basis))
     return assembled_plate(
@@ -172,15 +172,15 @@ class _CentredArgyris(_CellCentred, ElementTriArgyris):
     """Argyris: w, its gradient and its Hessian at the vertices, w_n at the edge midpoints."""
 
 
-def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
+def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
     """Return the blocks of coordinates that the supports hold."""
     at_vertex = {name: basis.nodal_dofs[k] for k, name in enumerate(basis.elem.dofnames[:6])}
     names = [name for name in DERIVATIVES if name in at_vertex]
     columns = [DERIVATIVES.index(name) for name in names]
     order = np.array([name.count("x") + name.count("y") for name in names])
-    held, edges = held_vertices(mesh, supports)
+    vertices, edges = held_vertices(mesh, supports)
     spacing = vertex_spacing(mesh)
-    rows = {vertex.vertex: _forbidden(vertex, spacing[vertex.vertex]) for vertex in held}
+    rows = {vertex.vertex: _forbidden(vertex, spacing[vertex.vertex]) for vertex in vertices}
     owner = dict.fromkeys(rows, "a supported edge")
     for name, point in supports.points.items():
         if point.radius == 0:
@@ -213,14 +213,14 @@ def _held(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> list[Block]:
     return blocks
 
 
-def _forbidden(held: HeldVertex, h: float) -> Array:
+def _forbidden(vertex: HeldVertex, h: float) -> Array:
     """Return the rows on (w, h w_x, h w_y, h² w_xx, h² w_xy, h² w_yy) that vanish at a vertex.
 
     With t along the edge and s the length along it: w = 0, so w_,t = 0 and
     d² w/ds² = w_,ab t_a t_b + w_,a dt_a/ds = 0. Clamped, grad w = 0, so w_,ab t_b = 0.
     """
     rows = [[1.0, 0, 0, 0, 0, 0]]
-    for kind, (tx, ty), turn in held.edges:
+    for kind, (tx, ty), turn in vertex.edges:
         if kind == "clamped":
             rows += [[0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
             rows += [[0, 0, 0, tx, ty, 0], [0, 0, 0, 0, tx, ty]]

@@ -26,7 +26,7 @@ GROWTH = 0.5
 # Of the element size, at re-entrant corners: 0.1 mm where elements measure 5 cm. The frequency of
 # a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
 CORNER_SHARE = 2e-3
-NOTHING: Mapping[str, Any] = {}
+EMPTY: Mapping[str, Any] = {}
 
 
 def mesh_triangles(
@@ -36,9 +36,9 @@ def mesh_triangles(
     patches: Mapping[str, Shape],
     points: Mapping[str, Position],
     *,
-    holes: Mapping[str, Shape] = NOTHING,
-    imprints: Mapping[str, Shape] = NOTHING,
-    anchors: Mapping[str, Position] = NOTHING,
+    holes: Mapping[str, Shape] = EMPTY,
+    imprints: Mapping[str, Shape] = EMPTY,
+    anchors: Mapping[str, Position] = EMPTY,
     corner_size: float | None = None,
 ) -> PanelMesh:
     """Mesh a polygon by unstructured triangles with embedded patches and points.
@@ -128,18 +128,18 @@ def reentrant_corners(shapes: Iterable[Shape]) -> Array:
     -------
     (n, 2) [m].
     """
-    found = [np.zeros((0, 2))]
+    corner_sets = [np.zeros((0, 2))]
     for number, shape in enumerate(shapes):
         corners = np.asarray(shape.corners)
         # the panel to the left of the edges: counter-clockwise outline, clockwise holes
         if (signed_area(corners) > 0) == (number > 0):
             corners = corners[::-1]
-        after = np.roll(corners, -1, axis=0) - corners
-        before = np.roll(after, 1, axis=0)
-        cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        turn = np.arctan2(cross, np.sum(before * after, axis=1))
-        found.append(corners[turn < -SMOOTH_TURN])
-    return np.concatenate(found)
+        outgoing = np.roll(corners, -1, axis=0) - corners
+        incoming = np.roll(outgoing, 1, axis=0)
+        cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
+        turn = np.arctan2(cross, np.sum(incoming * outgoing, axis=1))
+        corner_sets.append(corners[turn < -SMOOTH_TURN])
+    return np.concatenate(corner_sets)
 
 
 def _draw_loop(shape: Shape) -> int:
@@ -166,7 +166,7 @@ def _refine(shapes: Iterable[Shape], smallest: float, largest: float) -> None:
         size = f"{smallest:.12f} + {GROWTH:g} * {distance}"
         gmsh.model.mesh.field.setString(fields[-1], "F", size)
     if fields:
-        least = gmsh.model.mesh.field.add("Min")
-        gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
-        gmsh.model.mesh.field.setAsBackgroundMesh(least)
+        minimum = gmsh.model.mesh.field.add("Min")
+        gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
+        gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
         gmsh.option.setNumber("Mesh.MeshSizeMin", min(smallest, largest))

@@ -61,7 +61,7 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
     for value in values:
         point = {**grid, fixed: np.full(grid[across].shape, value)}
         points = [point[name].ravel() for name in AXES]
-        estimate = surface.at(*points)
+        estimate = surface.evaluate(*points)
         damping = estimate.equivalent_damping.reshape(grid[across].shape)
         unit = surface.mass_per_fill * point[FILL] * 2 * np.pi * point[FREQUENCY]
         maps.append((damping, damping / unit, estimate.inside.reshape(damping.shape)))

@@ -87,7 +87,7 @@ def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
 
 def supports_text(study: Study) -> str:
     """Return how the panel is supported."""
-    supports = study.panel.held
+    supports = study.panel.support_input
     text = SUPPORTED[supports.outline]
     if supports.outline == "free":
         text = "free along its edges"

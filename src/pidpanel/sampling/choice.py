@@ -28,7 +28,7 @@ most, and so differs by less than two packings do."""
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Demand:
     """What a scenario reads from the surface.
 
     Attributes
@@ -51,35 +51,35 @@ def spread(points: Array, count: int) -> list[int]:
     The first is the one nearest to the middle; each further one is farthest from those before it,
     in r, ln f and ln Γ, each over its range.
     """
-    at = np.column_stack([points[:, 0], np.log(points[:, 1:])])
-    at = (at - at.mean(axis=0)) / np.maximum(np.ptp(at, axis=0), 1e-12)
-    chosen = [int(np.argmin((at**2).sum(axis=1)))]
-    nearest = np.full(len(at), np.inf)
-    while len(chosen) < min(count, len(at)):
-        nearest = np.minimum(nearest, ((at - at[chosen[-1]]) ** 2).sum(axis=1))
+    scaled = np.column_stack([points[:, 0], np.log(points[:, 1:])])
+    scaled = (scaled - scaled.mean(axis=0)) / np.maximum(np.ptp(scaled, axis=0), 1e-12)
+    chosen = [int(np.argmin((scaled**2).sum(axis=1)))]
+    nearest = np.full(len(scaled), np.inf)
+    while len(chosen) < min(count, len(scaled)):
+        nearest = np.minimum(nearest, ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1))
         chosen.append(int(np.argmax(nearest)))
     return chosen
 
 
-def variances(surface: DampingSurface, wanted: Sequence[Wanted]) -> list[Array]:
+def variances(surface: DampingSurface, demands: Sequence[Demand]) -> list[Array]:
     """Return the variance (k,) of the quantities of each scenario."""
     return [
         np.einsum(
             "ik,ij,jk->k", w.derivative,
             surface.covariance(surface.nodes, w.fill_fraction, w.acceleration_g), w.derivative,
         )
-        for w in wanted
+        for w in demands
     ]  # fmt: skip
 
 
 def gains(
-    surface: DampingSurface, wanted: Sequence[Wanted], cases: Array, relative_error: float
+    surface: DampingSurface, demands: Sequence[Demand], cases: Array, relative_error: float
 ) -> list[Array]:
     """Return the variance (m, k) of each quantity that a further case would take away.
 
     Parameters
     ----------
-    surface, wanted
+    surface, demands
         As they stand.
     cases
         (m, 3) r, f [Hz], Γ.
@@ -87,41 +87,41 @@ def gains(
         Standard error of C_e that a case is run to, over C_e; m_a is taken to be as well known
         as the cases are that there are.
     """
-    told = surface.told_by(cases, relative_error)
-    found = []
-    for w in wanted:
-        cross = surface.covariance_with(told, surface.nodes, w.fill_fraction, w.acceleration_g)
-        known = (w.derivative.T @ cross).reshape(-1, 2, len(cases))
-        found.append(_explained(known, told.covariance))
-    return found
+    prospect = surface.prospect(cases, relative_error)
+    reductions = []
+    for w in demands:
+        cross = surface.covariance_with(prospect, surface.nodes, w.fill_fraction, w.acceleration_g)
+        covariance = (w.derivative.T @ cross).reshape(-1, 2, len(cases))
+        reductions.append(_explained(covariance, prospect.covariance))
+    return reductions
 
 
-def distinct(wanted: Sequence[Wanted]) -> list[Wanted]:
+def distinct(demands: Sequence[Demand]) -> list[Demand]:
     """Return one of all scenarios that read the surface at nearly the same fill and Γ.
 
     Its quantities are those of all of them.
     """
-    kept: list[Wanted] = []
-    for one in wanted:
-        for i, other in enumerate(kept):
-            apart = abs(np.log(one.acceleration_g / other.acceleration_g))
-            if one.fill_fraction == other.fill_fraction and apart < ALIKE:
-                both = np.hstack([other.derivative, one.derivative])
-                kept[i] = replace(other, derivative=both)
+    merged: list[Demand] = []
+    for candidate in demands:
+        for i, previous in enumerate(merged):
+            distance = abs(np.log(candidate.acceleration_g / previous.acceleration_g))
+            if candidate.fill_fraction == previous.fill_fraction and distance < ALIKE:
+                derivative = np.hstack([previous.derivative, candidate.derivative])
+                merged[i] = replace(previous, derivative=derivative)
                 break
         else:
-            kept.append(one)
-    return kept
+            merged.append(candidate)
+    return merged
 
 
 def slice_points(
-    surface: DampingSurface, wanted: Wanted, fastest: float | None
+    surface: DampingSurface, demand: Demand, fastest: float | None
 ) -> tuple[Array, Index]:
     """Return tones at the very fill and motion of a scenario, and the nodes at which they are.
 
     Parameters
     ----------
-    surface, wanted
+    surface, demand
         As they stand.
     fastest
         Largest speed [m/s] of a tone; None for any.
@@ -134,25 +134,25 @@ def slice_points(
         (m,) numbers of the nodes of the surface nearest to them.
     """
     rounded = np.array([float(f"{f:.3g}") for f in surface.nodes])
-    gamma = float(f"{wanted.acceleration_g:.3g}")
+    gamma = float(f"{demand.acceleration_g:.3g}")
     speed = gamma * STANDARD_GRAVITY / (2 * np.pi * rounded)
     node = np.flatnonzero(speed <= (np.inf if fastest is None else fastest))
     if gamma <= surface.onset_g:
         node = node[:0]
-    fill = np.full(len(node), wanted.fill_fraction)
+    fill = np.full(len(node), demand.fill_fraction)
     return np.column_stack([fill, rounded[node], np.full(len(node), gamma)]), node
 
 
-def with_damping_along(wanted: Wanted, node: Index, scale: float) -> Wanted:
+def with_damping_along(demand: Demand, node: Index, scale: float) -> Demand:
     """Return a scenario of which C_e at some nodes is wanted too, ``scale`` ln C_e at each."""
-    along = np.zeros((len(wanted.derivative), len(node)))
+    along = np.zeros((len(demand.derivative), len(node)))
     along[node, np.arange(len(node))] = scale
-    return replace(wanted, derivative=np.hstack([wanted.derivative, along]))
+    return replace(demand, derivative=np.hstack([demand.derivative, along]))
 
 
 def next_cases(
     surface: DampingSurface,
-    wanted: Sequence[Wanted],
+    demands: Sequence[Demand],
     cases: Array,
     relative_error: float,
     target: float,
@@ -166,14 +166,14 @@ def next_cases(
     chosen: list[int] = []
     for _ in range(min(count, len(cases))):
         share = np.zeros(len(cases))
-        above = False
+        is_unmet = False
         for variance, gain in zip(
-            variances(surface, wanted), gains(surface, wanted, cases, relative_error), strict=True
+            variances(surface, demands), gains(surface, demands, cases, relative_error), strict=True
         ):
-            over = variance > target**2
-            above = above or bool(over.any())
-            share += (gain[:, over] / variance[over]).sum(axis=1)
-        if not above:
+            above_target = variance > target**2
+            is_unmet = is_unmet or bool(above_target.any())
+            share += (gain[:, above_target] / variance[above_target]).sum(axis=1)
+        if not is_unmet:
             break
         share[chosen] = -1.0
         chosen.append(int(np.argmax(share)))
@@ -181,13 +181,13 @@ def next_cases(
     return chosen
 
 
-def _explained(known: Array, joint: Array) -> Array:
+def _explained(covariance: Array, joint: Array) -> Array:
     """kᵀV⁻¹k (m, q) of k (q, 2, m) and V (2, 2, m); m_a may have no variance."""
     (a, b), (_, d) = joint
-    alone = known[:, 0] ** 2 / a
+    first_term = covariance[:, 0] ** 2 / a
     left = d - b**2 / a
-    rest = (known[:, 1] - known[:, 0] * b / a) ** 2
-    more = np.divide(
+    rest = (covariance[:, 1] - covariance[:, 0] * b / a) ** 2
+    second_term = np.divide(
         rest, left, out=np.zeros_like(rest), where=np.broadcast_to(left > 0, rest.shape)
     )
-    return np.asarray((alone + more).T)
+    return np.asarray((first_term + second_term).T)

@@ -125,7 +125,7 @@ def _stating(
     target: Target | Tones,
     panel: PanelInSound,
     surface: DampingSurface,
-    found: Mapping[str, choice.Wanted],
+    found: Mapping[str, choice.Demand],
 ) -> Round:
     """Return a round with the errors of the rms accelerations before it."""
     error = np.sqrt(choice.variances(surface, list(found.values())))
@@ -150,7 +150,7 @@ def points_of(cases: Sequence[Case]) -> Array:
 
 def _wanted(
     panel: PanelInSound, scenarios: Sequence[Scenario], surface: DampingSurface
-) -> dict[str, choice.Wanted]:
+) -> dict[str, choice.Demand]:
     """Of every scenario with a damper by its label, how its rms values follow the surface."""
     models = DampingModels(["dem"], {"dem": surface}, {})
     plan = plan_cases(panel, scenarios, models, dead_weight=False)
@@ -161,5 +161,5 @@ def _wanted(
         derivative = sensitivity(case.solver, case.layout, case.response, surface.nodes).log_rms
         (gamma,) = case.response.acceleration_g
         fill = case.scenario.fill_fraction
-        wanted[case.scenario.label] = choice.Wanted(fill, float(gamma), derivative)
+        wanted[case.scenario.label] = choice.Demand(fill, float(gamma), derivative)
     return wanted

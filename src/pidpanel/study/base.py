@@ -28,9 +28,9 @@ class SectionModel(BaseModel):
 
     @model_validator(mode="after")
     def _refuse(self) -> Self:
-        found = tuple(self.mistakes())
-        if found:
-            raise Mistakes(found)
+        mistakes = tuple(self.mistakes())
+        if mistakes:
+            raise Mistakes(mistakes)
         return self
 
 

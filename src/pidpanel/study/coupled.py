@@ -31,32 +31,32 @@ def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
     if not study.has_filled_coupon:
         says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
         yield Mistake(keys, says)
-    filled = {one.label: one for one in study.coupled_scenarios()}
+    filled = {scenario.label: scenario for scenario in study.coupled_scenarios()}
     run = study.damping.coupled.scenarios or tuple(filled)
-    at = ("damping", "coupled", "scenarios")
+    run_keys = ("damping", "coupled", "scenarios")
     for label in run:
         if label not in filled:
-            yield Mistake(at, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
-    for label, one in filled.items():
+            yield Mistake(run_keys, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
+    for label, scenario in filled.items():
         levels = [
-            filled[other].oaspl_db
-            for other in run
-            if other in filled and filled[other].fillings == one.fillings
+            filled[name].oaspl_db
+            for name in run
+            if name in filled and filled[name].fillings == scenario.fillings
         ]
-        if not any(_are_neighbours(one.oaspl_db, level) for level in levels):
+        if not any(_are_neighbours(scenario.oaspl_db, level) for level in levels):
             says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
-            yield Mistake(at, says)
+            yield Mistake(run_keys, says)
 
 
 def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
     """Yield records that have too few lines in the range of the response, 1/T apart."""
     low, high = study.response.frequency_hz
-    least = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
-    if study.damping.coupled.duration_s < least:
-        says = f"must be at least {least:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
+    shortest = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
+    if study.damping.coupled.duration_s < shortest:
+        says = f"must be at least {shortest:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
         yield Mistake(("damping", "coupled", "duration_s"), says)
 
 
-def _are_neighbours(one: float | None, other: float | None) -> bool:
+def _are_neighbours(first: float | None, second: float | None) -> bool:
     """Whether what is found at a level may be carried to another; None is that of the spectrum."""
-    return one is None or other is None or abs(one - other) <= NEIGHBOURS_DB + 1e-9
+    return first is None or second is None or abs(first - second) <= NEIGHBOURS_DB + 1e-9

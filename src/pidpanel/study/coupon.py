@@ -217,22 +217,22 @@ class Coupon(SectionModel):
                 )
 
     def _mistakes_of_variants(self) -> Iterator[Mistake]:
-        known = list(_dotted_keys(self._values()))
+        allowed = list(_dotted_keys(self._values()))
         for key, values in self.vary.items():
-            if key not in known:
-                yield Mistake(("vary", key), _unknown_in(key, known))
+            if key not in allowed:
+                yield Mistake(("vary", key), _unknown_in(key, allowed))
             for index, value in enumerate(values):
                 if value in values[:index]:
                     yield Mistake(("vary", key, index), "duplicate value")
         # a mistake of many combinations is told of the first
-        found: dict[Mistake, Mapping[str, Any]] = {}
-        for chosen in self._combinations() if set(self.vary) <= set(known) else ():
+        combinations: dict[Mistake, Mapping[str, Any]] = {}
+        for chosen in self._combinations() if set(self.vary) <= set(allowed) else ():
             try:
                 self._variant(chosen)
             except ValidationError as error:
                 for mistake in mistakes_of(error, Coupon):
-                    found.setdefault(mistake, chosen)
-        yield from (self._in_vary(mistake, chosen) for mistake, chosen in found.items())
+                    combinations.setdefault(mistake, chosen)
+        yield from (self._in_vary(mistake, chosen) for mistake, chosen in combinations.items())
 
     def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
         """Return the mistake of a variant at the value of ``vary`` that causes it."""
@@ -277,18 +277,18 @@ class Coupon(SectionModel):
         return self.model_dump(by_alias=True, exclude={"vary", "sweep", "accuracy"})
 
 
-def _unknown_in(key: str, known: Sequence[str]) -> str:
+def _unknown_in(key: str, allowed: Sequence[str]) -> str:
     """Return what to say of a key that cannot be varied."""
     section, _, last = key.rpartition(".")
     if key.split(".")[0] in ("sweep", "accuracy", "vary"):
         return "cannot be varied"
-    beside = [one.rpartition(".")[2] for one in known if one.rpartition(".")[0] == section]
-    return unknown_key(last, beside) if beside else unknown_key(key, known)
+    siblings = [name.rpartition(".")[2] for name in allowed if name.rpartition(".")[0] == section]
+    return unknown_key(last, siblings) if siblings else unknown_key(key, allowed)
 
 
-def _dotted_keys(values: Mapping[str, Any], before: str = "") -> Iterator[str]:
+def _dotted_keys(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """Yield the keys of nested sections, ``particles`` and ``particles.friction``."""
     for key, value in values.items():
-        yield before + key
+        yield prefix + key
         if isinstance(value, dict):
-            yield from _dotted_keys(value, f"{before}{key}.")
+            yield from _dotted_keys(value, f"{prefix}{key}.")

@@ -94,15 +94,15 @@ class Damper(SectionModel):
         """Yield several kinds or none, and keys that the kind lacks or does not have."""
         kinds = self._kinds()
         if len(kinds) != 1:
-            found = f"not {' and '.join(kinds)}" if kinds else "not none"
-            yield Mistake((), f"must have exactly one of {', '.join(ALLOWED)}, {found}")
+            actual = f"not {' and '.join(kinds)}" if kinds else "not none"
+            yield Mistake((), f"must have exactly one of {', '.join(ALLOWED)}, {actual}")
             return
         (kind,) = kinds
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
-        for name in given:
+        names = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        for name in names:
             if name not in (kind, *ALLOWED[kind]):
-                of = [one for one, allowed in ALLOWED.items() if name in allowed]
-                yield Mistake((name,), f"only allowed with {' or '.join(of)}")
+                suitable = [owner for owner, allowed in ALLOWED.items() if name in allowed]
+                yield Mistake((name,), f"only allowed with {' or '.join(suitable)}")
         yield from self._mistakes_of_errors()
         if self.loss_factor is not None:
             yield from self._mistakes_of_loss_factor()

@@ -168,15 +168,15 @@ class Damping(SectionModel):
             readings = values.get("readings")
             items = list(readings) if isinstance(readings, list | tuple) else []
             says = f"was removed; use '{COUPLED}', the default for sound"
-            found = [
+            mistakes = [
                 Mistake(("readings", place), f"{name!r} {says}")
                 for place, name in enumerate(items)
                 if name in REMOVED
             ]
             if "random" in values:
-                found.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
-            if found:
-                raise Mistakes(found)
+                mistakes.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
+            if mistakes:
+                raise Mistakes(mistakes)
         return values
 
     @property

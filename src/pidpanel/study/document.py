@@ -73,21 +73,21 @@ class Document:
         Those of the document are among them. Of a key without a value, of what holds it and of
         what is then missing nothing else is told.
         """
-        empty = [one.keys for one in self.mistakes if one.says == Loader.EMPTY]
+        empty = [mistake.keys for mistake in self.mistakes if mistake.says == Loader.EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
-        others = (one for one in mistakes if one.keys not in around)
-        told = [(line, value, one) for one in (*self.mistakes, *others)
-                for line, value in [self._line_and_value(one)]
+        remaining = (mistake for mistake in mistakes if mistake.keys not in around)
+        located = [(line, value, mistake) for mistake in (*self.mistakes, *remaining)
+                for line, value in [self._line_and_value(mistake)]
                 if line or not empty]  # fmt: skip
-        ordered = sorted(told, key=lambda one: one[0])
-        return StudyError("\n".join(self._message(*one) for one in ordered))
+        ordered = sorted(located, key=lambda entry: entry[0])
+        return StudyError("\n".join(self._message(*entry) for entry in ordered))
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
         """Return one line: file, line, key, value, what is wrong."""
         place = f"{self.path}:{line}" if line else str(self.path)
         key = dotted(mistake.keys)
-        shown = f"{key} = {value}" if value else key
-        return ": ".join(part for part in (place, shown, mistake.says) if part)
+        setting = f"{key} = {value}" if value else key
+        return ": ".join(part for part in (place, setting, mistake.says) if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.
@@ -96,13 +96,13 @@ class Document:
         """
         line, node = 0, self._root
         for key in mistake.keys:
-            found = _entry(node, key)
-            if found is None:
+            entry = _entry(node, key)
+            if entry is None:
                 return line, ""
-            line, node = found
+            line, node = entry
         if mistake.line is not None:
             return mistake.line, ""
-        return line, _shown(node) if mistake.keys else ""
+        return line, _short_value(node) if mistake.keys else ""
 
 
 def _entry(node: yaml.Node, key: str | int) -> tuple[int, yaml.Node] | None:
@@ -116,7 +116,7 @@ def _entry(node: yaml.Node, key: str | int) -> tuple[int, yaml.Node] | None:
     return None
 
 
-def _shown(node: yaml.Node) -> str:
+def _short_value(node: yaml.Node) -> str:
     """Return a value as it would be written on one line, or the beginning of a long one."""
     text = one_line(_in_a_line(node, 3))
     return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"

@@ -56,9 +56,9 @@ def in_words(error: ErrorDetails) -> str:
     """
     context = error.get("ctx", {})
     if error["type"] in ("too_short", "too_long"):
-        most, bound = ("least", "min") if error["type"] == "too_short" else ("most", "max")
+        extreme, bound = ("least", "min") if error["type"] == "too_short" else ("most", "max")
         count = context[f"{bound}_length"]
-        return f"must have at {most} {_values(count)}, not {context['actual_length']}"
+        return f"must have at {extreme} {_values(count)}, not {context['actual_length']}"
     if error["type"] in OF_QUANTITIES and "says" in context:
         return str(context["says"])
     if error["type"] in PYDANTIC_WORDS:
@@ -67,7 +67,7 @@ def in_words(error: ErrorDetails) -> str:
     return message.replace("Input should be ", "must be ", 1)
 
 
-Found = tuple[Place, ErrorDetails]
+PlacedError = tuple[Place, ErrorDetails]
 
 
 def mistakes_of(error: ValidationError, model: type[BaseModel]) -> list[Mistake]:
@@ -75,48 +75,48 @@ def mistakes_of(error: ValidationError, model: type[BaseModel]) -> list[Mistake]
 
     What is said of one key comes from the alternatives of a choice, and is joined.
     """
-    found = [(place_of(item["loc"], model), item) for item in error.errors()]
-    found = list(_of_alternatives_meant(found))
+    errors = [(place_of(item["loc"], model), item) for item in error.errors()]
+    errors = list(_of_alternatives_meant(errors))
     of_models: list[Mistake] = []
-    said: dict[Keys, list[str]] = {}
-    for place, item in found:
+    messages: dict[Keys, list[str]] = {}
+    for place, item in errors:
         refused = item.get("ctx", {}).get("error")
         if isinstance(refused, Mistakes):
-            of_models += [mistake.below(*place.keys) for mistake in refused.found]
-        elif item["type"] == "too_short" and any(_is_inside(other, place) for other, _ in found):
+            of_models += [mistake.prefix(*place.keys) for mistake in refused.mistakes]
+        elif item["type"] == "too_short" and any(_is_inside(inner, place) for inner, _ in errors):
             continue  # pydantic counts the good items only
         else:
             mistake = _mistake_at(place, item, model)
-            said.setdefault(mistake.keys, []).append(mistake.says)
-    joined = [Mistake(keys, _joined(words)) for keys, words in said.items()]
+            messages.setdefault(mistake.keys, []).append(mistake.says)
+    joined = [Mistake(keys, _joined(words)) for keys, words in messages.items()]
     return [*_likewise(joined), *of_models]
 
 
-def _likewise(found: Sequence[Mistake]) -> Iterator[Mistake]:
+def _likewise(mistakes: Sequence[Mistake]) -> Iterator[Mistake]:
     """Yield mistakes, those of the items of a list that say the same as one."""
     alike: dict[tuple[Keys, str], list[Mistake]] = {}
-    for mistake in found:
+    for mistake in mistakes:
         # the allowed range is the same, the value in another unit is not
         says = mistake.says.partition(";")[0]
         last = mistake.keys[-1] if mistake.keys else ""
         in_list = isinstance(last, int) and says.startswith("must be")
         alike.setdefault((mistake.keys[:-1] if in_list else mistake.keys, says), []).append(mistake)
-    for (keys, _), (first, *others) in alike.items():
-        places = [dotted(one.keys[len(keys) :]) for one in others]
-        more = f" and {len(places) - 3} more" if len(places) > 4 else ""
-        places = places[:3] if more else places
-        says = f"{first.says}; likewise {', '.join(places)}{more}" if places else first.says
+    for (keys, _), (first, *repeated) in alike.items():
+        places = [dotted(mistake.keys[len(keys) :]) for mistake in repeated]
+        remainder = f" and {len(places) - 3} more" if len(places) > 4 else ""
+        places = places[:3] if remainder else places
+        says = f"{first.says}; likewise {', '.join(places)}{remainder}" if places else first.says
         yield first._replace(says=says)
 
 
 def _joined(words: Sequence[str]) -> str:
     """Return "must be A or B" for what several alternatives say."""
-    first, *others = dict.fromkeys(words)
-    return " or ".join((first, *(one.removeprefix("must be ") for one in others)))
+    first, *options = dict.fromkeys(words)
+    return " or ".join((first, *(option.removeprefix("must be ") for option in options)))
 
 
-def _is_inside(place: Place, other: Place) -> bool:
-    return len(place.keys) > len(other.keys) and place.keys[: len(other.keys)] == other.keys
+def _is_inside(place: Place, outer: Place) -> bool:
+    return len(place.keys) > len(outer.keys) and place.keys[: len(outer.keys)] == outer.keys
 
 
 def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mistake:
@@ -130,7 +130,7 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
     if item["type"] == "union_tag_not_found" and not isinstance(item["input"], Mapping):
         return Mistake(place.keys, PYDANTIC_WORDS["model_attributes_type"])
     if item["type"] in ("union_tag_invalid", "union_tag_not_found"):
-        kinds = [repr(kind) for one in place.types for kind in kinds_of(one)]
+        kinds = [repr(kind) for annotation in place.types for kind in kinds_of(annotation)]
         missing = "missing; " if item["type"] == "union_tag_not_found" else ""
         allowed = f"{', '.join(kinds[:-1])} or {kinds[-1]}"
         return Mistake((*place.keys, "kind"), f"{missing}must be {allowed}")
@@ -138,25 +138,25 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
         keys = ", ".join(keys_of(place.types[0]))
         return Mistake(place.keys, f"must be a mapping with keys {keys}")
     if item["type"] in ("missing", "too_long"):
-        *before, last = item["loc"]
+        *parents, last = item["loc"]
         short = item["type"] == "missing" and isinstance(last, int)
-        around = place_of(tuple(before), model) if short else place
-        wanted = lengths_of(around.types)
-        if wanted:
-            says = f"must have {_values(wanted[0])}, not {len(item['input'])}"
+        around = place_of(tuple(parents), model) if short else place
+        lengths = lengths_of(around.types)
+        if lengths:
+            says = f"must have {_values(lengths[0])}, not {len(item['input'])}"
             return Mistake(around.keys, says)
     return Mistake(place.keys, in_words(item))
 
 
-def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:
+def _of_alternatives_meant(errors: Sequence[PlacedError]) -> Iterator[PlacedError]:
     """Yield what concerns the alternative of a choice that the writer meant.
 
     Pydantic lists the mistakes of every alternative. The one that is meant accepts the kind of
     value that is there (a list, a mapping, a number) and, if possible, the kinds within it and its
     number of items, and has the fewest mistakes. Where none accepts it, all say what they would.
     """
-    choices: dict[Keys | None, dict[str, list[Found]]] = {}
-    for place, item in found:
+    choices: dict[Keys | None, dict[str, list[PlacedError]]] = {}
+    for place, item in errors:
         choices.setdefault(place.choice, {}).setdefault(place.alternative, []).append((place, item))
     for choice, alternatives in choices.items():
         fitting = [
@@ -169,13 +169,13 @@ def _of_alternatives_meant(found: Sequence[Found]) -> Iterator[Found]:
         if fitting:
             yield from min(fitting, key=lambda mistakes: _distance(mistakes, choice))
         else:
-            yield from (one for mistakes in alternatives.values() for one in mistakes)
+            yield from (error for mistakes in alternatives.values() for error in mistakes)
 
 
-def _distance(found: Sequence[Found], choice: Keys | None) -> tuple[int, int, int]:
+def _distance(errors: Sequence[PlacedError], choice: Keys | None) -> tuple[int, int, int]:
     """Return how far an alternative is from what is there: kinds, then itself, then mistakes."""
-    kinds = sum(_needs_another_kind(item) for _, item in found)
-    return kinds, sum(place.keys == choice for place, _ in found), len(found)
+    kinds = sum(_needs_another_kind(item) for _, item in errors)
+    return kinds, sum(place.keys == choice for place, _ in errors), len(errors)
 
 
 def _needs_another_kind(item: ErrorDetails) -> bool:

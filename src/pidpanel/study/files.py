@@ -51,8 +51,8 @@ def found_file(name: Path, folder: Path, shipped: Path | None) -> Path:
         if not stat.S_ISREG(mode):
             raise ValueError("must be a file")
         return base / name
-    known = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
+    names = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
     raise ValueError(
         "no such file; must be a path relative to the study"
-        + (f", or one of {', '.join(known)}" if known else "")
+        + (f", or one of {', '.join(names)}" if names else "")
     )

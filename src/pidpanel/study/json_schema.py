@@ -36,12 +36,12 @@ def study_schema() -> dict[str, Any]:
     >>> sorted(study_schema()["then"]["required"])
     ['panel', 'sound']
     """
-    made = _plain(Study.model_json_schema(schema_generator=_Plain))
+    schema = _plain(Study.model_json_schema(schema_generator=_Plain))
     of_panel = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
-    required = [key for key in made.pop("required") if key in of_panel]
+    required = [key for key in schema.pop("required") if key in of_panel]
     return {
         "$schema": DRAFT,
-        **made,
+        **schema,
         "title": "A study of pidpanel",
         "if": {"anyOf": [{"required": [key]} for key in of_panel]},
         "then": {"required": required},
@@ -60,7 +60,7 @@ def _plain(node: Any, *, of_keys: bool = False) -> Any:
     Below ``properties`` and ``$defs`` names are those of keys and models, whatever they are.
     """
     if isinstance(node, list):
-        return [_plain(one) for one in node]
+        return [_plain(item) for item in node]
     if not isinstance(node, dict):
         return node
     if of_keys:

@@ -30,7 +30,7 @@ class Mistake(NamedTuple):
     says: str
     line: int | None = None
 
-    def below(self, *keys: str | int) -> Mistake:
+    def prefix(self, *keys: str | int) -> Mistake:
         """Return the same mistake with the way to its model put in front."""
         return self._replace(keys=(*keys, *self.keys))
 
@@ -40,14 +40,13 @@ class Mistakes(ValueError):
 
     Attributes
     ----------
-    found : tuple of Mistake
+    mistakes : tuple of Mistake
     """
 
-    def __init__(self, found: Iterable[Mistake]) -> None:
-        self.found = tuple(found)
-        super().__init__(
-            "; ".join(f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.found)
-        )
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes = tuple(mistakes)
+        lines = (f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.mistakes)
+        super().__init__("; ".join(lines))
 
 
 def dotted(keys: Keys) -> str:
@@ -100,14 +99,14 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     >>> unknown_key("restitution", ["depth_mm", "count"])
     'unknown key; allowed are depth_mm, count'
     """
-    lower = {one.lower(): one for one in allowed}
+    lower = {name.lower(): name for name in allowed}
     near = difflib.get_close_matches(key.lower(), lower, n=1, cutoff=0.5)
     return "unknown key; " + (
         f"did you mean {lower[near[0]]}?" if near else f"allowed are {', '.join(allowed)}"
     )
 
 
-def not_among(section: str, name: str, known: Sequence[str]) -> str:
+def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
     """Return what to say of a name that is not among those of a section.
 
     Examples
@@ -115,9 +114,9 @@ def not_among(section: str, name: str, known: Sequence[str]) -> str:
     >>> not_among("dampers", "stele", ["acrylic", "steel"])
     'must be one of dampers: acrylic, steel; did you mean steel?'
     """
-    lower = {one.lower(): one for one in known}
-    near = [lower[one] for one in difflib.get_close_matches(name.lower(), lower, n=1)]
-    near = near if len(known) > 1 else []
-    return f"must be one of {section}: {', '.join(known)}" + (
+    lower = {entry.lower(): entry for entry in allowed}
+    near = [lower[match] for match in difflib.get_close_matches(name.lower(), lower, n=1)]
+    near = near if len(allowed) > 1 else []
+    return f"must be one of {section}: {', '.join(allowed)}" + (
         f"; did you mean {near[0]}?" if near else ""
     )

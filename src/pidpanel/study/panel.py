@@ -108,9 +108,9 @@ class Area(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield keys that are those of no shape, or of more than one."""
-        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        if given - {"corner_radius_m"} not in self._shapes:
-            has = ", ".join(sorted(given)) or "nothing"
+        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        if keys - {"corner_radius_m"} not in self._shapes:
+            has = ", ".join(sorted(keys)) or "nothing"
             yield Mistake((), f"must have {self._allowed}; it has {has}")
         elif self.corner_radius_m and self.corners_m is None:
             yield Mistake(("corner_radius_m",), "only allowed with corners_m")
@@ -208,7 +208,7 @@ class Panel(SectionModel):
                 return Polygon(tuple((x, y) for x, y in corners), self.corner_radius_m)
 
     @property
-    def held(self) -> SupportsInput:
+    def support_input(self) -> SupportsInput:
         """The supports, written out."""
         if isinstance(self.supports, str):
             return SupportsInput(outline=self.supports)
@@ -217,7 +217,7 @@ class Panel(SectionModel):
     def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
         """Yield all that has a position, or a node of a mesh file, with the way to it."""
         yield from ((("points", name), point) for name, point in self.points.items())
-        for name, support in self.held.points.items():
+        for name, support in self.support_input.points.items():
             yield ("supports", "points", name), support
         yield from ((("masses", name), mass) for name, mass in self.masses.items())
 
@@ -225,8 +225,8 @@ class Panel(SectionModel):
         """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
         for key in ("patches", "points", "holes", "masses"):
             yield from mistakes_of_names(key, getattr(self, key))
-        found = mistakes_of_names("points", self.held.points)
-        yield from (one.below("supports") for one in found)
+        mistakes = mistakes_of_names("points", self.support_input.points)
+        yield from (mistake.prefix("supports") for mistake in mistakes)
         first = [
             *_mistakes_of_corners(self.outline, "outline_m"),
             *self._mistakes_of_extent(),
@@ -248,12 +248,12 @@ class Panel(SectionModel):
             # equilateral triangles
             count = area / (math.sqrt(3) / 4 * self.mesh.size_m**2)
             if count > MOST_ELEMENTS:
-                least = self.mesh.size_m * math.sqrt(count / MOST_ELEMENTS)
-                least = math.ceil(least * 1e4) / 1e4
+                smallest = self.mesh.size_m * math.sqrt(count / MOST_ELEMENTS)
+                smallest = math.ceil(smallest * 1e4) / 1e4
                 yield Mistake(
                     ("mesh", "size_m"),
                     f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m from "
-                    f"{least:g}",
+                    f"{smallest:g}",
                 )
 
     def _mistakes_of_mesh(self) -> Iterator[Mistake]:
@@ -284,7 +284,7 @@ class Panel(SectionModel):
             against.append(f"section.kind = {self.section.kind}")
         against += [
             f"supports.points.{name}.radius_m"
-            for name, support in self.held.points.items()
+            for name, support in self.support_input.points.items()
             if support.radius_m
         ]
         if against:
@@ -295,7 +295,7 @@ class Panel(SectionModel):
             )
 
     def _mistakes_of_place(self) -> Iterator[Mistake]:
-        at = {name: point for name, point in self.points.items() if isinstance(point, tuple)}
+        positions = {name: point for name, point in self.points.items() if isinstance(point, tuple)}
         if self.size is not None:
             length, width = self.size
             panel = f"must lie on the panel, x 0…{length:g} m, y 0…{width:g} m"
@@ -306,7 +306,7 @@ class Panel(SectionModel):
                         ("patches", name),
                         f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m",
                     )
-            for name, (x, y) in at.items():
+            for name, (x, y) in positions.items():
                 if not (0 <= x <= length and 0 <= y <= width):
                     yield Mistake(("points", name), panel)
         elif self.outline is not None:
@@ -315,7 +315,7 @@ class Panel(SectionModel):
                     self.outline,
                     {name: hole.shape for name, hole in self.holes.items() if hole.shape},
                     {name: patch.shape for name, patch in self.patches.items() if patch.shape},
-                    at,
+                    positions,
                 )
             except ValueError as error:
                 yield Mistake(named_place(self, str(error)), str(error))
@@ -336,8 +336,8 @@ def named_place(panel: Panel, message: str) -> Keys:
     tuple of str or int
         Such as ``("supports", "points", "H1", "at_m")``; empty if the message names no place.
     """
-    begun = [one for one in _named_places(panel) if message.startswith(one[0])]
-    return max(begun, key=lambda one: len(one[0]))[1] if begun else ()
+    begun = [entry for entry in _named_places(panel) if message.startswith(entry[0])]
+    return max(begun, key=lambda entry: len(entry[0]))[1] if begun else ()
 
 
 def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
@@ -345,10 +345,10 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
     yield f"{panel.mesh.file}:", ("mesh", "file")
-    for what, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
-        yield from ((f"{what} {name!r}", (key, name)) for name in getattr(panel, key))
+    for noun, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
+        yield from ((f"{noun} {name!r}", (key, name)) for name in getattr(panel, key))
     yield from ((f"{name!r} names", ("points", name)) for name in panel.points)
-    for index in range(len(panel.held.edges)):
+    for index in range(len(panel.support_input.edges)):
         for end in ("from_m", "to_m"):
             name = f"supports.edges {index + 1} {end}"
             yield f"point {name!r}", ("supports", "edges", index, end)

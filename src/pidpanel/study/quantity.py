@@ -94,31 +94,31 @@ class Quantity:
 
     def holds(self, value: float) -> bool:
         """Whether a value lies within the bounds."""
-        above = value >= self.low if self.low_itself else value > self.low
-        return above and (value <= self.high if self.high_itself else value < self.high)
+        above_low = value >= self.low if self.low_itself else value > self.low
+        return above_low and (value <= self.high if self.high_itself else value < self.high)
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value, and what was likely meant; empty if it is."""
         if self.holds(value):
             return ""
-        meant = self._meant(value)
-        return self.allowed + (f"; {meant}" if meant else "")
+        hint = self._unit_hint(value)
+        return self.allowed + (f"; {hint}" if hint else "")
 
-    def _meant(self, value: float) -> str:
+    def _unit_hint(self, value: float) -> str:
         """Return the value in the likeliest of the units: the one nearest the middle of the range.
 
         Distances are those of logarithms.
         """
-        found: list[tuple[float, str]] = []
+        candidates: list[tuple[float, str]] = []
         low, high = max(self.low, self.high * 1e-9, 1e-300), self.high
         for unit, way in self.units:
-            other = way(value) if callable(way) else way * value
+            converted = way(value) if callable(way) else way * value
             if unit == "%" and value < 1:
                 continue
-            if other > 0 and self.holds(other):
-                off = abs(math.log(other) - (math.log(low) + math.log(high)) / 2)
-                found.append((off, f"{value:g} {unit} would be {other:.4g}"))
-        return min(found)[1] if found else ""
+            if converted > 0 and self.holds(converted):
+                distance = abs(math.log(converted) - (math.log(low) + math.log(high)) / 2)
+                candidates.append((distance, f"{value:g} {unit} would be {converted:.4g}"))
+        return min(candidates)[1] if candidates else ""
 
     def number(self, value: Any) -> float | int:
         """Return a value as a number.
@@ -135,7 +135,7 @@ class Quantity:
             if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
                 raise PydanticCustomError("finite_number", "must be a finite number")
             says = "must be a whole number" if self.whole else "must be a number"
-            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + _beside(value)})
+            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + _text_hint(value)})
         try:
             number = float(value)
         except OverflowError:
@@ -172,11 +172,11 @@ class Quantity:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         """Return the JSON schema: a number with these bounds."""
-        found = handler(schema)
-        found["minimum" if self.low_itself else "exclusiveMinimum"] = self.low
+        json_schema = handler(schema)
+        json_schema["minimum" if self.low_itself else "exclusiveMinimum"] = self.low
         if self.high < math.inf:
-            found["maximum" if self.high_itself else "exclusiveMaximum"] = self.high
-        return found
+            json_schema["maximum" if self.high_itself else "exclusiveMaximum"] = self.high
+        return json_schema
 
 
 def whole(low: int, high: int) -> Quantity:
@@ -188,7 +188,7 @@ def _has_leading_zeros(text: str) -> bool:
     return re.match(r"[+-]?0\d", text) is not None
 
 
-def _beside(value: Any) -> str:
+def _text_hint(value: Any) -> str:
     """Return what to say of a text that is nearly a number."""
     if not isinstance(value, str):
         return ""

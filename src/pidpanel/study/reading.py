@@ -69,13 +69,13 @@ def study_in(document: Document) -> Study | CouponStudy:
 def validated(document: Document) -> tuple[Study | CouponStudy | None, list[Mistake]]:
     """Return the study of a file, or None and its mistakes but those of the document itself."""
     of_panel = set(Study.model_fields) - set(CouponStudy.model_fields)
-    alone = "coupon" in document.data and not of_panel & set(document.data)
-    model = CouponStudy if alone else Study
+    is_coupon = "coupon" in document.data and not of_panel & set(document.data)
+    model = CouponStudy if is_coupon else Study
     values = {"name": document.path.stem, **document.data}
     try:
         return model.model_validate(values, context={"folder": document.path.parent}), []
     except ValidationError as error:
-        return None, [_of_file_name(one, document) for one in mistakes_of(error, Study)]
+        return None, [_of_file_name(mistake, document) for mistake in mistakes_of(error, Study)]
 
 
 def good_sections(document: Document) -> tuple[Panel | None, Sound | None, Response | None]:
@@ -107,24 +107,24 @@ def partial_study(document: Document) -> tuple[Study, list[Mistake]]:
 
     panel, coupon = good(Panel, data.get("panel")), good(Coupon, data.get("coupon"))
     patches = _named(_named(data.get("panel")).get("patches"))
-    dampers = {name: good(Damper, one) for name, one in _named(data.get("dampers")).items()}
+    dampers = {name: good(Damper, item) for name, item in _named(data.get("dampers")).items()}
     damping, response = good(Damping, data.get("damping", {})), good(Response, data.get("response"))
-    scenarios = {name: good(Compared, one) for name, one in _named(data.get("scenarios")).items()}
+    scenarios = {name: good(Compared, item) for name, item in _named(data.get("scenarios")).items()}
     unknown: dict[str, Any] = {"patches": patches, "frequency_hz": (0.0, math.inf)}
     study = Study.model_construct(
         name=document.path.stem,
         panel=panel or Panel.model_construct(**unknown),
         coupon=coupon or (Coupon.model_construct(**unknown) if "coupon" in data else None),
-        dampers={name: one or Damper.model_construct() for name, one in dampers.items()},
+        dampers={name: damper or Damper.model_construct() for name, damper in dampers.items()},
         damping=damping or Damping(),
         response=response or Response.model_construct(**unknown),
-        scenarios={name: one for name, one in scenarios.items() if one is not None},
+        scenarios={name: scenario for name, scenario in scenarios.items() if scenario is not None},
         sound=good(Sound, data.get("sound")) or Sound.model_construct(spectrum=Path()),
     )
     of_fills = damping is not None and None not in dampers.values()
     of_fills = of_fills and (coupon is not None or "coupon" not in data)
-    found = list(study.mistakes_of_scenarios(of_fills=of_fills)) if panel or patches else []
-    return study, found
+    mistakes = list(study.mistakes_of_scenarios(of_fills=of_fills)) if panel or patches else []
+    return study, mistakes
 
 
 def _named(section: Any) -> dict[str, Any]:

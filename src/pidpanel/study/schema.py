@@ -72,8 +72,8 @@ def kinds_of(model: Any) -> tuple[str, ...]:
 
 def lengths_of(types: tuple[Any, ...]) -> list[int]:
     """Return the numbers of values of the tuples of a set length among types."""
-    arguments = [get_args(one) for one in types if get_origin(_bare(one)) is tuple]
-    return [len(one) for one in arguments if ... not in one]
+    arguments = [get_args(member) for member in types if get_origin(_bare(member)) is tuple]
+    return [len(items) for items in arguments if ... not in items]
 
 
 def _is_model(annotation: Any) -> bool:
@@ -85,7 +85,7 @@ def _bare(annotation: Any) -> Any:
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
-        members = [one for one in get_args(annotation) if one is not NoneType]
+        members = [member for member in get_args(annotation) if member is not NoneType]
         if len(members) == 1:
             return _bare(members[0])
     return annotation
@@ -95,7 +95,7 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
     """Return the types between which a type chooses; itself if there is no choice."""
     bare = _bare(annotation)
     if get_origin(bare) in (Union, UnionType):
-        return tuple(_bare(one) for one in get_args(bare) if one is not NoneType)
+        return tuple(_bare(member) for member in get_args(bare) if member is not NoneType)
     return (bare,)
 
 
@@ -105,16 +105,16 @@ def _named(types: tuple[Any, ...], alternative: str) -> Any:
     The name of a model is its class, with the validators round it, or the value of its ``kind``;
     that of a tuple begins with ``tuple``. No two tuples of a choice hold a choice themselves.
     """
-    for one in types:
-        if _is_model(one) and (
-            alternative == one.__name__
-            or alternative.endswith(f" {one.__name__}]")
-            or alternative in kinds_of(one)
+    for option in types:
+        if _is_model(option) and (
+            alternative == option.__name__
+            or alternative.endswith(f" {option.__name__}]")
+            or alternative in kinds_of(option)
         ):
-            return one
-    others = [one for one in types if not _is_model(one)]
-    tuples = [one for one in others if get_origin(one) is tuple]
-    return (tuples if "tuple[" in alternative else others or types)[0]
+            return option
+    plain = [option for option in types if not _is_model(option)]
+    tuples = [option for option in plain if get_origin(option) is tuple]
+    return (tuples if "tuple[" in alternative else plain or types)[0]
 
 
 def _inside(annotation: Any, part: str | int) -> Any:

@@ -63,15 +63,15 @@ class ThinSectionInput(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what no material of this thickness weighs, or is as stiff as."""
-        given = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
+        opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
         density = self.mass_per_area_kg_m2 / self.thickness
         if density > HEAVIEST:
-            says = f"{given} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
+            says = f"{opening} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
             yield Mistake(("mass_per_area_kg_m2",), says)
         D = self.bending_stiffness_n_m
         modulus = 12 * (1 - self.poissons_ratio**2) * D / self.thickness**3
         if modulus > STIFFEST:
-            says = f"{given} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
+            says = f"{opening} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
             if modulus * 1e-3 <= STIFFEST:
                 says += f"; {D:.7g} N mm would be {D * 1e-3:g}"
             yield Mistake(("bending_stiffness_n_m",), says)
@@ -135,11 +135,11 @@ class MaterialInput(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a choice of moduli that is neither isotropic nor orthotropic."""
-        given = self.model_fields_set - {"density_kg_m3"}
-        if given == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
+        keys = self.model_fields_set - {"density_kg_m3"}
+        if keys == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
             if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
                 yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
-        elif given != {"youngs_modulus_gpa", "poissons_ratio"}:
+        elif keys != {"youngs_modulus_gpa", "poissons_ratio"}:
             yield Mistake(
                 (),
                 "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
@@ -186,9 +186,9 @@ class CoreInput(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a grade that is not known, or that is given beside moduli."""
-        given = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
+        keys = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
         moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
-        if given not in ({"grade"}, moduli):
+        if keys not in ({"grade"}, moduli):
             yield Mistake((), f"must have either grade, or {', '.join(sorted(moduli))}")
         elif self.grade is not None:
             grades = core_grades()
@@ -251,8 +251,8 @@ class SandwichSectionInput(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield faces given twice or not at all, and plies of an unknown material."""
-        given = [face is not None for face in (self.faces, self.top, self.bottom)]
-        if given not in ([True, False, False], [False, True, True]):
+        present = [face is not None for face in (self.faces, self.top, self.bottom)]
+        if present not in ([True, False, False], [False, True, True]):
             yield Mistake((), "must have either faces, or top and bottom")
         for key in ("faces", "top", "bottom"):
             for index, ply in enumerate(getattr(self, key) or ()):

@@ -57,9 +57,9 @@ class Study(CouponStudy):
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
         yield from mistakes_of_names("scenarios", self.scenarios)
-        found = list(self.mistakes_of_scenarios())
-        yield from found
-        if found:
+        mistakes = list(self.mistakes_of_scenarios())
+        yield from mistakes
+        if mistakes:
             return
         yield from self._mistakes_of_labels()
         yield from self._mistakes_of_target()
@@ -73,8 +73,8 @@ class Study(CouponStudy):
     @property
     def all_dampers(self) -> Mapping[str, Damper]:
         """What patches can be filled with: the section ``coupon``, then those of ``dampers``."""
-        own = {SECTION: Damper.model_construct(coupon=self.coupon)} if self.coupon else {}
-        return {**own, **self.dampers}
+        section = {SECTION: Damper.model_construct(coupon=self.coupon)} if self.coupon else {}
+        return {**section, **self.dampers}
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ class Study(CouponStudy):
         """
         of_section = {} if self.is_coupled and "dem" not in self.readings else super().coupons
         used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
-        return {**of_section, **{name: one for name, one in used.items() if one is not None}}
+        return {**of_section, **{name: value for name, value in used.items() if value is not None}}
 
     @property
     def surfaces(self) -> tuple[str, ...]:
@@ -124,10 +124,10 @@ class Study(CouponStudy):
         """Whether a scenario names a damper with a coupon."""
         fillings = (
             filled
-            for one in self.scenarios.values()
-            for filled in (one.layout.values() if isinstance(one, Layout) else (one,))
+            for entry in self.scenarios.values()
+            for filled in (entry.layout.values() if isinstance(entry, Layout) else (entry,))
         )
-        dampers = (self.all_dampers.get(self._damper_name(one) or "") for one in fillings)
+        dampers = (self.all_dampers.get(self._damper_name(filling) or "") for filling in fillings)
         return any(damper is not None and damper.coupon is not None for damper in dampers)
 
     @property
@@ -158,10 +158,10 @@ class Study(CouponStudy):
         ValueError
             If the damper has none.
         """
-        found = self.all_dampers[damper].coupon if damper in self.all_dampers else None
-        if found is None:
+        coupon = self.all_dampers[damper].coupon if damper in self.all_dampers else None
+        if coupon is None:
             raise ValueError(f"{self.name}: no coupon named {damper!r}")
-        return found
+        return coupon
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
         for name in self.dampers:
@@ -199,8 +199,8 @@ class Study(CouponStudy):
                 yield Mistake(("damping", "level", "by"), says)
         for name, layout in self.layouts.items():
             for key in ("target", "tones"):
-                given = getattr(self.damping, key) and "dem" in self.readings
-                if given and len(layout.layout) > 1:
+                is_set = getattr(self.damping, key) and "dem" in self.readings
+                if is_set and len(layout.layout) > 1:
                     says = f"several patches together are not allowed with damping.{key}"
                     yield Mistake(("scenarios", name, "layout"), says)
 
@@ -211,14 +211,14 @@ class Study(CouponStudy):
         named: dict[str, Scenario] = {}
         for name, compared in self.scenarios.items():
             for scenario in self.family_scenarios(name):
-                for one in (scenario.bare, scenario):
-                    if named.setdefault(one.label, one) == one:
+                for labelled in (scenario.bare, scenario):
+                    if named.setdefault(labelled.label, labelled) == labelled:
                         continue
-                    alike = named[one.label].patches == one.patches
+                    alike = named[labelled.label].patches == labelled.patches
                     keys = () if isinstance(compared, Layout) else (compared.varied,)
                     yield Mistake(
                         ("scenarios", name, *keys),
-                        f"two scenarios would have the name {one.label}; "
+                        f"two scenarios would have the name {labelled.label}; "
                         + (
                             "values must differ in their first six digits"
                             if keys and alike
@@ -235,35 +235,35 @@ class Study(CouponStudy):
             Whether to look at fills, for which the dampers must be right.
         """
         for name, compared in self.scenarios.items():
-            for one in self._mistakes_of(compared, of_fills=of_fills):
-                yield one.below("scenarios", name)
+            for mistake in self._mistakes_of(compared, of_fills=of_fills):
+                yield mistake.prefix("scenarios", name)
 
     def _mistakes_of(self, compared: Family | Layout, *, of_fills: bool) -> Iterator[Mistake]:
         if isinstance(compared, Layout):
             for patch, filled in compared.layout.items():
                 yield from self._mistakes_of_patch(("layout", patch), patch)
-                for one in self._mistakes_of_filling(filled, of_fills=of_fills):
-                    yield one.below("layout", patch)
+                for mistake in self._mistakes_of_filling(filled, of_fills=of_fills):
+                    yield mistake.prefix("layout", patch)
             return
         for keys, patch in _items("patch", compared.patch):
             yield from self._mistakes_of_patch(keys, patch)
         yield from self._mistakes_of_filling(compared, of_fills=of_fills)
 
     def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
-        known = list(self.panel.patches)
-        if not known:
+        patches = list(self.panel.patches)
+        if not patches:
             yield Mistake(keys, "there are no patches")
-        elif patch not in known:
-            yield Mistake(keys, not_among("panel.patches", patch, known))
+        elif patch not in patches:
+            yield Mistake(keys, not_among("panel.patches", patch, patches))
 
     def _mistakes_of_filling(self, filled: Family | Filled, *, of_fills: bool) -> Iterator[Mistake]:
         """Yield a damper that is unknown or missing, and fills that its coupon does not have."""
-        known = list(self.all_dampers)
-        if filled.damper is not None and filled.damper not in known:
-            says = not_among("dampers", filled.damper, known) if known else "there are no dampers"
+        names = list(self.all_dampers)
+        if filled.damper is not None and filled.damper not in names:
+            says = not_among("dampers", filled.damper, names) if names else "there are no dampers"
             yield Mistake(("damper",), says)
-        elif filled.damper is None and len(known) > 1:
-            yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(known)}")
+        elif filled.damper is None and len(names) > 1:
+            yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(names)}")
         elif of_fills:
             yield from self._mistakes_of_fill(filled, self._damper_name(filled))
 
@@ -323,12 +323,12 @@ class Study(CouponStudy):
     @property
     def families(self) -> Mapping[str, Family]:
         """The families among the scenarios."""
-        return {name: one for name, one in self.scenarios.items() if isinstance(one, Family)}
+        return {name: entry for name, entry in self.scenarios.items() if isinstance(entry, Family)}
 
     @property
     def layouts(self) -> Mapping[str, Layout]:
         """The explicit layouts among the scenarios."""
-        return {name: one for name, one in self.scenarios.items() if isinstance(one, Layout)}
+        return {name: entry for name, entry in self.scenarios.items() if isinstance(entry, Layout)}
 
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
         """Return the scenarios of one family, in the order of its list; one for a layout."""
@@ -365,10 +365,10 @@ class Study(CouponStudy):
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""
-        found = [s for name in self.scenarios for s in self.family_scenarios(name)]
-        if not found:
+        scenarios = [s for name in self.scenarios for s in self.family_scenarios(name)]
+        if not scenarios:
             return (Scenario.bare_at(self.sound.oaspl_db),)
-        return tuple(dict.fromkeys([s.bare for s in found] + found))
+        return tuple(dict.fromkeys([s.bare for s in scenarios] + scenarios))
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""

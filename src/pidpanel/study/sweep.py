@@ -111,11 +111,11 @@ class Sweep(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield amplitudes of two kinds or of none, and duplicate values."""
-        given = self.model_fields_set
+        keys = self.model_fields_set
         if self.acceleration_g and self.displacement_mm:
             yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
         if not self.acceleration_g and not self.displacement_mm:
-            says = "must have at least 1 value" if "acceleration_g" in given else "missing"
+            says = "must have at least 1 value" if "acceleration_g" in keys else "missing"
             yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
         for key in (
             "fill_fraction",
@@ -125,11 +125,11 @@ class Sweep(SectionModel):
             "diameter_mm",
         ):
             values = getattr(self, key)
-            seen: set[str] = set()
+            texts: set[str] = set()
             for index, value in enumerate(() if isinstance(values, Range) else values):
                 text = f"{value:.6g}"
-                if text in seen:
+                if text in texts:
                     yield Mistake(
                         (key, index), "duplicate value; its cases would have the same labels"
                     )
-                seen.add(text)
+                texts.add(text)

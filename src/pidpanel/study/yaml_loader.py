@@ -122,8 +122,8 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
     context = error.context or ""
     if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
         mark = error.context_mark  # where what is not closed begins
-    for found, says in PROBLEMS.items():
-        if found in problem:
+    for fragment, says in PROBLEMS.items():
+        if fragment in problem:
             problem = says
             break
     return (mark.line + 1 if mark else None), f"not YAML: {problem}"
@@ -147,7 +147,7 @@ PROBLEMS = {
 """What pyyaml says, and what of it helps."""
 
 
-def _count(node: yaml.Node, known: dict[int, int], above: set[int]) -> int:
+def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
     """Return the number of values in a node with its aliases written out.
 
     Raises
@@ -160,16 +160,16 @@ def _count(node: yaml.Node, known: dict[int, int], above: set[int]) -> int:
         raise yaml.composer.ComposerError(
             None, None, f"the tag {name} is not allowed", node.start_mark
         )
-    if id(node) in above:
+    if id(node) in ancestors:
         raise yaml.composer.ComposerError(None, None, "an alias contains itself", node.start_mark)
-    if id(node) not in known:
-        above.add(id(node))
+    if id(node) not in counts:
+        ancestors.add(id(node))
         parts = [child for _, child in _children(node)]
         if isinstance(node, yaml.MappingNode):
             parts += [key for key, _ in node.value]
-        known[id(node)] = 1 + sum(_count(child, known, above) for child in parts)
-        above.remove(id(node))
-    return known[id(node)]
+        counts[id(node)] = 1 + sum(_count(child, counts, ancestors) for child in parts)
+        ancestors.remove(id(node))
+    return counts[id(node)]
 
 
 def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
@@ -183,11 +183,11 @@ def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
         yield from enumerate(node.value)
 
 
-def _mistakes(node: yaml.Node, way: Keys, seen: set[int]) -> Iterator[Mistake]:
+def _mistakes(node: yaml.Node, way: Keys, visited: set[int]) -> Iterator[Mistake]:
     """Yield duplicate keys and keys without a value; in ``vary``, none is a value."""
-    if id(node) in seen:
+    if id(node) in visited:
         return
-    seen.add(id(node))
+    visited.add(id(node))
     lines: dict[str, int] = {}
     for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
         line = key.start_mark.line + 1
@@ -195,8 +195,8 @@ def _mistakes(node: yaml.Node, way: Keys, seen: set[int]) -> Iterator[Mistake]:
             says = f"duplicate key; already in line {lines[key.value]}"
             yield Mistake((*way, key.value), says, line)
         lines.setdefault(key.value, line)
-    for own, child in _children(node):
-        keys = (*way, own)
+    for name, child in _children(node):
+        keys = (*way, name)
         if child.tag == NULL and "vary" not in way:
             yield Mistake(keys, Loader.EMPTY)
-        yield from _mistakes(child, keys, seen)
+        yield from _mistakes(child, keys, visited)

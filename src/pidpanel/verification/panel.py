@@ -31,7 +31,7 @@ def rectangle(a: float, b: float) -> Polygon:
 
 
 @dataclass(frozen=True)
-class Known:
+class ReferencePanel:
     """A panel whose frequencies are known.
 
     Attributes
@@ -99,8 +99,8 @@ def _unit_plate(path: Path, outline: Polygon | Circle, size: float, support: str
     return assemble_thin_plate(mesh, UNIT_PLATE, Supports(support))
 
 
-KNOWN = {
-    "sandwich": Known(
+REFERENCE_PANELS = {
+    "sandwich": ReferencePanel(
         "sandwich 1.5 m x 1 m, orthotropic core, hard simple support",
         "Navier series of the sandwich plate with rotary inertia",
         lambda path: _sandwich(path, 186e6, 90e6),
@@ -108,7 +108,7 @@ KNOWN = {
         (131.395, 250.475, 389.143, 444.475, 501.871, 685.934),
         2e-4,
     ),
-    "isotropic_core": Known(
+    "isotropic_core": ReferencePanel(
         "sandwich 1.5 m x 1 m, isotropic core, hard simple support",
         "ω² = D k⁴ / (m″ (1 + D k² / S)), without rotary inertia",
         lambda path: _sandwich(path, 90e6, 90e6),
@@ -117,7 +117,7 @@ KNOWN = {
         # the computed one has rotary inertia: 0.5 I k²/m″, 0.2 % at (2, 2)
         3e-3,
     ),
-    "nafems_13": Known(
+    "nafems_13": ReferencePanel(
         "thin square, NAFEMS forced vibration test 13",
         "NAFEMS R0016, Selected Benchmarks for Forced Vibration (2.377 ... Hz)",
         _thin_nafems,
@@ -125,7 +125,7 @@ KNOWN = {
         (2.377, 5.942, 5.942, 9.507, 11.884, 11.884, 15.449),
         5e-4,
     ),
-    "nafems_21": Known(
+    "nafems_21": ReferencePanel(
         "thick square, NAFEMS forced vibration test 21",
         "NAFEMS R0016, Selected Benchmarks for Forced Vibration (45.897 ... Hz)",
         _thick_nafems,
@@ -133,7 +133,7 @@ KNOWN = {
         (45.897, 109.44, 109.44, 167.89, 204.51, 204.51, 256.50, 256.50),
         5e-4,
     ),
-    "clamped_square": Known(
+    "clamped_square": ReferencePanel(
         "thin clamped square",
         "Leissa, Vibration of Plates, NASA SP-160, table 4.28: 35.9855 ...",
         lambda path: _unit_plate(path, rectangle(1, 1), 0.25, "clamped"),
@@ -142,7 +142,7 @@ KNOWN = {
         2e-4,
         1 / (2 * np.pi),
     ),
-    "free_square": Known(
+    "free_square": ReferencePanel(
         "thin free square, nu = 0.3",
         "Leissa, J. Sound Vib. 31 (1973) 257, and later Ritz values: 13.468, 19.596, 24.270",
         lambda path: _unit_plate(path, rectangle(1, 1), 0.25, "free"),
@@ -152,7 +152,7 @@ KNOWN = {
         1 / (2 * np.pi),
         3,
     ),
-    "supported_disc": Known(
+    "supported_disc": ReferencePanel(
         "thin simply supported disc, nu = 0.3",
         "Leissa, NASA SP-160, table 2.2: 4.935 ...",
         lambda path: _unit_plate(path, Circle((0.0, 0.0), 1.0), 0.4, "simply_supported"),
@@ -161,7 +161,7 @@ KNOWN = {
         1e-3,  # the disc is drawn by 48 straight pieces
         1 / (2 * np.pi),
     ),
-    "clamped_disc": Known(
+    "clamped_disc": ReferencePanel(
         "thin clamped disc",
         "Leissa, NASA SP-160, table 2.1: 10.2158 ...",
         lambda path: _unit_plate(path, Circle((0.0, 0.0), 1.0), 0.4, "clamped"),
@@ -173,12 +173,12 @@ KNOWN = {
 }
 
 
-def frequency_rows(known: Known, folder: Path) -> list[Row]:
+def frequency_rows(case: ReferencePanel, folder: Path) -> list[Row]:
     """Return the lowest frequencies of a panel with the known ones.
 
     Parameters
     ----------
-    known
+    case
         The panel.
     folder
         For the mesh.
@@ -187,15 +187,15 @@ def frequency_rows(known: Known, folder: Path) -> list[Row]:
     -------
     list of Row
     """
-    plate = known.plate(folder / "verification.msh")
-    reference = known.scale * np.array(known.reference)
+    plate = case.plate(folder / "verification.msh")
+    reference = case.scale * np.array(case.reference)
     frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))
     rigid = np.sum(frequency == 0)
     rows = [
         Row(
-            known.name, f"frequency of mode {mode}", float(computed), float(exact), "Hz",
-            known.tolerance, f"{known.element}, {plate.stiffness.shape[0]} coordinates",
-            known.source, at=mode,
+            case.name, f"frequency of mode {mode}", float(computed), float(exact), "Hz",
+            case.tolerance, f"{case.element}, {plate.stiffness.shape[0]} coordinates",
+            case.source, at=mode,
         )
         for mode, (computed, exact) in enumerate(
             zip(frequency[rigid:], reference, strict=False), 1
@@ -203,14 +203,14 @@ def frequency_rows(known: Known, folder: Path) -> list[Row]:
     ]  # fmt: skip
     rows.append(
         Row(
-            known.name, "number of rigid-body modes", float(rigid), float(known.rigid), "1",
-            0.0, f"{known.element}", "statics",
+            case.name, "number of rigid-body modes", float(rigid), float(case.rigid), "1",
+            0.0, f"{case.element}", "statics",
         )
     )  # fmt: skip
     return rows
 
 
 CASES = {
-    **{key: partial(frequency_rows, known) for key, known in KNOWN.items()},
+    **{key: partial(frequency_rows, case) for key, case in REFERENCE_PANELS.items()},
     **panel_equal.CASES,
 }

@@ -28,15 +28,15 @@ TURN = np.radians(37.0)
 
 
 @dataclass(frozen=True)
-class Equal:
+class PanelPair:
     """Two panels that must be equal.
 
     Attributes
     ----------
     name
         What the one is of the other.
-    one, other
-        Their bases; the other is the reference.
+    panel, reference
+        Their bases.
     tolerance
         Of a frequency, relative.
     reason
@@ -44,8 +44,8 @@ class Equal:
     """
 
     name: str
-    one: PanelBasis
-    other: PanelBasis
+    panel: PanelBasis
+    reference: PanelBasis
     tolerance: float
     reason: str
 
@@ -64,7 +64,7 @@ def orthotropic(turn: float = 0.0, mirror: bool = False) -> SandwichSection:
 def panel_of(
     mesh: PanelMesh,
     section: SandwichSection,
-    moved: Callable[[Position], Position] = lambda at: at,
+    moved: Callable[[Position], Position] = lambda position: position,
 ) -> PanelBasis:
     """Return the basis of a panel that is clamped on one edge and supported on the others."""
     clamped = EdgeSupport(moved(CLAMPED[0]), moved(CLAMPED[1]), "clamped")
@@ -77,20 +77,20 @@ def drawn(folder: Path) -> PanelMesh:
     return mesh_triangles(folder / "panel.msh", Polygon(CORNERS), 0.08, {"P": PATCH}, POINTS)
 
 
-def turned_panels(folder: Path) -> list[Equal]:
+def turned_panels(folder: Path) -> list[PanelPair]:
     """Return the panel turned and mirrored, its mesh and its layup with it, beside itself."""
     mesh = drawn(folder)
     plain = panel_of(mesh, orthotropic())
     reason = "the same elements turned; tolerance: rounding"
 
     def moved_by(matrix: Array) -> Callable[[Position], Position]:
-        def moved(at: Position) -> Position:
-            x, y = matrix @ np.array(at)
+        def moved(position: Position) -> Position:
+            x, y = matrix @ np.array(position)
             return float(x), float(y)
 
         return moved
 
-    found = []
+    pairs = []
     for name, turn, mirror in (
         ("turned by 37°", TURN, False),
         ("turned by 90°", np.pi / 2, False),
@@ -101,37 +101,37 @@ def turned_panels(folder: Path) -> list[Equal]:
         cells = mesh.cells[:, ::-1] if mirror else mesh.cells
         changed = replace(mesh, vertices=mesh.vertices @ matrix.T, cells=cells)
         basis = panel_of(changed, orthotropic(turn, mirror), moved_by(matrix))
-        found.append(Equal(name, basis, plain, 1e-8, reason))
-    return found
+        pairs.append(PanelPair(name, basis, plain, 1e-8, reason))
+    return pairs
 
 
-def filed_panels(folder: Path) -> list[Equal]:
+def filed_panels(folder: Path) -> list[PanelPair]:
     """Return the panel from a Nastran deck and a gmsh file beside that of its outline."""
     mesh = drawn(folder)
     plain = panel_of(mesh, orthotropic())
     deck, msh = folder / "panel.bdf", folder / "given.msh"
     write_bulk_data(deck, mesh)
     write_triangles(msh, mesh)
-    found = []
+    pairs = []
     for name, flat, patch in (
         (".bdf, patch by its property number", read_nastran(deck), "2"),
         (".bdf, patch by its shape", read_nastran(deck), PATCH),
         (".bdf in millimetres", read_nastran(deck.with_suffix(".dat")).scaled(1e-3), PATCH),
         (".msh, patch by its shape", read_gmsh(msh), PATCH),
     ):
-        given = flat.panel_mesh({"P": patch}, POINTS)
-        basis = panel_of(given, orthotropic())
+        meshed = flat.panel_mesh({"P": patch}, POINTS)
+        basis = panel_of(meshed, orthotropic())
         reason = "the panel of the outline; tolerance: positions to nine figures"
-        found.append(Equal(name, basis, plain, 1e-6, reason))
-    return found
+        pairs.append(PanelPair(name, basis, plain, 1e-6, reason))
+    return pairs
 
 
 def write_bulk_data(path: Path, mesh: PanelMesh) -> None:
     """Write a mesh with its patch as property 2, and the same in mm as a ``.dat`` beside it."""
     in_patch = np.isin(np.arange(len(mesh.cells)), mesh.patch_cells["P"])
     elements = [
-        f"CTRIA3,{k},{2 if own else 1},{a},{b},{c}"
-        for k, (own, (a, b, c)) in enumerate(
+        f"CTRIA3,{k},{2 if is_patch else 1},{a},{b},{c}"
+        for k, (is_patch, (a, b, c)) in enumerate(
             zip(in_patch, (mesh.cells + 1).tolist(), strict=True), 1
         )
     ]
@@ -142,30 +142,30 @@ def write_bulk_data(path: Path, mesh: PanelMesh) -> None:
         file.write_text("\n".join(["BEGIN BULK", *nodes, *elements, "ENDDATA"]) + "\n")
 
 
-def _rows(case: str, equals: list[Equal]) -> list[Row]:
+def _rows(case: str, equals: list[PanelPair]) -> list[Row]:
     rows = []
-    for equal in equals:
-        method = f"{len(equal.one.cells)} triangles, {equal.one.natural_frequency.size} shapes"
+    for pair in equals:
+        method = f"{len(pair.panel.cells)} triangles, {pair.panel.natural_frequency.size} shapes"
         values = [
-            (f"frequency {k + 1}", basis.natural_frequency[k], other, "Hz")
-            for basis in (equal.one,)
-            for k, other in enumerate(equal.other.natural_frequency[:8])
+            (f"frequency {k + 1}", basis.natural_frequency[k], reference, "Hz")
+            for basis in (pair.panel,)
+            for k, reference in enumerate(pair.reference.natural_frequency[:8])
         ]
         values.append(
-            ("area of the patch", patch_areas(equal.one)[0], patch_areas(equal.other)[0], "m2")
+            ("area of the patch", patch_areas(pair.panel)[0], patch_areas(pair.reference)[0], "m2")
         )
         values.append(
             (
                 "overlap of mode 1 on the patch",
-                equal.one.patch_overlap[0, 0, 0], equal.other.patch_overlap[0, 0, 0], "m2",
+                pair.panel.patch_overlap[0, 0, 0], pair.reference.patch_overlap[0, 0, 0], "m2",
             )
         )  # fmt: skip
         rows += [
             Row(
-                case, f"{equal.name}: {quantity}", float(one), float(other), unit,
-                equal.tolerance, method, equal.reason,
+                case, f"{pair.name}: {quantity}", float(computed), float(reference), unit,
+                pair.tolerance, method, pair.reason,
             )
-            for quantity, one, other, unit in values
+            for quantity, computed, reference, unit in values
         ]  # fmt: skip
     return rows
 

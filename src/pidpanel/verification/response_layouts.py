@@ -218,8 +218,8 @@ def equal_rows(folder: Path) -> list[Row]:
     rows = []
     for panels in (panel_equal.turned_panels, panel_equal.filed_panels):
         known: Array | None = None
-        for equal in panels(folder):
-            one, other = (Studied.rayleigh(None, basis) for basis in (equal.one, equal.other))
+        for pair in panels(folder):
+            one, other = (Studied.rayleigh(None, basis) for basis in (pair.panel, pair.reference))
             if known is None:
                 known = other.psd(frequency, other.force(frequency), damper)
             found = one.psd(frequency, one.force(frequency), damper)
@@ -227,7 +227,7 @@ def equal_rows(folder: Path) -> list[Row]:
                 worst = int(np.argmax(np.abs(psd / reference - 1)))
                 rows.append(
                     Row(
-                        case, f"{equal.name}: displacement PSD {equal.one.point_names[worst]}, "
+                        case, f"{pair.name}: displacement PSD {pair.panel.point_names[worst]}, "
                         f"{f:g} Hz", float(psd[worst]), float(reference[worst]), "m2/Pa2", 1e-5,
                         f"{len(one.ratio)} shapes", "the panel as drawn; tolerance: plane waves "
                         "of the field from other directions", at=f,

@@ -131,7 +131,7 @@ def test_an_instant_says_the_step_the_spheres_and_what_was_asked(begun):
     with Liggghts(folder, "shake") as solver:
         solver.read_deck(deck_of_speed(folder, 0.25))
         found = solver.run(0, "kinetic_energy")
-        assert solver.now() == (0, 3, 0.0)
+        assert solver.instant() == (0, 3, 0.0)
         solver.finish(0, 3)
     mass = 1190 * np.pi / 6 * 2.5e-3**3
     # the log has eight digits
@@ -162,7 +162,7 @@ def impatient(monkeypatch):
 
 
 def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient):
-    # red: `self._said.get()` without a timeout (hangs for ever); the process not killed
+    # red: `self._queue.get()` without a timeout (hangs for ever); the process not killed
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())

@@ -122,20 +122,20 @@ _QUOTED = re.compile(r"""("[^"]*"|'[^']*')""")
 
 
 def _without_comment(line: str) -> str:
-    kept = ""
+    stripped = ""
     for number, piece in enumerate(_QUOTED.split(line)):
         if number % 2:  # quoted: stays as it is
-            kept += piece
+            stripped += piece
             continue
-        before, mark, _ = piece.partition("#")
-        kept += re.sub(r"\s+", " ", before)
+        code, mark, _ = piece.partition("#")
+        stripped += re.sub(r"\s+", " ", code)
         if mark:
             break
-    return kept.strip()
+    return stripped.strip()
 
 
-def undeclared(text: str, known: Iterable[str]) -> list[str]:
-    """Variables that a template asks for and that are not among the ``known`` ones.
+def undeclared(text: str, declared: Iterable[str]) -> list[str]:
+    """Variables that a template asks for and that are not among the ``declared`` ones.
 
     Raises
     ------
@@ -143,4 +143,4 @@ def undeclared(text: str, known: Iterable[str]) -> list[str]:
         With the line.
     """
     tree = _Sandbox().parse(text)
-    return sorted(jinja2.meta.find_undeclared_variables(tree) - set(known))
+    return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))

@@ -57,7 +57,7 @@ def read_cycles(
     *,
     steps_per_cycle: int,
     cycles: int,
-    before: int = 0,
+    cycles_before: int = 0,
     header: tuple[str, str] = CYCLES_HEADER,
 ) -> Array:
     """Read the rows of a cycle file.
@@ -68,7 +68,7 @@ def read_cycles(
         Content of the file written by ``fix ave/time``, and its name for messages.
     steps_per_cycle, cycles
         What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
-    before
+    cycles_before
         Cycles run before the first row, by an earlier process.
     header
         First lines of the file: `CYCLES_HEADER`, or `cells_header`.
@@ -102,7 +102,7 @@ def read_cycles(
         row = [float(field) for field in fields]
         if not all(math.isfinite(value) for value in row):
             raise NotFinite(f"{where}: not finite, {line!r}")
-        step = steps_per_cycle * (before + len(rows) + 1)
+        step = steps_per_cycle * (cycles_before + len(rows) + 1)
         if fields[0] != str(step):
             raise LogTruncated(f"{where}: step {fields[0]} instead of {step}")
         rows.append(row)
@@ -253,9 +253,9 @@ def read_contacts(
     # the wall's triangle comes first and counts from 0, ids of spheres from 1
     first, second = (right - 1, left) if with_wall else (left - 1, right - 1)
     whole = (table[:, 0] == left) & (table[:, 1] == right)
-    known = (first >= 0) & (first < ids[0]) & (second >= 0) & (second < ids[1])
-    if not (whole & known).all():
-        worst = int(np.argmin(whole & known))
+    in_range = (first >= 0) & (first < ids[0]) & (second >= 0) & (second < ids[1])
+    if not (whole & in_range).all():
+        worst = int(np.argmin(whole & in_range))
         raise ParticlesLost(
             f"{source}: contact {worst + 1} of {table[worst, 0]:g} with {table[worst, 1]:g}; there "
             f"are {ids[0]} spheres and {ids[1]} partners"
@@ -311,10 +311,10 @@ def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tup
     if len(parts) != frames:
         raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
     for number, part in enumerate(parts):
-        head, found, rest = part.partition("ITEM: ENTRIES")
+        head, mark, rest = part.partition("ITEM: ENTRIES")
         count = _ENTRIES.search(head)
         body = rest.partition("\n")[2]
-        if not found or not count:
+        if not mark or not count:
             raise LogTruncated(f"{source}, frame {number}: no head")
         step = head.partition("\n")[0]
         if not step.isdecimal() or (steps and int(step) <= steps[-1]):

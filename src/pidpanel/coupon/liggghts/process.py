@@ -149,9 +149,9 @@ class Liggghts:
         self._input, self._output = self._process.stdin, self._process.stdout
         self._spheres = 0
         self._report_steps = math.inf
-        self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._listener = threading.Thread(
-            target=_listen, args=(self._output, self._said), daemon=True
+            target=_listen, args=(self._output, self._queue), daemon=True
         )
         self._listener.start()
         try:
@@ -220,32 +220,32 @@ class Liggghts:
         commands = [CYCLE.format(steps=steps)] * cycles
         return self._execute("\n".join([*commands, f"write_restart {restart}"]), steps=steps)
 
-    def run_from_files(self, steps: int, every: int, variables: tuple[str, ...]) -> Instant:
+    def run_from_files(self, steps: int, stride: int, variables: tuple[str, ...]) -> Instant:
         """Run so many steps; every few of them variables of style ``file`` take their next line.
 
         Parameters
         ----------
-        steps, every
+        steps, stride
             Steps to run, and of each line; a whole number of lines.
         variables
             Names of the variables, whose files have a line more than are used.
         """
         # the log would have five lines for each line of the files
         return self._execute(
-            f"log none\nrun 0\nrun {steps} pre no post no every {every} "
+            f"log none\nrun 0\nrun {steps} pre no post no every {stride} "
             f'"next {" ".join(variables)}"',
-            steps=every,  # the start of each line of the files is told
+            steps=stride,  # the start of each line of the files is told
         )
 
     def run_and_dump(
-        self, steps: int, every: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
+        self, steps: int, stride: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
     ) -> Instant:
         """Run so many steps and write the spheres every few, for `sphere_dump.read_dump`.
 
         The spheres at the start are the first frame.
         """
         return self._execute(
-            f"dump frames all custom {every} {file} id {' '.join(columns)}\nrun {steps}",
+            f"dump frames all custom {stride} {file} id {' '.join(columns)}\nrun {steps}",
             steps=steps,
         )
 
@@ -298,7 +298,7 @@ class Liggghts:
         """Give all spheres a velocity [m/s]."""
         self._execute(f"velocity all set {x} {y} {z}")
 
-    def now(self) -> Instant:
+    def instant(self) -> Instant:
         """The step that the simulation has reached."""
         return self._execute("")
 
@@ -315,26 +315,26 @@ class Liggghts:
         RunStopped, RunHung, ParticlesLost, LogTruncated
         """
         self._input.close()
-        said = list(self._lines("its end"))
+        lines = list(self._lines("its end"))
         if self._process.wait() != 0:
-            raise self._failure(said)
+            raise self._failure(lines)
         if last_step is not None and spheres is not None:
             text = self.log.read_text(errors="replace")
             output.check_log(text, str(self.log), last_step=last_step, atoms=spheres)
 
     # -------------------------------------------------------------- how it is told
 
-    def _lines(self, what: str, steps: int = 0) -> Iterator[str]:
+    def _lines(self, action: str, steps: int = 0) -> Iterator[str]:
         """Yield the lines that the process prints; after a silence of `_patience` it is killed."""
         limit = self._patience(steps)
         while True:
             for _ in range(math.ceil(limit / TICK)):
                 with contextlib.suppress(queue.Empty):
-                    line = self._said.get(timeout=TICK)
+                    line = self._queue.get(timeout=TICK)
                     break
             else:
                 self._process.kill()
-                raise RunHung(f"{self.log}: no output for {limit:.3g} s in {what}; ended")
+                raise RunHung(f"{self.log}: no output for {limit:.3g} s in {action}; ended")
             if line is None:
                 return
             yield line
@@ -349,7 +349,7 @@ class Liggghts:
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
         self._deck.flush()
-        said: list[str] = []
+        lines: list[str] = []
         try:
             self._input.write(text)
             self._input.flush()
@@ -358,10 +358,10 @@ class Liggghts:
                 if mark:
                     self._spheres = int(mark[2])
                     return Instant(int(mark[1]), self._spheres, self._number(mark[3]))
-                said.append(line)
+                lines.append(line)
         except BrokenPipeError:
             pass
-        raise self._failure(said)
+        raise self._failure(lines)
 
     def _number(self, word: str) -> float:
         try:
@@ -369,19 +369,19 @@ class Liggghts:
         except ValueError:
             raise NotFinite(f"{self.log}: not a number, {word!r}") from None
 
-    def _failure(self, said: list[str]) -> SolverFailure:
+    def _failure(self, lines: list[str]) -> SolverFailure:
         """The failure that the exit status and the last words of the process tell of."""
         status = self._process.wait()
         self._errors.flush()
-        words = [w.strip() for w in (*said, *self._err.read_text(errors="replace").splitlines())]
+        words = [w.strip() for w in (*lines, *self._err.read_text(errors="replace").splitlines())]
         errors = [w for w in words if "ERROR" in w]
         last = (errors or [w for w in reversed(words) if w] or ["no message"])[0]
         kind = ParticlesLost if "ost atoms" in last else RunStopped
         return kind(f"{self.log}: exit status {status}: {last}")
 
 
-def _listen(output: IO[str], said: queue.SimpleQueue[str | None]) -> None:
+def _listen(output: IO[str], lines: queue.SimpleQueue[str | None]) -> None:
     """Hand on every line of a pipe, and None at its end."""
     for line in output:
-        said.put(line)
-    said.put(None)
+        lines.put(line)
+    lines.put(None)

@@ -98,7 +98,7 @@ def _refused(line: str, files: Collection[str]) -> str:
         return "run with more than a number of steps is"
     named = rest[:1] if command in ("read_data", "read_restart") else []
     named += [
-        after for word, after in zip(rest, [*rest[1:], ""], strict=True) if word in _FILE_WORDS
+        value for word, value in zip(rest, [*rest[1:], ""], strict=True) if word in _FILE_WORDS
     ]
     for name in named:
         if name not in files:

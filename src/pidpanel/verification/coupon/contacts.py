@@ -56,14 +56,14 @@ def alike(youngs_modulus: float, restitution: float, friction: float) -> Constan
     )
 
 
-def _pair(restitution: float, step: float, **more: Any) -> dict[str, Any]:
+def _pair(restitution: float, step: float, **options: Any) -> dict[str, Any]:
     """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
     return {
         **alike(MODULUS, restitution, FRICTION).deck_values,
         "diameter": DIAMETER,
         "density": DENSITY,
         "time_step": step * RAYLEIGH,
-        **more,
+        **options,
     }
 
 
@@ -85,8 +85,8 @@ def energy_lost(folder: Path, restitution: float, step: float, speed: float = 0.
     ends = sphere_dump.read_dump(
         (folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",)
     )
-    before, after = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
-    return 1 - after / before
+    initial, final = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
+    return 1 - final / initial
 
 
 def rolling_speed(folder: Path, speed: float = 0.2) -> float:

@@ -269,7 +269,7 @@ def slug_rows(folder: Path) -> list[Row]:
     for spheres in BED_SIZES:
         for gap in SLUG_GAPS:
             run, energy = slug(folder / f"n{spheres}_L{gap:g}", settled, spheres, gap)
-            held = spheres == BED_SIZES[-1] and gap <= SLUG_HELD
+            is_checked = spheres == BED_SIZES[-1] and gap <= SLUG_HELD
             table.append(
                 Row(
                     case=SLUG,
@@ -277,7 +277,7 @@ def slug_rows(folder: Path) -> list[Row]:
                     computed=energy,
                     reference=inelastic.slug_energy(gap),
                     unit="1",
-                    tolerance=SLUG_TOLERANCE if held else math.nan,
+                    tolerance=SLUG_TOLERANCE if is_checked else math.nan,
                     method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 3–8",
                     source="collect and collide: Sack et al., Phys. Rev. Lett. 111, 018001 (2013)",
                     at=gap,
@@ -294,7 +294,7 @@ def floor_rows(folder: Path) -> list[Row]:
     for spheres in BED_SIZES:
         for gamma in FLOOR_GAMMAS:
             run, energy = floor_bed(folder / f"n{spheres}_G{gamma:g}", settled, spheres, gamma)
-            held = spheres == BED_SIZES[-1] and gamma <= FLOOR_HELD
+            is_checked = spheres == BED_SIZES[-1] and gamma <= FLOOR_HELD
             tolerance = FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE
             table.append(
                 Row(
@@ -303,7 +303,7 @@ def floor_rows(folder: Path) -> list[Row]:
                     computed=energy,
                     reference=inelastic.floor_energy(gamma),
                     unit="1",
-                    tolerance=tolerance if held else math.nan,
+                    tolerance=tolerance if is_checked else math.nan,
                     method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 5–14",
                     source="Mehta & Luck, Phys. Rev. Lett. 65, 393 (1990)",
                     at=gamma,
