@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pidpanel import cli, durable
+from pidpanel import cli
 from pidpanel.coupon import coding, older
 from pidpanel.coupon.cases import POURING
 from pidpanel.coupon.from_study import cases_of
@@ -17,6 +17,7 @@ from pidpanel.coupon.records import (
     ShakeOutcome,
     State,
 )
+from pidpanel.provenance import durable
 from pidpanel.study.coupon import Coupon
 
 

@@ -380,22 +380,22 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
 # ------------------------------------------------------------------ judged anew
 
 
-def test_other_code_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
+def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
     tmp_path, bed_file, monkeypatch
 ):
-    # red: `state.balance is None` in place of the code that measured it
+    # red: `state.balance is None` in place of the version that measured it
     first, _ = shaken(tmp_path, bed_file)
     folder = next(tmp_path.glob("r*/s1"))
     before = {name: (folder / name).stat().st_mtime_ns for name in ("cycles_1.txt", "shake_1.log")}
     again, _ = shaken(tmp_path, bed_file)
     assert again == first
     assert not (folder / "shake_2.log").exists()  # all was there
-    monkeypatch.setattr(window, "code", lambda: "other code")
+    monkeypatch.setattr(window, "BALANCE_VERSION", 2)
     anew, _ = shaken(tmp_path, bed_file)
     assert (folder / "shake_2.log").exists()
     assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
     state = records.State.read(folder)
-    assert (state.legs, state.balance_code) == ((10,), "other code")
+    assert (state.legs, state.balance_version) == ((10,), 2)
     # from a restart at the cycle at which it was measured before: the same bits
     assert anew == first
 

@@ -75,8 +75,8 @@ reason = "left to the reader"
 
 
 OTHERS = {
-    "": "api arrays check columns constants durable fingerprint locks made overview owner paths progress "
-    "round script stage_costs stamp text_files verification",
+    "": "api arrays check columns constants overview paths progress "
+    "round stage_costs text_files verification",
     "coupon": "attempts batches cases coding deadline estimate film finished from_study legs older "
     "preparation probe records runs summary window",
     "damping": "from_study surface_files table_files",

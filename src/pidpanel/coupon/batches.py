@@ -7,22 +7,20 @@ long: its seeds are shaken by jobs of their own (`Part`), each in legs (`legs`).
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from pidpanel.coupon.cases import Case, Run
-from pidpanel.coupon.coding import shared_json
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 from pidpanel.coupon.runs import ORDINARY_STEP
 
 WORTH = 120.0
 """CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
 much to look after it."""
-
-MOST_RUNS = 150
-"""Most runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
 
 SHARE = 0.25
 """Share of the longest time of a job that short runs are put together for [1]: no last job of many
@@ -52,9 +50,16 @@ class Batch:
         """CPU time that its cases will take on an ordinary core [s]."""
         return sum(map(expected_cost, self.cases))
 
-    def as_text(self) -> str:
-        """Its cases as JSON in which what they share stands once; see `coding.shared_json`."""
-        return shared_json(self.cases)
+    @property
+    def content(self) -> dict[str, Any]:
+        """What a file says of it, for `read_cases`."""
+        return {"cases": [case.as_dict() for case in self.cases]}
+
+
+def read_cases(file: Path) -> list[Case]:
+    """Read the cases of the file of a batch."""
+    content = json.loads(file.read_text(encoding="utf-8"))
+    return [Case.from_dict(values) for values in content["cases"]]
 
 
 def expected_cost(case: Case) -> float:
@@ -113,13 +118,13 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
     """
     worth = SHARE * job if job < math.inf else WORTH
     together: list[Case] = []
-    cost, count = 0.0, 0
+    cost = 0.0
     for case in cases:
-        own, runs = expected_cost(case), len(case.runs) + len(case.reserve)
-        if together and (cost >= worth or cost + own > LONG * job or count + runs > MOST_RUNS):
+        more = expected_cost(case)
+        if together and (cost >= worth or cost + more > LONG * job):
             yield Batch(tuple(together))
-            together, cost, count = [], 0.0, 0
+            together, cost = [], 0.0
         together.append(case)
-        cost, count = cost + own, count + runs
+        cost += more
     if together:
         yield Batch(tuple(together))

@@ -5,20 +5,21 @@ nothing but the labels to share runs with another:
 
 packing
     its values and outline, the constants of the pour (`POURING`), the deck that pours, the
-    command that runs it, the version of LIGGGHTS, the code that pours (`PREPARING`);
+    command that runs it, the version of LIGGGHTS, the versions of the algorithms that place
+    spheres and pour (`PLACEMENT_VERSION`, `POUR_VERSION`);
 bed
     its packing, its fill fraction, the constants of the loosening (`LOOSENING`), the deck that
-    shakes it loose, the command that runs it, the version of LIGGGHTS, the code that loosens
-    (`PREPARING`);
+    shakes it loose, the command that runs it, the version of LIGGGHTS, the version of the algorithm
+    that loosens (`LOOSEN_VERSION`);
 run
     its bed, its drive, the deck that shakes it, the command that runs a cycle, the version of
     LIGGGHTS;
 case
     its runs.
 
-A deck enters as LIGGGHTS takes it, rendered and without comments. Code enters without comments and
-docstrings. Code that reads rows and averages them (`cycles`, `rows`, `window`, `summary`) does not
-enter: it judges the rows that are there anew. ``docs/reruns.md`` lists what makes what run again.
+A deck enters as LIGGGHTS takes it, rendered and without comments. Algorithms enter by version
+numbers. Those that read rows and average them (`cycles`, `rows`, `window`, `summary`) do not enter.
+``docs/reruns.md`` lists what makes what run again.
 """
 
 from __future__ import annotations
@@ -32,7 +33,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pidpanel import fingerprint
 from pidpanel.arrays import Array
 from pidpanel.cells import SHAPES, ShapeName
 from pidpanel.constants import STANDARD_GRAVITY
@@ -43,14 +43,16 @@ from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.paths import TEMPLATES
 from pidpanel.sizes import Sizes
 
-PREPARING = (
-    "pidpanel.coupon.geometry",
-    "pidpanel.coupon.preparation",
-    "pidpanel.coupon.liggghts.sphere_dump",
-    "pidpanel.coupon.liggghts.start_files",
-    "pidpanel.sizes",
-)
-"""Modules whose code decides where the spheres of a packing and a bed are."""
+PLACEMENT_VERSION = 1
+"""Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
+for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like the two below, it
+grows when the bits of what they make change (`tests/coupon/test_versions.py`)."""
+
+POUR_VERSION = 1
+"""Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`."""
+
+LOOSEN_VERSION = 1
+"""Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`."""
 
 
 def _hash(*parts: Any) -> str:
@@ -277,7 +279,7 @@ class Packing:
             deck.without_comments(text),
             process.RUN,
             process.VERSION,
-            fingerprint.module_digest(*PREPARING),
+            [PLACEMENT_VERSION, POUR_VERSION],
         )
 
     @property
@@ -352,7 +354,7 @@ class Bed:
             loosening(self).deck_digest(),
             process.RUN,
             process.VERSION,
-            fingerprint.module_digest(*PREPARING),
+            LOOSEN_VERSION,
         )
 
     @property

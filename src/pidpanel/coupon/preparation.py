@@ -1,6 +1,6 @@
 """Pour a packing, shake a bed loose: what happens in ``results/coupon/packing`` and ``bed``.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+A change of the bits of a packing or a bed takes a new version number in `coupon.cases`.
 """
 
 from __future__ import annotations

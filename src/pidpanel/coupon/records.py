@@ -215,8 +215,8 @@ class State:
     """File from which the run can continue; empty before the first."""
     ends: tuple[End, ...] = ()
     """One for each length at which the run has met a target."""
-    balance_code: str = ""
-    """`window.code` when their balances were measured; of other code they are measured anew."""
+    balance_version: int = 0
+    """`window.BALANCE_VERSION` when their balances were measured; those of another do not count."""
     rows_digest: str = ""
     """Hash of all rows; see `rows.digest`."""
     files: Files = field(default_factory=dict)
@@ -227,11 +227,11 @@ class State:
         """Of all legs."""
         return sum(self.legs)
 
-    def ended(self, end: End, balance_code: str) -> State:
-        """The state with one more end; those of other code of the balance do not count."""
-        kept = self.ends if self.balance_code == balance_code else ()
+    def ended(self, end: End, balance_version: int) -> State:
+        """The state with one more end; those of another version of the balance do not count."""
+        kept = self.ends if self.balance_version == balance_version else ()
         others = (one for one in kept if one.cycles != end.cycles)
-        return replace(self, ends=(*others, end), balance_code=balance_code)
+        return replace(self, ends=(*others, end), balance_version=balance_version)
 
     def after(self, cycles: int, restart: str) -> State:
         """The state after so many more cycles of the last leg; its hashes are those of before."""

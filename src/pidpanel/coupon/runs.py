@@ -16,7 +16,6 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from pidpanel import durable
 from pidpanel.coupon import deadline, geometry, rows, window
 from pidpanel.coupon.cases import Run, Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
@@ -24,6 +23,7 @@ from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunSto
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, Shaken, State, check_files, files_of
+from pidpanel.provenance import durable
 
 AGAIN = "again"
 """Folder below that of a run in which something of it is made again."""
@@ -84,7 +84,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
                 solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
                 _check_same(run, state, done, folder, home)
             end = _ended(solver, run, state, done, home, folder)
-            state = state.ended(end, window.code())
+            state = state.ended(end, window.BALANCE_VERSION)
             state.write(folder)
             shutil.rmtree(folder / AGAIN, ignore_errors=True)
     return Shaken(
@@ -125,8 +125,8 @@ def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, 
 
 
 def _end_at(state: State, done: int, folder: Path) -> End | None:
-    """What the run left after so many cycles; None if it is not there or of other code."""
-    if state.balance_code != window.code():
+    """What the run left after so many cycles; None if it is not there or of another version."""
+    if state.balance_version != window.BALANCE_VERSION:
         return None
     found = next((one for one in state.ends if one.cycles == done), None)
     name = last_file(done)

@@ -37,7 +37,7 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.plane_mesh import edge_lengths
 from pidpanel.polygon import Position, Rectangle, Shape, check_panel
-from pidpanel.stamp import stamp
+from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.panel import EXTENT, Node, Panel
 from pidpanel.study.section import Material, Ply

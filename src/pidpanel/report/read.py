@@ -13,12 +13,12 @@ from pidpanel.damping import surface_files
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
+from pidpanel.provenance.digests import stamp
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
 from pidpanel.report.inputs import CoupledResults, Coupon, DampingResults, Inputs
 from pidpanel.report.known_errors import with_known_errors
 from pidpanel.round import read_rounds
-from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
 
 STEADINESS_SHOWN = 6

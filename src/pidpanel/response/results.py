@@ -17,6 +17,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
+from pidpanel.provenance.digests import stamp
 from pidpanel.response import stress, uncertainty
 from pidpanel.response.coupled_damping import read_coupled, read_errors
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
@@ -47,7 +48,6 @@ from pidpanel.response.tables import (
     summary_rows,
 )
 from pidpanel.response.trust import BETWEEN, TRUST, doubts_in, judged
-from pidpanel.stamp import stamp
 from pidpanel.study import Scenario, Study
 from pidpanel.study.damping import COUPLED
 

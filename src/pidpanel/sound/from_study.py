@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.provenance.digests import stamp
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
@@ -19,7 +20,6 @@ from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
-from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.sound import Sound
 

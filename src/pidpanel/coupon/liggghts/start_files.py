@@ -1,6 +1,6 @@
 """What LIGGGHTS starts from, as text: the data file of the spheres, the STL of the walls.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+A change of what is written takes a new `cases.PLACEMENT_VERSION`.
 """
 
 from __future__ import annotations
