@@ -21,22 +21,6 @@ GRID = np.stack(
 )  # fmt: skip
 
 
-def scaled(points):
-    at = np.column_stack([points[:, 0], np.log(points[:, 1:])])
-    return (at - at.min(axis=0)) / np.ptp(at, axis=0)
-
-
-def test_the_first_case_is_the_middle_and_each_further_one_the_farthest():
-    # in r, ln f and ln Γ, each over its range, though r has a range of 0.04 only
-    # red: np.ptp → np.min in `spread`; argmin → argmax for the first
-    chosen = design.spread(GRID, 15)
-    at = scaled(GRID)
-    np.testing.assert_allclose(at[chosen[0]], 0.5)
-    for count in range(1, 15):
-        nearest = np.linalg.norm(at[:, None] - at[chosen[:count]], axis=2).min(axis=1)
-        assert nearest[chosen[count]] == pytest.approx(nearest.max())
-
-
 @pytest.fixture(scope="module")
 def surface():
     """A surface whose C_e and m_a scatter by more than the errors of its cases."""

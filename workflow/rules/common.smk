@@ -2,7 +2,7 @@
 
 from pidpanel.panel.from_study import damper_masses
 from pidpanel.paths import SECTION, TEMPLATES, in_a_path
-from pidpanel.provenance.digests import file_digest, text_digest, values_digest
+from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.round import Round

@@ -19,7 +19,6 @@ rule panel:
             damper_mass=values_digest(damper_masses(STUDY)),
             highest=STUDY.response.frequency_hz[1],
             speed=STUDY.sound.speed_m_s,
-            files=file_digest(*STUDY.panel.files),
         ),
     output:
         **PANEL,

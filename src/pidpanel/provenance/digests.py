@@ -22,9 +22,9 @@ def text_digest(texts: Iterable[str]) -> str:
     return _joined(text.encode() for text in texts)
 
 
-def file_digest(*paths: Path) -> str:
+def file_digest(*paths: str | Path) -> str:
     """Return the digest of the content of files in their order: 64 hexadecimal digits."""
-    return _joined(path.read_bytes() for path in paths)
+    return _joined(Path(path).read_bytes() for path in paths)
 
 
 def _joined(contents: Iterable[bytes]) -> str:

@@ -79,7 +79,7 @@ def damping_section(results: DampingResults) -> Section:
         ),
     ]
     if results.rounds:
-        blocks.insert(1, target_table(results.rounds))
+        blocks.insert(1, rounds_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
     good = results.cases[results.cases["status"] == "ok"]
@@ -95,7 +95,7 @@ def damping_section(results: DampingResults) -> Section:
     return Section("damping", "Damping law", blocks)
 
 
-def target_table(rounds: Sequence[Round]) -> Table:
+def rounds_table(rounds: Sequence[Round]) -> Table:
     """Return how the errors of the rms accelerations fell, round by round."""
     rows = []
     for before, one in pairwise(rounds):
@@ -106,13 +106,10 @@ def target_table(rounds: Sequence[Round]) -> Table:
         )
         rows.append([str(one.round), str(before.count), percent(worst[0], 2), worst[1]])
     last = rounds[-1]
-    end = "reached" if last.reached else "not reached, and no case is left or allowed"
-    said = f"With {last.count} cases the target is {end}."
-    if last.of == "tones":
-        said = (
-            f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of the "
-            "scenarios themselves."
-        )
+    said = (
+        f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of the "
+        "scenarios themselves."
+    )
     return Table(
         "Cases chosen in rounds, in each the cases that reduce the errors of the rms accelerations "
         f"most. {said}",

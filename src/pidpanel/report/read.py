@@ -160,8 +160,7 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)
 
-    chosen = study.damping.target or study.damping.tones
-    has_rounds = chosen is not None and damper == SECTION
+    has_rounds = study.damping.tones is not None and damper == SECTION
     return DampingResults(
         surface_files.from_dataset(_read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),

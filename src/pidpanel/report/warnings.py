@@ -5,7 +5,6 @@ Every function returns sentences, none where there is nothing to say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.response.trust import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
-from pidpanel.round import Round
 from pidpanel.study import Study
 
 NAMED = 3
@@ -41,13 +39,6 @@ EQUIVALENT_SINE = (
     "with single tones overstates what a damper does under broadband sound."
 )
 
-FEW_CASES = (
-    "The cases of this study were chosen until the standard errors met damping.target. With few "
-    "cases these errors are too small: in the paper's study, rms accelerations with a stated error "
-    "of 5 % differed by 1 to 18 % from those of the whole sweep (docs/theory.md, Target). Where a "
-    "number decides, run the whole sweep."
-)
-
 
 def study_warnings(inputs: Inputs) -> list[str]:
     """Return the limitations of a study with a panel, the most important first."""
@@ -64,8 +55,6 @@ def study_warnings(inputs: Inputs) -> list[str]:
         worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
         response = study.response
         said.append(radiation_finding(both, response.radiation, worst, air_mass=response.air_mass))
-    for results in inputs.damping.values():
-        said += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():
         said += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
     return said
@@ -195,30 +184,6 @@ def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str)
     whole = np.trapezoid(change, frequency, axis=0)
     share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
     return share
-
-
-def target_warnings(rounds: Sequence[Round]) -> list[str]:
-    """Return what a target reached with few cases is worth, or that it was not reached.
-
-    Parameters
-    ----------
-    rounds
-        The rounds of the design in order; none for a study without a target.
-    """
-    if not rounds or rounds[-1].of == "tones":
-        return []
-    last = rounds[-1]
-    if last.reached or last.target is None:
-        return [FEW_CASES]
-    largest = {label: max(of.values()) for label, of in last.relative_error.items()}
-    above = ", ".join(
-        f"{label} {percent(error, 2)}" for label, error in largest.items() if error > last.target
-    )
-    return [
-        f"damping.target is not reached: {len(last.cases)} cases were run, and none is left or "
-        f"allowed. The rms accelerations above the required standard error of "
-        f"{percent(last.target, 2)} are: {above}."
-    ]
 
 
 def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:

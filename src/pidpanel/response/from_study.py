@@ -1,7 +1,7 @@
 """The panel of a study in its sound, ready for any damper.
 
 The only door of the stage for the study; behind it are functions of arrays. `results` writes the
-files of the stage, `rounds` the rounds of a target.
+files of the stage, `rounds` the rounds of tones.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""The rounds of a target or of tones: which cases to run next, or that there are enough.
+"""The rounds of tones: which cases to run next, or that there are enough.
 
-Round 0 of a target spreads cases over the sweep, that of tones has all of it. Each further one
-computes the responses of the panel with the cases before it, and chooses those that narrow its rms
-accelerations most (`damping.design`): a target from the sweep, tones at the fills and motions of
-the scenarios themselves, where C_e along each of them counts too.
+Round 0 is the whole sweep. Each further one computes the responses of the panel with the cases
+before it, and chooses tones at the fills and motions of the scenarios that reduce the errors most
+(`damping.design`): those of the rms accelerations, and of C_e along each scenario.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping import design
@@ -31,55 +29,12 @@ from pidpanel.response.from_study import (
 from pidpanel.response.model import UnstableDamping
 from pidpanel.round import Round
 from pidpanel.study import Study, StudyError
-from pidpanel.study.damping import Target, Tones
-
-
-def first_round(target: Target, pool: Sequence[Case]) -> Round:
-    """Return round 0: cases spread over the sweep."""
-    chosen = design.spread(points_of(pool), target.start)
-    return Round(0, tuple(pool[number].label for number in chosen), len(chosen))
+from pidpanel.study.damping import Tones
 
 
 def swept_round(pool: Sequence[Case]) -> Round:
-    """Return round 0 of tones: the whole sweep."""
-    return Round(0, tuple(case.label for case in pool), len(pool), of="tones")
-
-
-def next_round(
-    before: Round,
-    target: Target,
-    pool: Sequence[Case],
-    case_error: float,
-    panel: PanelInSound,
-    surface: DampingSurface,
-) -> Round:
-    """Return the round after another.
-
-    Parameters
-    ----------
-    before
-        The round before.
-    target
-        The target of the study.
-    pool
-        All cases of the sweep.
-    case_error
-        Relative standard error of C_e to which a case is run [1].
-    panel
-        The panel in its sound.
-    surface
-        Of the cases chosen so far.
-    """
-    found = dict(_wanted(panel, surface))
-    wanted = list(found.values())
-    run = set(before.cases)
-    left = [case for case in pool if case.label not in run]
-    room = max(0, min(target.batch, target.max_cases - len(before.cases)))
-    chosen = design.next_cases(
-        surface, wanted, points_of(left), case_error, target.relative_error, room
-    )
-    cases = (*before.cases, *(left[number].label for number in chosen))
-    return _stating(Round(before.round + 1, cases, len(chosen)), target, panel, surface, found)
+    """Return round 0: the whole sweep."""
+    return Round(0, tuple(case.label for case in pool), len(pool))
 
 
 def next_tones(
@@ -90,7 +45,7 @@ def next_tones(
     panel: PanelInSound,
     surface: DampingSurface,
 ) -> Round:
-    """Return the round of tones after another.
+    """Return the round after another.
 
     Parameters
     ----------
@@ -121,13 +76,13 @@ def next_tones(
     chosen = design.next_cases(surface, wanted, left, case_error, tones.relative_error, room)
     more = tuple((float(r), float(f), float(gamma)) for r, f, gamma in left[chosen])
     tones_so_far = (*before.tones, *more)
-    onward = Round(before.round + 1, before.cases, len(chosen), tones=tones_so_far, of="tones")
+    onward = Round(before.round + 1, before.cases, len(chosen), tones=tones_so_far)
     return _stating(onward, tones, panel, surface, found)
 
 
 def _stating(
     one: Round,
-    target: Target | Tones,
+    tones: Tones,
     panel: PanelInSound,
     surface: DampingSurface,
     found: Mapping[str, design.Wanted],
@@ -137,20 +92,13 @@ def _stating(
     points = panel.basis.point_names
     return replace(
         one,
-        reached=bool(error.max() <= target.relative_error),
-        target=target.relative_error,
+        reached=bool(error.max() <= tones.relative_error),
         largest_relative_error=float(error.max()),
         relative_error={
             label: dict(zip(points, own.round(5).tolist(), strict=True))
             for label, own in zip(found, error, strict=True)
         },
     )
-
-
-def points_of(cases: Sequence[Case]) -> Array:
-    """Return r, f [Hz] and Γ of cases, (n, 3)."""
-    rows = [(c.point.fill_fraction, c.point.drive.frequency, c.point.drive.gamma) for c in cases]
-    return np.array(rows).reshape(-1, 3)
 
 
 def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str, design.Wanted]]:
@@ -175,12 +123,12 @@ def _wanted(panel: PanelInSound, surface: DampingSurface) -> Iterator[tuple[str,
 def write_round(
     study: Study, files: PanelFiles, before: Path | None, cases: Path | None, output: Path
 ) -> None:
-    """Write the round of a study's target or tones that follows another.
+    """Write the round of a study's tones that follows another.
 
     Parameters
     ----------
     study
-        With ``damping.target`` or ``damping.tones``.
+        With ``damping.tones``.
     files
         Of the stages upstream.
     before, cases
@@ -191,23 +139,17 @@ def write_round(
     Raises
     ------
     StudyError
-        For a study without either.
+        For a study without tones.
     """
-    target, tones, coupon = study.damping.target, study.damping.tones, study.coupon
-    if (target is None and tones is None) or coupon is None:
-        raise StudyError(f"{study.name}: damping.target or damping.tones: missing")
-    pool = cases_of(coupon)
+    tones, coupon = study.damping.tones, study.coupon
+    if tones is None or coupon is None:
+        raise StudyError(f"{study.name}: damping.tones: missing")
     if before is None or cases is None:
-        first = swept_round(pool) if target is None else first_round(target, pool)
-        first.write(output)
+        swept_round(cases_of(coupon)).write(output)
         return
     surface = surface_of(coupon, read_cases(cases))
     if not study.response.damper_mass:
         surface = surface.without_mass()
     panel = read_panel_in_sound(study, files, study.response.radiation)
-    error, last = coupon.accuracy.relative_error, Round.read(before)
-    if target is not None:
-        found = next_round(last, target, pool, error, panel, surface)
-    elif tones is not None:
-        found = next_tones(last, tones, error, coupon.sweep.max_velocity_m_s, panel, surface)
-    found.write(output)
+    error, fastest = coupon.accuracy.relative_error, coupon.sweep.max_velocity_m_s
+    next_tones(Round.read(before), tones, error, fastest, panel, surface).write(output)

@@ -1,4 +1,4 @@
-"""The section ``damping`` of a study: the readings of C_e and m_a, and the target of a sweep."""
+"""The section ``damping`` of a study: the readings of C_e and m_a, and tones beside a sweep."""
 
 from __future__ import annotations
 
@@ -52,29 +52,6 @@ class Level(Model):
             yield Mistake(("by",), "only allowed for kind: patch; a stated motion is one for all")
         if (self.kind == "stated") != (self.acceleration_g is not None):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
-
-
-class Target(Model):
-    """The accuracy up to which cases of ``coupon.sweep`` are chosen and run.
-
-    ``start`` cases spread over the sweep come first. Rounds of ``batch`` cases follow, each of
-    those that reduce the errors of the rms accelerations most, until the relative standard error
-    of all of them is below ``relative_error`` or ``max_cases`` have been run.
-    """
-
-    relative_error: RelativeError
-    """Wanted relative standard error of every rms acceleration."""
-    start: Annotated[int, whole(4, 200_000)] = 10
-    """Cases of the first round."""
-    batch: Annotated[int, whole(1, 10_000)] = 4
-    """Cases of each further round."""
-    max_cases: Annotated[int, whole(4, 200_000)] = 2000
-    """Most cases in all."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a start with more cases than are allowed in all."""
-        if self.start > self.max_cases:
-            yield Mistake(("start",), f"must be at most max_cases = {self.max_cases}")
 
 
 class Tones(Model):
@@ -142,7 +119,7 @@ class Damping(Model):
     ``dem`` the section ``coupon`` under single tones, ``table`` the key below, ``paper_…`` the
     paper's law. ``coupled``: panel and particles are integrated together; patches without a coupon
     are read as ``stated``. By default ``coupled`` where a scenario has a coupon, since sound is no
-    sine; with ``level``, ``target`` or ``tones``, which are of single tones, with diagonal modal
+    sine; with ``level`` or ``tones``, which are of single tones, with diagonal modal
     damping, and without a coupon, ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The amplitude at which C_e is read."""
@@ -152,8 +129,6 @@ class Damping(Model):
     """Between the rows of the table: log (by default) or linear."""
     coupled: Coupled = Coupled()
     """For the reading ``coupled``."""
-    target: Target | None = None
-    """By default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
     """By default nothing is run beside ``coupon.sweep``."""
 
@@ -171,6 +146,10 @@ class Damping(Model):
             ]
             if "random" in values:
                 found.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
+            if "target" in values:
+                says = "is gone, since its errors were too small; coupon.sweep is run whole, and "
+                says += "damping.tones adds cases where scenarios read them"
+                found.append(Mistake(("target",), says))
             if found:
                 raise Mistakes(found)
         return values
@@ -178,7 +157,7 @@ class Damping(Model):
     @property
     def is_of_tones(self) -> bool:
         """Whether a key says at which single tones coupons are shaken, or read."""
-        return bool(self.target or self.tones or self.level != Level())
+        return bool(self.tones or self.level != Level())
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""
@@ -187,7 +166,5 @@ class Damping(Model):
             yield Mistake(("readings",), "must not contain a reading more than once")
         if ("table" in readings) != (self.table is not None):
             yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
-        if self.tones is not None and self.target is not None:
-            yield Mistake(("tones",), "not allowed together with target")
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")

@@ -106,7 +106,7 @@ class Study(CouponStudy):
         if found:
             return
         yield from self._mistakes_of_labels()
-        yield from self._mistakes_of_target()
+        yield from self._mistakes_of_tones()
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
@@ -229,8 +229,6 @@ class Study(CouponStudy):
             yield Mistake(("damping", "coupled"), f"only allowed with the reading '{COUPLED}'")
         yield from self._mistakes_of_lines()
         yield from self._mistakes_of_coupled()
-        if self.damping.target is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "target"), "only allowed with the reading 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
             yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
 
@@ -268,18 +266,16 @@ class Study(CouponStudy):
                 says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
                 yield Mistake(at, says)
 
-    def _mistakes_of_target(self) -> Iterator[Mistake]:
+    def _mistakes_of_tones(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""
-        for key in ("target", "tones"):
-            if getattr(self.damping, key) is not None and self.damping.level.by == "element":
-                says = f"must be patch with damping.{key}"
-                yield Mistake(("damping", "level", "by"), says)
+        if self.damping.tones is None:
+            return
+        if self.damping.level.by == "element":
+            yield Mistake(("damping", "level", "by"), "must be patch with damping.tones")
         for name, layout in self.layouts.items():
-            for key in ("target", "tones"):
-                given = getattr(self.damping, key) and "dem" in self.readings
-                if given and len(layout.layout) > 1:
-                    says = f"several patches together are not allowed with damping.{key}"
-                    yield Mistake(("scenarios", name, "layout"), says)
+            if "dem" in self.readings and len(layout.layout) > 1:
+                says = "several patches together are not allowed with damping.tones"
+                yield Mistake(("scenarios", name, "layout"), says)
 
     # ---------------------------------------------------------------------- scenarios
 
