@@ -1,7 +1,9 @@
 # The study, and what all rules share. What decides is in the package, `pidpanel.workflow`.
 
+from pathlib import Path
+
 from pidpanel.panel.from_study import damper_masses
-from pidpanel.paths import SECTION, TEMPLATES, in_a_path
+from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError

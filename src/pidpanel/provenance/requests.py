@@ -129,7 +129,7 @@ def _write(request: Path, content: Mapping[str, Any]) -> None:
     """Write a request at one stroke; one that a power cut damages is written again."""
     request.parent.mkdir(parents=True, exist_ok=True)
     draft = request.with_name(f"{request.name}.{os.getpid()}")
-    draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    draft.write_text(json.dumps(content) + "\n", encoding="utf-8")
     draft.replace(request)
 
 
