@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums, smoothed
+from pidpanel.coupled.impedance import LINES_PER_FREEDOM, BandImpedance, ImpedanceSums, smoothed
 
 EDGE = np.array([[50.0, 100.0], [100.0, 200.0]])
 DAMPING, MASS = 400.0, 2.0
@@ -88,13 +88,13 @@ def test_unresolved_bands_follow_their_neighbours_by_the_scatter_of_the_sums(mon
     def kept(ratio, variance):
         ratios.append(ratio)
         variances.append(variance)
-        return ratio, variance
+        return ratio, np.diag(variance)
 
     monkeypatch.setattr("pidpanel.coupled.impedance.smoothed", kept)
     for seed in range(200):
         ImpedanceSums.of(*loop(seed, lines=60, segments=4), AREA, EDGE).impedance()
     # lines here are independent, those of a Hann window are not
-    stated = np.mean(variances, axis=0) / 1.5
+    stated = np.mean(variances, axis=0) / LINES_PER_FREEDOM
     assert stated == pytest.approx(np.var(ratios, axis=0), rel=0.3)
 
 
@@ -102,11 +102,11 @@ def test_bands_that_are_known_stay_and_others_follow_their_neighbours():
     # red: weight * ratio → ratio in `smoothed`
     ratio = np.array([400.0, 420.0, 430.0, -5000.0, 460.0, 470.0]) + 0j
     variance = np.array([1.0, 1.0, 1.0, 1e8, 1.0, 1.0])
-    found, of_found = smoothed(ratio, variance)
+    found, covariance = smoothed(ratio, variance)
     assert np.delete(found, 3) == pytest.approx(np.delete(ratio, 3), rel=1e-3)
     assert 400 < found[3].real < 480
     # as unsure as two steps of 30 % at once, one from each side: 0.3·445/√2
-    assert np.sqrt(of_found[3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.1)
+    assert np.sqrt(covariance[3, 3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.1)
 
 
 @pytest.mark.parametrize("bands", [1, 2, 3, 7])
@@ -134,14 +134,18 @@ def test_between_bands_damping_and_mass_are_linear_over_the_logarithm():
     nodes = np.array([100.0, 400.0])
     value = np.array([300.0, 500.0]) + 2j * np.pi * nodes * np.array([2.0, 1.0])
     asked = np.array([0.0, 50.0, 200.0, 800.0])
-    found = BandImpedance(nodes, value)(asked)
+    found = BandImpedance(nodes, value, np.zeros((2, 0)))(asked)
     assert found.real == pytest.approx([300, 300, 400, 500])
     assert found.imag == pytest.approx(2 * np.pi * asked * np.array([2.0, 2.0, 1.5, 1.0]))
 
 
 def test_another_damping_leaves_the_mass():
     # red: factor * self.value
-    z = BandImpedance(np.array([100.0, 400.0]), np.array([300.0 + 50j, 500.0 - 20j]))
+    z = BandImpedance(
+        np.array([100.0, 400.0]), np.array([300.0 + 50j, 500.0 - 20j]), np.array([[3 + 4j], [5j]])
+    )
     found = z.scaled(2.0)
+    assert found.deviation.tolist() == [[6 + 4j], [5j]]
+    assert found.deviated()[0].value.tolist() == [606.0 + 54j, 1000.0 - 15j]
     assert found.value.tolist() == [600.0 + 50j, 1000.0 - 20j]
     assert found.frequency is z.frequency

@@ -65,19 +65,16 @@ def test_a_force_of_short_coherence_acts_as_independent_areas(panel):
     assert np.abs(found - wanted).max() < 0.03 * np.abs(wanted).max()
 
 
-@pytest.mark.parametrize(
-    ("per_part", "allowed"), [(0.2, 0.3), (0.5, 0.12), (1.0, 0.03), (4.0, 0.01)]
-)
-def test_the_load_of_a_patch_does_not_depend_on_its_parts(per_part, allowed):
-    # ∬ exp(−d/l) of a square in 8 × 8 parts is its own mean coherence; parts beside each other
-    # have that of their middles, too little where l is smaller than they are
-    # red: np.sqrt(self.area) → self.area; fill_diagonal left out
+@pytest.mark.parametrize("per_part", [0.1, 0.2, 0.5, 1.0, 4.0])
+def test_the_load_of_a_patch_does_not_depend_on_its_parts(per_part):
+    # ∬ exp(−d/l) of a square in 8 × 8 parts is its own mean coherence, to 0.3 % by quadrature
+    # red: np.sqrt(self.area) → self.area; fill_diagonal left out; `1 - node` → `1 + node`
     middle = (np.arange(8) + 0.5) * SIDE / 8
     place = np.array([(x, y) for x in middle for y in middle])
     parts = PatchParts(np.ones((64, 1)), np.full(64, SIDE**2 / 64), place)
     length = per_part * SIDE / 8
     found = parts.coherent_load(length)[0, 0] / SIDE**4
-    assert found == pytest.approx(float(mean_coherence(SIDE, length)), rel=allowed)
+    assert found == pytest.approx(float(mean_coherence(SIDE, length)), rel=4e-3)
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0, 7.0, 60.0])

@@ -67,6 +67,11 @@ class CoupledPatch:
             ]
         )
 
+    def shared_area(self, length: float, frequency: Array) -> Array:
+        """Return ∬ exp(−d f/λ) dA dA′ over the patch, (nf,) [m⁴], for λ [m Hz]."""
+        rigid = self.parts.rigid()
+        return np.array([rigid.coherent_load(length / f)[0, 0] for f in frequency])
+
 
 @dataclass(frozen=True)
 class CoupledPanel:

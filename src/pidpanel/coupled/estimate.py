@@ -2,9 +2,16 @@
 
 C_e, m_a and own force of whole patches follow from those of the simulated cells; the response is
 then that of a linear panel in closed form, so that the chance of a short record of sound does not
-enter. Errors are those of the jackknife (Efron and Stein 1981) over the segments of all records,
-which scatter as the particles do, and over the cells, which scatter as packings do. Responses are
-carried to first order in the changes of C_e, m_a and own force.
+enter. What does:
+
+- Z is known as well as the own force lets it be: its regression on a known motion has the variance
+  Σ |Σ a n r*|² over the lines of a band (White 1980).
+- Packings: the jackknife (Efron and Stein 1981) over the cells.
+- PSD and coherence of the own force: the jackknife over segments and over cells.
+- C_e is carried from the motion of the records to that of the panel with an exponent.
+- Contacts are softer than those of the material.
+
+Responses are carried to first order in the changes of C_e, m_a and own force.
 
 What the records show over what the linear panel with the own force of the simulated cells does
 under the same sound is the residual. Beyond its own scatter it is an error of the split of the
@@ -15,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -134,12 +142,108 @@ def estimate(
     """
     band = (float(edge[0, 0]), float(edge[-1, 1]))
     runs = [RecordSegments(panel, record, band) for record in records]
-    patches = range(len(panel.patches))
     lines = np.array([run.lines(edge) for run in runs for _ in range(run.count)])
     if not lines.all():
         empty = centre[np.argmin(lines.min(axis=0))]
         raise RecordTooShort(f"the third octave of {empty:.4g} Hz holds no line of a segment")
-    impedances: list[Impedance] = [_zero for _ in patches]
+    fits, impedances = _fits(panel, runs, centre, edge, lines)
+    own = [fit.own_force() for fit in fits]
+    squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
+    factors = Variants.of(panel, frequency, centre, impedances, own).at_motion(squares)
+    carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
+    variants = Variants.of(panel, frequency, centre, carried, own)
+    variance = _variance(variants, fits, factors, bias)
+    recorded, predicted = _mean_squares(variants, runs, impedances, fits, edge)
+    band_residual, band_excess = _residual(recorded, predicted)
+    residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
+    band_variance = variance(lambda change: variants.band_change(change, edge))
+    return ScenarioEstimate(
+        centre=centre,
+        patches=[
+            _patch_estimate(fit, z, force, factor)
+            for fit, z, force, factor in zip(fits, carried, own, factors.tolist(), strict=True)
+        ],
+        frequency=frequency,
+        psd=variants.psd[:, variants.points],
+        linear_psd=variants.linear_psd[:, variants.points],
+        log_psd_error=np.sqrt(variance(lambda change: change[:, variants.points])),
+        log_band_error=np.hypot(np.sqrt(band_variance), band_excess),
+        band_residual=band_residual,
+        log_error=np.hypot(np.sqrt(variance(variants.total_change)), excess),
+        residual=residual,
+        recorded=recorded.sum(axis=1).mean(axis=0),
+    )
+
+
+# --------------------------------------------------------------------- Z and own force
+
+
+@dataclass(frozen=True)
+class _PatchFit:
+    """Sums over the records from which Z and own force of a patch follow.
+
+    Attributes
+    ----------
+    patch, sums, centre
+        The patch, its sums with the instrument, and (bands,) [Hz].
+    own, lines
+        (segments, bands, cells, cells) Re Σ n_j n_k* and (segments, bands) lines in them.
+    """
+
+    patch: CoupledPatch
+    sums: ImpedanceSums
+    centre: Array
+    own: Array
+    lines: Array
+
+    @property
+    def cells(self) -> int:
+        return self.own.shape[2]
+
+    def impedances_of_fewer_cells(self) -> list[BandImpedance]:
+        """Return Z with each cell of each run left out in turn."""
+        count = self.sums.force.shape[1]
+        return [self.sums.impedance(cells=kept) for kept in _leave_one_out(count)]
+
+    def own_force(self, segments: Array | None = None, cells: Array | None = None) -> OwnForce:
+        """Fit the own force, without the segments or the cells whose weight is 0."""
+        kept = slice(None) if segments is None else segments > 0
+        used = np.ones(self.cells, bool) if cells is None else cells > 0
+        sums = self.own[kept].sum(axis=0)[:, used][:, :, used]
+        distance = self.patch.distance[used][:, used]
+        return fitted_own_force(sums, self.lines[kept].sum(axis=0), self.centre, distance)
+
+    @cached_property
+    def _shared_areas(self) -> dict[float, Array]:
+        return {}
+
+    def resultant(self, own: OwnForce) -> Array:
+        """Return the PSD of the own force on the whole patch, (bands,) [N²/Hz]."""
+        if own.length not in self._shared_areas:
+            area = self.patch.shared_area(own.length, self.centre)
+            self._shared_areas[own.length] = area
+        independent = self.patch.cell_area * self.patch.area.sum()
+        shared = own.coherence * self._shared_areas[own.length]
+        result: Array = own.psd * (shared + (1 - own.coherence) * independent)
+        return result
+
+    def ratios(self, *, over: str) -> list[Array]:
+        """Return the resultants with one segment or cell left out over that of all, (bands,)."""
+        count = self.cells if over == "cells" else len(self.lines)
+        whole = self.resultant(self.own_force())
+        fitted = [self.own_force(**{over: kept}) for kept in _leave_one_out(count)]
+        return [
+            np.divide(self.resultant(own), whole, out=np.ones_like(whole), where=whole > 0)
+            for own in fitted
+        ]
+
+
+def _fits(
+    panel: CoupledPanel, runs: Sequence[RecordSegments], centre: Array, edge: Array, lines: Array
+) -> tuple[list[_PatchFit], list[BandImpedance]]:
+    """Return the sums over all records, with the Z from which the own force follows."""
+    patches = range(len(panel.patches))
+    impedances: Sequence[Impedance] = [_zero for _ in patches]
     for _ in range(PASSES):
         motions = [run.linear_motion(impedances) for run in runs]
         sums = [
@@ -151,91 +255,77 @@ def estimate(
             )
             for p in patches
         ]
-        found = [of_patch.impedance() for of_patch in sums]
-        impedances = list(found)
-    own_sums = [
-        np.concatenate([run.own_force(impedances[p], p, edge) for run in runs]) for p in patches
-    ]
-    own = [_own_force(own_sums[p], lines, centre, panel.patches[p]) for p in patches]
-    squares = np.concatenate([run.velocity_squares() for run in runs])
-    variants = Variants.of(panel, frequency, centre, impedances, own)
-    whole = variants.at_motion(squares.mean(axis=0))
-    found = [z.scaled(factor) for z, factor in zip(found, whole, strict=True)]
-    variants = Variants.of(panel, frequency, centre, found, own)
+        fitted = [of_patch.impedance() for of_patch in sums]
+        impedances = fitted
+    own = [np.concatenate([run.own_force(fitted[p], p, edge) for run in runs]) for p in patches]
+    fits = [_PatchFit(panel.patches[p], sums[p], centre, own[p], lines) for p in patches]
+    return fits, fitted
 
-    def scaled(kept: Array, cells: dict[int, Array]) -> list[Impedance]:
-        factors = variants.at_motion(kept @ squares / kept.sum(), reference=whole)
-        return [
-            sums[p].impedance(segments=kept, cells=cells.get(p)).scaled(factors[p]) for p in patches
-        ]
 
-    every = np.ones(len(lines))
-    segments = [
-        variants.change(scaled(kept, {}), [_psd_ratio(own_sums[p], lines, kept) for p in patches])
-        for kept in _leave_one_out(len(lines))
-    ]
-    cells = [
-        [
-            variants.change(scaled(every, {p: kept}), None)
-            for kept in _leave_one_out(sums[p].force.shape[1])
-        ]
-        for p in patches
-    ]
-    motions = [run.linear_motion(impedances) for run in runs]
+def _mean_squares(
+    variants: Variants,
+    runs: Sequence[RecordSegments],
+    impedances: Sequence[BandImpedance],
+    fits: Sequence[_PatchFit],
+    edge: Array,
+) -> tuple[Array, Array]:
+    """Return recorded mean squares, and those of the linear panel with the simulated own force.
+
+    Both are (segments, bands, p).
+    """
+    simulated = simulated_psd(
+        variants.panel,
+        variants.frequency,
+        variants.centre,
+        impedances,
+        [fit.own for fit in fits],
+        fits[0].lines,
+    )
+    linear = [run.predicted_squares(run.linear_motion(impedances), edge) for run in runs]
     recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
-    simulated = variants.band_squares(
-        simulated_psd(panel, frequency, centre, impedances, own_sums, lines), edge
-    )
-    predicted = simulated + np.concatenate(
-        [run.predicted_squares(motion, edge) for run, motion in zip(runs, motions, strict=True)]
-    )
-    band_residual, band_excess = _residual(recorded, predicted)
-    residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
-    of_motion = variants.change(
-        [z.scaled(f ** (EXPONENT_ERROR / EXPONENT)) for z, f in zip(found, whole, strict=True)],
-        None,
-    )
-
-    def error(of: Callable[[Array], Array]) -> Array:
-        parts = [segments, *cells]
-        variance = sum(_jackknife_variance([of(change) for change in part]) for part in parts)
-        return np.sqrt(variance + of(of_motion) ** 2 + (2 * bias) ** 2)
-
-    return ScenarioEstimate(
-        centre=centre,
-        patches=[
-            _patch_estimate(sums[p], found[p], own[p], own_sums[p], lines, factor)
-            for p, factor in zip(patches, whole.tolist(), strict=True)
-        ],
-        frequency=frequency,
-        psd=variants.psd[:, variants.points],
-        linear_psd=variants.linear_psd[:, variants.points],
-        log_psd_error=error(lambda change: change[:, variants.points]),
-        log_band_error=np.hypot(
-            error(lambda change: variants.band_change(change, edge)), band_excess
-        ),
-        band_residual=band_residual,
-        log_error=np.hypot(error(variants.total_change), excess),
-        residual=residual,
-        recorded=recorded.sum(axis=1).mean(axis=0),
-    )
-
-
-# ------------------------------------------------------------------------------- own force
-
-
-def _own_force(sums: Array, lines: Array, centre: Array, patch: CoupledPatch) -> OwnForce:
-    return fitted_own_force(sums.sum(axis=0), lines.sum(axis=0), centre, patch.distance)
-
-
-def _psd_ratio(sums: Array, lines: Array, kept: Array) -> Array:
-    """Return the PSD of the own force of the segments that are kept over that of all, (bands,)."""
-    power = np.einsum("sbjj->sb", sums) / lines
-    result: Array = (kept @ power) / kept.sum() / power.mean(axis=0)
-    return result
+    return recorded, variants.band_squares(simulated, edge) + np.concatenate(linear)
 
 
 # ------------------------------------------------------------------------------- errors
+
+
+def _variance(
+    variants: Variants, fits: Sequence[_PatchFit], factors: Array, bias: float
+) -> Callable[[Callable[[Array], Array]], Array]:
+    """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
+    carried = list(variants.impedances)
+
+    def changed(p: int, impedance: Impedance, ratio: Array | None = None) -> Array:
+        impedances = [*carried[:p], impedance, *carried[p + 1 :]]
+        ratios = [np.ones(len(variants.centre)) for _ in fits]
+        if ratio is not None:
+            ratios[p] = ratio
+        return variants.change(impedances, ratios)
+
+    independent, jackknifed = [], []
+    for p, (fit, factor) in enumerate(zip(fits, factors.tolist(), strict=True)):
+        z = fit.sums.impedance().scaled(factor)
+        independent += [changed(p, deviated) for deviated in z.deviated()]
+        jackknifed += [
+            [changed(p, fewer.scaled(factor)) for fewer in fit.impedances_of_fewer_cells()],
+            [changed(p, z, ratio) for ratio in fit.ratios(over="cells")],
+            [changed(p, z, ratio) for ratio in fit.ratios(over="segments")],
+        ]
+    power = EXPONENT_ERROR / EXPONENT
+    scaled = [
+        fit.sums.impedance().scaled(f ** (1 + power)) for fit, f in zip(fits, factors, strict=True)
+    ]
+    independent.append(variants.change(scaled, None))
+
+    def variance(of: Callable[[Array], Array]) -> Array:
+        parts = [of(change) ** 2 for change in independent]
+        parts += [
+            _jackknife_variance([of(change) for change in part]) for part in jackknifed if part
+        ]
+        result: Array = np.sum(parts, axis=0) + (2 * bias) ** 2
+        return result
+
+    return variance
 
 
 def _leave_one_out(count: int) -> Array:
@@ -278,28 +368,23 @@ def _residual(recorded: Array, predicted: Array) -> tuple[Array, Array]:
 
 
 def _patch_estimate(
-    sums: ImpedanceSums,
-    found: BandImpedance,
-    own: OwnForce,
-    own_sums: Array,
-    lines: Array,
-    factor: float,
+    fit: _PatchFit, carried: BandImpedance, own: OwnForce, factor: float
 ) -> PatchEstimate:
-    omega = 2 * np.pi * found.frequency
+    by_cell = [fewer.value for fewer in fit.impedances_of_fewer_cells()]
+    ratios = fit.ratios(over="segments")
 
-    def errors(of: Callable[[BandImpedance], Array]) -> Array:
-        by_segment = [of(sums.impedance(segments=w)) for w in _leave_one_out(len(sums.force))]
-        by_cell = [of(sums.impedance(cells=w)) for w in _leave_one_out(sums.force.shape[1])]
-        variance = _jackknife_variance(by_segment) + _jackknife_variance(by_cell)
-        found: Array = np.sqrt(variance)
-        return found
+    def error(part: Callable[[Complexes], Array]) -> Array:
+        variance = (part(carried.deviation) ** 2).sum(axis=1)
+        if by_cell:
+            variance = variance + _jackknife_variance([part(value) for value in by_cell])
+        result: Array = np.sqrt(variance)
+        return result
 
-    ratios = [_psd_ratio(own_sums, lines, w) for w in _leave_one_out(len(lines))]
     return PatchEstimate(
-        impedance=found,
-        equivalent_damping_error=errors(lambda z: np.asarray(z.value.real)),
-        apparent_mass_error=errors(lambda z: np.asarray(z.value.imag / omega)),
+        impedance=carried,
+        equivalent_damping_error=error(np.real),
+        apparent_mass_error=error(np.imag) / (2 * np.pi * carried.frequency),
         own=own,
-        own_error=np.sqrt(_jackknife_variance(ratios)),
+        own_error=np.sqrt(_jackknife_variance(ratios)) if ratios else np.zeros(len(fit.centre)),
         common_error=abs(np.log(factor)) * EXPONENT_ERROR / EXPONENT,
     )

@@ -12,15 +12,17 @@ the response of the panel to n. Z is the best linear approximation at the motion
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.spectra import band_sums
 
-LINES_PER_FREEDOM = 1.5
-"""Lines of a Hann window for one that is independent of the others [1]."""
+LINES_PER_FREEDOM = 2.1
+"""Lines of Hann windows that overlap by half for one that is independent of the others [1]: the
+sum of the squared correlations of a line with all others in its segment, 1.94, and in the next
+ones."""
 
 BAND_STEP = 0.3
 """Expected relative change of Z from one third octave to the next [1]: that of a mass grows by
@@ -119,8 +121,9 @@ class ImpedanceSums:
         scatter = of_x.real - 2 * (whole.conj() * product).real + np.abs(whole) ** 2 * of_y.real
         variance = LINES_PER_FREEDOM * np.maximum(scatter, 0.0) / np.abs(total) ** 2
         frequency = (np.einsum("sb,s->b", self.moment, segments) / total).real
-        value, _ = smoothed(ratio, variance)
-        return BandImpedance(frequency, value)
+        value, covariance = smoothed(ratio, variance)
+        root = np.linalg.cholesky(covariance / 2)
+        return BandImpedance(frequency, value, np.concatenate([root, 1j * root], axis=1))
 
 
 @dataclass(frozen=True)
@@ -133,10 +136,14 @@ class BandImpedance:
         (bands,) rising, the mean of the motion in each band [Hz].
     value
         (bands,) Z [N s/m³].
+    deviation
+        (bands, k) independent deviations of Z, one standard error each, by the chance of the own
+        force in the records [N s/m³].
     """
 
     frequency: Array
     value: Complexes
+    deviation: Complexes
 
     def __call__(self, frequency: Array) -> Complexes:
         """Return Z (nf,) at frequencies [Hz]."""
@@ -149,11 +156,16 @@ class BandImpedance:
 
     def scaled(self, factor: float) -> BandImpedance:
         """Return the same with another C_e."""
-        return BandImpedance(self.frequency, factor * self.value.real + 1j * self.value.imag)
+        value, deviation = (factor * z.real + 1j * z.imag for z in (self.value, self.deviation))
+        return BandImpedance(self.frequency, value, deviation)
+
+    def deviated(self) -> list[BandImpedance]:
+        """Return the impedances that are off by each of the deviations."""
+        return [replace(self, value=self.value + part) for part in self.deviation.T]
 
 
 def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
-    """Return the most likely Z of the bands, and its variance.
+    """Return the most likely Z of the bands, and its covariance.
 
     Neighbours differ by about `BAND_STEP`: Σ |Z_b − ratio_b|²/variance_b + Σ |Z_b −
     Z_{b+1}|²/(0.3 s_b)² is least, with s the size of Z there. Bands with small variance keep their
@@ -175,5 +187,5 @@ def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
         matrix = np.diag(weight) - np.diag(tie, 1) - np.diag(tie, -1)
         matrix += np.diag(np.append(tie, 0.0) + np.insert(tie, 0, 0.0))
         value = np.linalg.solve(matrix, weight * ratio)
-    variance_of_value: Array = np.diagonal(np.linalg.inv(matrix)).copy()
-    return value, variance_of_value
+    covariance = np.linalg.inv(matrix)
+    return value, np.asarray(covariance + covariance.T) / 2

@@ -113,7 +113,7 @@ class Variants:
         result: Array = self.linear_psd + self.own_psd.sum(axis=0)
         return result
 
-    def at_motion(self, recorded: Array, reference: Array | None = None) -> Array:
+    def at_motion(self, recorded: Array) -> Array:
         """Return factors (patches,) of C_e from the motion of the records to that of the panel.
 
         C_e falls as the rms velocity v of its patch rises, about as v^−`EXPONENT`, and v follows
@@ -123,8 +123,6 @@ class Variants:
         ----------
         recorded
             (patches,) mean squares of the velocity of the records [m²/s²].
-        reference
-            Factors that the impedances of here contain already; None for 1.
         """
         omega = 2 * np.pi * self.frequency[:, None]
         first = len(self.panel.points)
@@ -144,9 +142,6 @@ class Variants:
         square = np.array(velocity)
         by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
         apart = np.log(recorded / square) / 2
-        if reference is not None:
-            # m of before, about which the panel is linearised
-            apart = apart + by_damping @ np.log(reference)
         matrix = np.eye(len(square)) + EXPONENT * by_damping
         result: Array = np.exp(EXPONENT * np.linalg.solve(matrix, apart))
         return result

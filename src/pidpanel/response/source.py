@@ -31,11 +31,16 @@ class PatchParts:
     area: Array
     position: Array
 
+    def rigid(self) -> PatchParts:
+        """Return the parts of a patch that moves as one."""
+        return PatchParts(np.ones((len(self.area), 1)), self.area, self.position)
+
     def coherent_load(self, length: float) -> Array:
         """Return ∬ φ φ′ᵀ exp(−d/l) dA dA′ over the patch, (n, n) [m⁴], for l [m]."""
-        apart = np.hypot(*(self.position[:, None] - self.position[None]).transpose(2, 0, 1))
-        coherence = np.exp(-apart / length)
-        np.fill_diagonal(coherence, mean_coherence(np.sqrt(self.area), length))
+        side = np.sqrt(self.area)
+        mean_side = np.sqrt((self.area[:, None] + self.area) / 2)
+        coherence = _mean_between(self.position[:, None] - self.position, mean_side, length)
+        np.fill_diagonal(coherence, mean_coherence(side, length))
         weighted = self.shape * self.area[:, None]
         result: Array = weighted.T @ coherence @ weighted
         return result
@@ -93,6 +98,18 @@ def mean_coherence(side: Array | float, length: Array | float) -> Array:
     across = np.hypot(u[:, None], u[None, :])
     kernel = 4 * np.outer(w * (1 - u), w * (1 - u))
     result: Array = np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
+    return result
+
+
+def _mean_between(apart: Array, side: Array, length: float) -> Array:
+    """Return the mean of exp(−d/l) over a point in each of two squares (…, 2) [m] apart."""
+    node, weight = np.polynomial.legendre.leggauss(4)
+    # the difference of two places in a unit square has the density 1 − |u| in each direction
+    half, density = (1 + node) / 2, weight * (1 - node) / 4
+    u, w = np.concatenate([-half[::-1], half]), np.concatenate([density[::-1], density])
+    place = apart[..., None, :] + side[..., None, None] * u[:, None]
+    distance = np.hypot(place[..., :, None, 0], place[..., None, :, 1])
+    result: Array = np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
     return result
 
 
