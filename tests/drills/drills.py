@@ -88,7 +88,7 @@ def make_stage(folder: Path) -> Stage:
         tables[name] = _undisturbed(world)
     prepared = done.copy(folder / "prepared")
     for path in (prepared.folder / "results/coupon").iterdir():
-        if path.name not in ("packing", "bed"):
+        if path.is_dir() and path.name not in ("packing", "bed"):
             shutil.rmtree(path)
     shutil.rmtree(prepared.folder / "results/drill")
     cut = []
