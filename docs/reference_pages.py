@@ -60,12 +60,12 @@ def study_page() -> str:
         "",
         "# Every key of a study",
         "",
-        "A study is one YAML file. Units are in the names of the keys; keys that are not in these "
-        "tables are refused, and so are values outside the allowed range, in one line that names "
-        "key, value and what is allowed (`pidpanel check`). *Required* stands where there is no "
-        "default. A section whose keys all have defaults may be left out.",
+        "A study is one YAML file. Units are in the names of the keys. Unknown keys and values "
+        "outside the allowed range are refused; one line names key, value and range (`pidpanel "
+        "check`). *Required* marks keys without a default. A section whose keys all have defaults "
+        "may be omitted.",
         "",
-        "Editors that know JSON schema complete and check a study that begins with "
+        "Editors with JSON schema support complete and check a study. Its first line is "
         "`# yaml-language-server: $schema=` and the path of "
         "[study.schema.json](../../workflow/schemas/study.schema.json).",
         "",
@@ -128,7 +128,7 @@ def _section(
         yield model["description"]
         yield ""
     if name == "Coupon":
-        yield "A damper's own coupon, `dampers.<name>.coupon`, has the same keys, but for `vary`."
+        yield "The coupon of a damper, `dampers.<name>.coupon`, has the same keys except `vary`."
         yield ""
     yield "| key | type, allowed | default | meaning |"
     yield "|---|---|---|---|"
@@ -215,7 +215,7 @@ def _default(key: str, node: dict[str, Any], required: bool, with_panel: bool) -
         return "the name of the file"
     value = node.get("default")
     if isinstance(value, dict) and value:
-        return "its own defaults"
+        return "see section"
     if value in (None, "", [], {}):
         return "–"
     if isinstance(value, bool):
@@ -233,11 +233,11 @@ def files_page() -> str:
         "",
         "# Every column of every file",
         "",
-        "Files are in `results/<study>/`. Tables are CSV with a line of names; an empty cell is a "
-        "value that is not there. NetCDF files have their units in the attribute `units` and "
-        "carry the name and hash of the study and the versions of pidpanel and LIGGGHTS. PSDs are "
-        "one-sided, per Hz. Where a study has several coupons, the files of each but `coupon` are "
-        "in a folder of its damper's name (`coupon/<damper>/cases.csv`).",
+        "Files are in `results/<study>/`. Tables are CSV with a header line; an empty cell is a "
+        "missing value. NetCDF files have units in the attribute `units`. They carry the name and "
+        "hash of the study and the versions of pidpanel and LIGGGHTS. PSDs are one-sided, per Hz. "
+        "If a study has several coupons, each except `coupon` has a folder named after its damper "
+        "(`coupon/<damper>/cases.csv`).",
         "",
     ]
     for one in yaml.safe_load(FILES.read_text(encoding="utf-8")):
@@ -274,7 +274,7 @@ def commands_page() -> str:
         "",
         "# Commands",
         "",
-        "In the order of use; `pidpanel <command> --help` says the same.",
+        "Commands in the order of use; `pidpanel <command> --help` prints the same text.",
         "",
         "```text",
         str(whole.epilog).strip(),

@@ -72,10 +72,10 @@ def test_help_and_completion_import_nothing_that_is_slow():
         (["run", "l_panel.yaml", "-j", "two"], "-j/--jobs: 'two': must be a whole number from 1"),
         (["check", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
         (["deck", "l_panel.yaml"], "l_panel.yaml: runs no LIGGGHTS"),
-        (["deck", "smoke.yaml", "r0.4"], "r0.4: 4 cases of that label"),
+        (["deck", "smoke.yaml", "r0.4"], "r0.4: 4 cases with this label"),
         (["deck", "smoke.yaml", "--at", "0.5", "0", "1"], "--at: must be"),
         (["deck", "smoke.yaml", "--at", "0.5", "100", "10", "--seed", "9"], "--seed 9: must be one of 1, 2"),
-        (["compare", "nowhere", "l_panel.yaml"], "nowhere: must be a study, or the folder"),
+        (["compare", "nowhere", "l_panel.yaml"], "nowhere: must be a study or the folder"),
         (["compare", "l_panel.yaml", "l_panel.yaml"], "results/l_panel: has no response/summary.csv"),
         (["export", "coupon_friction.yaml"], "panel"),
         (["new", "mine.txt"], "mine.txt: must end in .yaml"),
@@ -287,7 +287,7 @@ def test_a_new_study_is_commented_and_passes_the_check(capsys, tmp_path, options
     assert file.read_text().count("#") > 8
     assert answer(capsys, "check", file)[0] == 0
     code, said = refused(capsys, "new", file, *options)
-    assert code == 2 and "--force writes over it" in said
+    assert code == 2 and "--force overwrites it" in said
 
 
 def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, monkeypatch):

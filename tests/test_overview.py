@@ -36,9 +36,9 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]
     # 0.04 m² × 0.458 × 1190 kg/m³ × 25 mm × r; red: bulk left out
     assert found["dampers"] == [
-        "PID-1 coupon, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of that)",
-        "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
-        "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of that)",
+        "PID-1 coupon, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of the panel)",
+        "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
+        "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
     ]
     # red: spectrum_of → read_spl_table
     assert found["sound"][0].startswith(
@@ -72,7 +72,7 @@ def test_masses_holes_and_tables_count(tmp_path):
     # corners rounded by 8 cm
     area -= (4 - math.pi) * 0.08**2
     assert float(found["panel"][0].split()[0]) == pytest.approx(area, rel=2e-3)
-    assert found["panel"][0].endswith("and 0.5 kg of masses on it")
+    assert found["panel"][0].endswith("plus 0.5 kg attached")
     # the paper's law weighs nothing that is known
     assert "dampers" not in found
 

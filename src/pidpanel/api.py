@@ -283,7 +283,7 @@ class Model:
         """Return the path of a result of `run`."""
         path = self.results / name
         if not path.is_file():
-            raise ResultsError(f"{path}: not there; it rests on LIGGGHTS: call run() first")
+            raise ResultsError(f"{path}: missing; it needs LIGGGHTS runs: call run() first")
         return path
 
     @cached_property
@@ -335,8 +335,12 @@ class Model:
             (source,) = known
         if source not in known:
             found = f"results/{study.name}/coupled/impedance.csv"
-            more = f"; what coupled runs found is in {found}" if study.is_coupled else ""
-            says = f"must be one of {', '.join(known)}" if known else "there is none of all r, f, Γ"
+            more = f"; results of coupled runs are in {found}" if study.is_coupled else ""
+            says = (
+                f"must be one of {', '.join(known)}"
+                if known
+                else "it has no damping over r, f and Γ"
+            )
             raise StudyError(f"source = {source}: {says}{more}")
         if source in study.dampers:
             damper = study.dampers[source]

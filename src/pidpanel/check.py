@@ -144,8 +144,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         least = math.ceil(least * 10**figures) / 10**figures
         yield Mistake(
             ("panel", "damping_ratio"),
-            f"its resonances take {lines} frequency lines from {low:g} to {high:g} Hz; allowed"
-            f" are {LINES_AT_MOST}, for ratios from {least:g}",
+            f"resolving its resonances takes {lines} frequency lines from {low:g} to {high:g} "
+            f"Hz; allowed are {LINES_AT_MOST}, for ratios from {least:g}",
         )
     yield from _check_layouts(study)
     yield from check_sections(study.panel, study.sound, study.response)
@@ -179,7 +179,9 @@ def _check_layouts(study: Study) -> Iterator[Mistake]:
             least = min(float(np.ptp(one.corners, axis=0).min()) for one in (shape, own))
             if overlap(shape.corners, own.corners, 1e-3 * least):
                 keys = ("scenarios", name, "layout", other)
-                yield Mistake(keys, f"covers cells of {one} too; a cell has one fill")
+                yield Mistake(
+                    keys, (f"covers cells of {one} too; a cell has only one fill fraction")
+                )
 
 
 def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:

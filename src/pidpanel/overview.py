@@ -143,7 +143,7 @@ def _of_panel(study: Study, solved: Solved) -> Iterator[str]:
     area = abs(cell_areas(mesh.vertices, mesh.cells))
     mass = section_of(study.panel).mass_per_area * float(area.sum())
     others = sum(one.mass_kg for one in study.panel.masses.values())
-    carried = f", and {others:.3g} kg of masses on it" if others else ""
+    carried = f", plus {others:.3g} kg attached" if others else ""
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{solved.coordinates} coordinates")  # fmt: skip
@@ -152,13 +152,15 @@ def _of_panel(study: Study, solved: Solved) -> Iterator[str]:
     yield _line("points", "; ".join(_of_points(mesh)))
     for label, weights in _damper_masses(study, of_patch).items():
         shares = [100 * weight / (mass + others) for weight in weights]
-        yield _line("dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of that)")
+        yield _line(
+            "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
+        )
     yield _line("sound", _of_sound(study))
 
 
 def _of_modes(study: Study, solved: Solved) -> str:
     if solved.frequency is None:
-        return "not solved here: the mesh is too large for a quick look"
+        return "not computed here: the mesh is too large for a quick look"
     rigid = f"{solved.rigid} rigid-body modes, then " if solved.rigid else ""
     found = ", ".join(f"{f:.4g}" for f in solved.frequency)
     whose = "the study's mesh"
@@ -167,7 +169,7 @@ def _of_modes(study: Study, solved: Solved) -> str:
     high = study.response.frequency_hz[1]
     note = ""
     if solved.frequency.size and solved.frequency[0] > high:
-        note = f"; none below {high:g} Hz, where the response is all but static"
+        note = f"; none below {high:g} Hz, where the response is quasi-static"
     return f"{rigid}{found} Hz on {whose}{note}"
 
 

@@ -90,7 +90,7 @@ def decoded(data: bytes) -> str:
     except UnicodeDecodeError as error:
         line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
         letter = bytes([byte]).decode("latin-1")
-        meant = f"is {letter} in Latin-1" if letter.isprintable() else "is no text"
+        meant = f"is {letter} in Latin-1" if letter.isprintable() else "is not text"
         says = f"must be text in UTF-8; the byte 0x{byte:02x} {meant}"
         raise TextFileError(says, line) from None
 

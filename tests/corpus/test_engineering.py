@@ -4,7 +4,9 @@ import pytest
 
 SPL = "sound.spectrum = spectrum.csv: spectrum.csv"
 LAB = "dampers.lab.table = lab.csv"
-LEAVE_OUT = "; leave out a row of the overall level: oaspl_db of the section sound shifts to one"
+LEAVE_OUT = (
+    "; omit the row of the overall level; oaspl_db of the section sound shifts to an overall level"
+)
 FOOT = "panel.supports.points.Hinge.radius_m ="
 SHIPPED = "or one of falcon9_cape_blankets_octave.csv, @"
 
@@ -31,11 +33,11 @@ STUDIES = [
     ("thin", "Edge: [0.1, 0.5]", "Edge: [1.6, 0.5]", "panel.points.Edge = [1.6, 0.5]: must lie on the panel, x 0…1.5 m, y 0…1 m"),
     # units that a bound cannot tell
     ("sandwich", "mass_kg: 0.2", "mass_kg: 200", "panel.masses.Box.mass_kg = 200: more than 20 times the panel itself, which weighs 4.75 kg; 200 g would be 0.2"),
-    ("sandwich", "thickness_mm: 0.1\n", "thickness_mm: 100\n", "panel.section.faces = [{material: tape, thickness_mm: 100, angle_deg: 60}, {materi…: 100.2 mm thick, more than the core of 24.4 mm: the faces of a sandwich are thin beside its core"),
+    ("sandwich", "thickness_mm: 0.1\n", "thickness_mm: 100\n", "panel.section.faces = [{material: tape, thickness_mm: 100, angle_deg: 60}, {materi…: 100.2 mm thick, more than the core of 24.4 mm: faces must be thinner than the core"),
     ("sandwich", "density_kg_m3: 32", "density_kg_m3: 2.0", "panel.section.core.density_kg_m3 = 2.0: must be from 5 to 3000; 2 lb/ft³ would be 32.04"),
     ("sandwich", "      e1_gpa: 280\n        e2_gpa: 6.5", "      e1_gpa: 6.5\n        e2_gpa: 280", "panel.section.materials.tape.nu12 = 0.3: must be below sqrt(e1_gpa/e2_gpa)"),
     # what belongs together
-    ("sandwich", "slanted: {damper: foil}", "slanted: {damper: foil, fill_fraction: 0.5}", "scenarios.both.layout.slanted.fill_fraction = 0.5: not allowed: the equivalent_damping_n_s_m3 of foil is of no fill"),
+    ("sandwich", "slanted: {damper: foil}", "slanted: {damper: foil, fill_fraction: 0.5}", "scenarios.both.layout.slanted.fill_fraction = 0.5: not allowed: the equivalent_damping_n_s_m3 of foil does not depend on the fill fraction"),
     ("sandwich", "[0.4, 0.8]\n  both", "[0.4, 0.95]\n  both", "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of dampers.lab.table, 0.4 to 0.8"),
     ("sandwich", "damper: lab", "damper: Lab", "scenarios.fill.damper = Lab: must be one of dampers: lab, Tuned, foil, layer; did you mean lab?"),
     ("thin", "patch: PID-1", "patch: pid-1", "scenarios.fill.patch = pid-1: must be one of panel.patches: PID-1, Left wing; did you mean PID-1?"),
@@ -51,10 +53,10 @@ STUDIES = [
     ("thin", "[paper_corrected]", "[DEM]", "damping.readings[0] = DEM: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
     ("thin", "damping:\n  readings: [paper_corrected]", "damping: 0.02", "damping = 0.02: must be a mapping with keys readings, level, table, interpolation, coupled, tones"),
     # what YAML makes of it
-    ("thin", "sound:\n  spectrum: spectrum.csv\n  oaspl_db: 150\n  field: diffuse\n  speed_m_s: 343\n  air_density_kg_m3: 1.2\n", "  sound: {spectrum: spectrum.csv}\n", "sound: missing", "panel.sound = {spectrum: spectrum.csv}: unknown key; sound is a section of its own; begin its line without spaces"),
+    ("thin", "sound:\n  spectrum: spectrum.csv\n  oaspl_db: 150\n  field: diffuse\n  speed_m_s: 343\n  air_density_kg_m3: 1.2\n", "  sound: {spectrum: spectrum.csv}\n", "sound: missing", "panel.sound = {spectrum: spectrum.csv}: unknown key; sound is a top-level section; do not indent its line"),
     ("thin", "spectrum: spectrum.csv", 'spectrum: "C:\\data\\spl.csv"', "not YAML: a '\\' within double quotes; write a path with '/', or in single quotes"),
-    ("thin", "spectrum: spectrum.csv", "spectrum: C:\\data\\spl.csv", f"sound.spectrum = C:\\data\\spl.csv: no such file; must be a file beside the study, {SHIPPED}"),
-    ("thin", "spectrum: spectrum.csv", "spectrum: spl.xlsx", f"sound.spectrum = spl.xlsx: no such file; must be a file beside the study, {SHIPPED}"),
+    ("thin", "spectrum: spectrum.csv", "spectrum: C:\\data\\spl.csv", f"sound.spectrum = C:\\data\\spl.csv: no such file; must be a path relative to the study, {SHIPPED}"),
+    ("thin", "spectrum: spectrum.csv", "spectrum: spl.xlsx", f"sound.spectrum = spl.xlsx: no such file; must be a path relative to the study, {SHIPPED}"),
     ("thin", "oaspl_db: 150", "oaspl_db:150", "not YAML: a key without ':'"),
     ("thin", "  oaspl_db: 150", "\toaspl_db: 150", "not YAML: a tab; indent with spaces"),
 ]  # fmt: skip
@@ -66,7 +68,7 @@ FILES = [
     ("thin", "spectrum.csv", lambda _: f"{OCTAVES}0,137.5\n", f"{SPL}, line 6: center_hz = 0: must be above 0{LEAVE_OUT}"),
     ("thin", "spectrum.csv", lambda _: OCTAVES.replace(",", " "), f"{SPL}, line 1: columns must be separated by ',', not by blanks"),
     ("thin", "spectrum.csv", lambda _: OCTAVES.replace("0\n", "0,5\n"), f"{SPL}, line 3: has 3 values, must have 2 as the header (decimal commas?)"),
-    ("thin", "spectrum.csv", lambda _: OCTAVES.replace("125,130", "125,130\n125,130"), f"{SPL}, line 4: center_hz = 125 appears twice; centres must rise, each once"),
+    ("thin", "spectrum.csv", lambda _: OCTAVES.replace("125,130", "125,130\n125,130"), f"{SPL}, line 4: center_hz = 125 appears twice; centres must increase"),
     ("thin", "spectrum.csv", lambda _: OCTAVES.replace("125,", "80,126\n100,128\n125,"), f"{SPL}, line 6: between 125 and 250 Hz there is a gap; third octave bands must adjoin", f"{SPL}, line 7: between 250 and 500 Hz there is a gap; third octave bands must adjoin"),
     ("thin", "spectrum.csv", lambda _: OCTAVES.replace("63,124", "Frequency [Hz],SPL [dB]").replace("center_hz,spl_db\n", ""), f"{SPL}, line 1: column 'Frequency [Hz]': unknown; allowed are center_hz, spl_db", f"{SPL}, line 1: column 'SPL [dB]': unknown; did you mean spl_db?"),
     ("thin", "spectrum.csv", lambda _: OCTAVES.replace("500,127", "500,127\n1k,120"), f"{SPL}, line 6: center_hz = '1k': must be a finite number"),
@@ -75,7 +77,7 @@ FILES = [
     ("sandwich", "lab.csv", lambda text: text.replace(".", ","), f"{LAB}: lab.csv, line 3: has 7 values, must have 5 as the header (decimal commas?); likewise in lines 4 to 10"),
     ("sandwich", "lab.csv", lambda text: text.replace("5.1", "5100").replace("2.2", "2200"), f"{LAB}: lab.csv, line 3: apparent_mass_kg_m2 = 5100: must be at least -1000 and at most 1000 (in g/m²?)", f"{LAB}: lab.csv, line 5: apparent_mass_kg_m2 = 2200: must be at least -1000 and at most 1000 (in g/m²?)"),
     ("sandwich", "lab.csv", lambda text: text.replace("0.4,100,1,820", "0.4,100,1,900,5\n0.4,100,1,820"), f"{LAB}: lab.csv, line 4: fill_fraction = 0.4, frequency_hz = 100, acceleration_g = 1: duplicate of line 3"),
-    ("file", "panel.bdf", lambda text: text.replace("CQUAD4,1,1,1,2,6,5", "CQUAD4,1,1,1,2,5,6"), "panel.mesh.file = panel.bdf: element 1: its corners do not go round a convex quadrilateral"),
+    ("file", "panel.bdf", lambda text: text.replace("CQUAD4,1,1,1,2,6,5", "CQUAD4,1,1,1,2,5,6"), "panel.mesh.file = panel.bdf: element 1: its corners do not form a convex quadrilateral"),
     ("file", "panel.bdf", lambda text: text.replace("CQUAD4,3,1,3,4,8,7", "CQUAD4,3,1,13,4,8,14").replace("ENDDATA", "GRID,13,,800.0,0.0,0.0\nGRID,14,,800.0,400.0,0.0\nENDDATA"), "panel.mesh.file = panel.bdf: nodes 3 and 13 are at one place (800, 0) m: the panel is cracked there; merge them"),
     ("file", "panel.bdf", lambda text: text.replace("GRID,6,,400", "GRID,6,3,400"), "panel.mesh.file = panel.bdf: panel.bdf:8: GRID: CP = 3 is not read; allowed is blank (positions in the basic system, supports in the study)"),
     ("file", "panel.bdf", lambda text: text.replace("400.0,400.0,0.0", "400,0,400,0,0,0"), "panel.mesh.file = panel.bdf: node 6: z = 400, others have 0; the panel must be plane, in x and y"),
@@ -133,7 +135,7 @@ def test_a_cell_has_one_fill_and_may_lie_under_a_blanket(written, bases, change)
     assert written(study).told() == []
     study = change(study, "slanted: {damper: foil}", "slanted: {damper: lab, fill_fraction: 0.6}")
     (said,) = written(study).told()
-    assert said.endswith("covers cells of round too; a cell has one fill")
+    assert said.endswith("covers cells of round too; a cell has only one fill fraction")
 
 
 def test_the_fills_of_a_table_are_compared_though_the_panel_is_wrong(written, bases, change):

@@ -6,10 +6,10 @@ import yaml
 from pidpanel.study import load_any_study, yaml_loader
 from pidpanel.study.document import Document
 
-EMPTY = "has no value; give one, or leave the key out"
+EMPTY = "has no value; give one, or omit the key"
 NO_YAML = "not YAML:"
 KEYS = "must be a mapping with keys such as name, coupon, panel"
-NAME = "must have a name of 1 to 80 printable characters without '/', '\"' and spaces round it: files and groups of the mesh are named after it"
+NAME = "must have a name of 1 to 80 printable characters without '/', '\"' or surrounding spaces, because files and mesh groups use it"
 LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 12)
 )
@@ -53,9 +53,9 @@ WRONG = [
     ("thin", "spectrum: spectrum.csv", "spectrum:", f"sound.spectrum: {EMPTY}"),
     ("thin", "[paper_corrected]", "", f"damping.readings: {EMPTY}"),
     # keys
-    ("coupon", "    count: 2", "    count: 2\n    count: 3", "@    count: 3| coupon.cell.count: duplicate key; line 6 has it already"),
-    ("thin", "    Edge: [0.1, 0.5]", "    centre: [0.1, 0.5]", "panel.points.centre: duplicate key; line 27 has it already"),
-    ("thin", "response:", "sound: {}\nresponse:", "sound: duplicate key; line 29 has it already", "sound.spectrum: missing"),
+    ("coupon", "    count: 2", "    count: 2\n    count: 3", "@    count: 3| coupon.cell.count: duplicate key; already in line 6"),
+    ("thin", "    Edge: [0.1, 0.5]", "    centre: [0.1, 0.5]", "panel.points.centre: duplicate key; already in line 27"),
+    ("thin", "response:", "sound: {}\nresponse:", "sound: duplicate key; already in line 29", "sound.spectrum: missing"),
     ("coupon", "    count: 2", "    Count: 2", "coupon.cell.Count = 2: unknown key; did you mean count?"),
     ("coupon", "    count: 2", "    COUNT: 2", "coupon.cell.COUNT = 2: unknown key; did you mean count?"),
     ("coupon", "    depth_mm: 10", "    depth: 10", "coupon.cell.depth = 10: unknown key; did you mean depth_mm?"),
@@ -79,7 +79,7 @@ WRONG = [
     ("coupon", "depth_mm: 10", "depth_mm: !mm 10", f"{NO_YAML} the tag !mm is not allowed"),
     ("coupon", "depth_mm: 10", "depth_mm: !!timestamp today", f"{NO_YAML} the tag !!timestamp is not allowed"),
     ("coupon", "depth_mm: 10", "depth_mm: !!int ten", f"{NO_YAML} ten is not a number"),
-    ("coupon", "depth_mm: 10", "depth_mm: &a [*a]", f"{NO_YAML} an alias holds what it stands in"),
+    ("coupon", "depth_mm: 10", "depth_mm: &a [*a]", f"{NO_YAML} an alias contains itself"),
     ("coupon", "    depth_mm: 10", "    <<: 10", f"{NO_YAML} << must be a mapping or a list of mappings"),
     ("coupon", "    coverage: 0.8\n", "    coverage: 0.8\n---\ncoupon: {}\n", f"@---| {NO_YAML} a second document begins with '---'; must be one"),
     # what does not fit into memory
@@ -95,8 +95,8 @@ WRONG = [
     ("thin", "    patch: PID-1\n    fill_fraction: [0.4, 0.8]", "    <<: {patch: PID-9, fill_fraction: [0.4, 0.8]}", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1, Left wing; did you mean PID-1?"),
     # names
     ("thin", "    PID-1:\n", "    '':\n", "panel.patches.'' = {centre_m: [0.75, 0.5], size_m: [0.3, 0.2]}: " + NAME, "@patch: PID-1| scenarios.fill.patch = PID-1: must be one of panel.patches: , Left wing", "@patch: [PID-1| scenarios.place.patch[0] = PID-1: must be one of panel.patches: , Left wing"),
-    ("coupon", "coupon:\n", "name: coupon\ncoupon:\n", "name = coupon: must be another one; results/coupon belongs to all studies"),
-    ("coupon", "coupon:\n", "name: verification\ncoupon:\n", "name = verification: must be another one; results/verification belongs to all studies"),
+    ("coupon", "coupon:\n", "name: coupon\ncoupon:\n", "name = coupon: must be another name; results/coupon is shared by all studies"),
+    ("coupon", "coupon:\n", "name: verification\ncoupon:\n", "name = verification: must be another name; results/verification is shared by all studies"),
     ("coupon", "coupon:\n", "name: ../paper\ncoupon:\n", "name = ../paper: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
     ("coupon", "coupon:\n", "name: ''\ncoupon:\n", "name: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
     ("coupon", "coupon:\n", "name: .\ncoupon:\n", "name = .: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
@@ -128,7 +128,7 @@ def test_what_yaml_allows_and_a_study_does_not_is_refused(wrong, case):
         ("title: größe\n".encode("utf-16-be"), "mine.yaml:1: must be text in UTF-8; it has a byte 0x00, as of a binary file"),
         ("title: größe\n".encode("utf-32"), "mine.yaml: must be text in UTF-8; it is in UTF-16"),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "mine.yaml:3: must be text in UTF-8; it has a byte 0x00, as of a binary file"),
-        (b"\x1f\x8b\x08\x08", "mine.yaml:1: must be text in UTF-8; the byte 0x8b is no text"),
+        (b"\x1f\x8b\x08\x08", "mine.yaml:1: must be text in UTF-8; the byte 0x8b is not text"),
         (b"title: a\x07b\n", "mine.yaml: not YAML: the character U+0007 is not allowed"),
         (b"<html></html>\n", f"mine.yaml: {KEYS}"),
         (b'{"coupon": {', "mine.yaml:1: not YAML: a list or a mapping is not closed"),

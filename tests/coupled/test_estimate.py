@@ -163,7 +163,7 @@ def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
 
 
 def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
-    # three errors, four of many; red: `(n - 1) / n` → 1 / n in _jackknife_variance
+    # three errors, four of many; red: `part(carried.deviation)` left out; `(n - 1) / n` → 1 / n
     patch, patch_quiet = noisy.patches[0], quiet.patches[0]
     apart = np.abs(patch.impedance.value.real - DAMPING) / patch.equivalent_damping_error
     assert apart.max() < 4
@@ -187,9 +187,8 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
 
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
-    # 10 records know the ratio of scatter to error to 22 %; without own force it is 1, with it 0.8:
-    # its scatter counts over segments and over cells
-    # red: `[segments, *cells]` → `[*cells]`; `(n - 1) / n` → 2 * n in _jackknife_variance
+    # 10 records know the ratio of scatter to error to 22 %
+    # red: LINES_PER_FREEDOM = 0.3; `z.deviated()` left out; `- by_cell` left out of impedance
     load = own * CELL_AREA * coupled.panel.patches[0].overlap
     wanted = np.log(mean_square(closed_form(coupled, coupled.panel.points, load)))
     scores = []
@@ -201,7 +200,7 @@ def test_stated_errors_are_those_of_many_records(coupled, own, size):
 
 def test_packings_that_differ_are_an_error(coupled, quiet):
     # C_e of eight cells that scatter by 40 %: their mean is known to 14 %, weighted by their motion
-    # red: `[segments, *cells]` → `[segments]`; by_cell left out of _patch_estimate
+    # red: impedances_of_fewer_cells left out of `jackknifed`, or of _patch_estimate
     packings = 1 + 0.4 * np.array([-1, 1, 1, -1, 1, -1, -1, 1]) * np.sqrt(7 / 8)
     found = estimated(coupled, drawn(coupled, 1, own=0.0, packings=packings))
     error = found.patches[0].equivalent_damping_error

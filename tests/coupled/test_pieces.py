@@ -69,7 +69,7 @@ def test_a_stopped_run_goes_on_to_the_same_bits(run, tmp_path, monkeypatch, caps
         folder = tmp_path / f"after{after}"
         stopped(run, folder, monkeypatch, after)
         again = run(folder)
-        assert f"from {after / 3:.0%} of them on" in capsys.readouterr().err
+        assert f"resumed at {after / 3:.0%}" in capsys.readouterr().err
         assert same(again, undisturbed)
         assert again.balance == undisturbed.balance
         assert len(list(folder.glob("*.restart"))) == 1
@@ -97,5 +97,5 @@ def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys
         path.write_bytes(content)
         stopped(run, folder, monkeypatch, 0)
         said = capsys.readouterr().err
-        assert "begun anew" in said
-        assert "of them on" not in said
+        assert "restarted from the beginning" in said
+        assert "resumed at" not in said

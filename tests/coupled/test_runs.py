@@ -75,5 +75,5 @@ def test_only_the_scenarios_asked_for_are_run_and_others_need_a_neighbour(study)
     assert list(coupled_scenarios(study(family, scenarios=[one, far]))) == [one, far]
     with pytest.raises(StudyError, match=f"must contain {far}, or its layout within 3 dB"):
         study(family, scenarios=[other])
-    with pytest.raises(StudyError, match="'PID-2' is no scenario"):
+    with pytest.raises(StudyError, match="unknown scenario 'PID-2'"):
         study(family, scenarios=[one, far, "PID-2"])

@@ -129,7 +129,7 @@ def test_an_outcome_of_another_target_in_its_place_is_named(left):
     folder, batch, file, outcome = left
     shorter = dataclasses.replace(outcome.target, max_cycles=outcome.target.max_cycles // 2)
     coding.write(file, dataclasses.replace(outcome, target=shorter, seeds=1))
-    assert finished.changes(batch, folder) == (True, [f"{file}: of another target"])
+    assert finished.changes(batch, folder) == (True, [f"{file}: belongs to another target"])
 
 
 def test_the_time_of_a_run_is_that_of_all_calls(left):

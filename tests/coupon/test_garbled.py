@@ -537,8 +537,8 @@ def test_no_output_garbled_on_its_way_ends_without_a_name(listed):
         ("rotational_energy", -1.0, "negative energy of rotation"),
         ("kinetic_energy", 1e-3, "more momentum than its kinetic energy allows"),
         ("p_cos", 30.0, "more momentum than its kinetic energy allows"),
-        ("height", 1e-3, "no room for it"),
-        ("height", 1e3, "no room for it"),
+        ("height", 1e-3, "outside the free space"),
+        ("height", 1e3, "outside the free space"),
         ("p_sin", -1.0, "more work returned"),
     ],
 )

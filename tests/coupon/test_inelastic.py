@@ -107,7 +107,7 @@ def test_a_ball_that_lands_once_a_period_loses_what_its_impact_takes(gamma, rest
 @pytest.mark.parametrize("gap", [0.01, 0.4, 1.3, 2.9, 3.3, 3.7])
 def test_the_slug_returns_the_first_harmonic_of_its_flight(gap):
     # its momentum over a cycle, stepped: in phase with the wall's velocity cos θ it is m_a, in
-    # quadrature E/π (docs/theory.md, dissipated energy)
+    # quadrature E/π (docs/theory/index.md, dissipated energy)
     # red: np.sin(2 * phase) / 4 → / 2; −np.sin(2 * late) → np.sin(2 * late)
     theta = (np.arange(200_000) + 0.5) * 2 * np.pi / 200_000
     if gap <= np.pi:

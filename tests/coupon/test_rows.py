@@ -147,7 +147,7 @@ def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it(
     # a third of the cell is solid: at least 25/6 mm from floor and lid, less a tenth of that for
     # the overlaps
     # red: / 2 left out; (1 - OVERLAP) → (1 + …); packing.depth - lowest → + lowest
-    what = "a centre of mass where the cells have no room for it"
+    what = "a centre of mass outside the free space of the cells"
     lowest = 0.9 * 25e-3 / 6
     assert refused(what, height=0.999 * lowest) and not refused(what, height=1.001 * lowest)
     assert refused(what, height=25e-3 - 0.999 * lowest)
@@ -171,9 +171,7 @@ def test_a_bed_returns_no_more_work_than_it_had():
         rows.check_physics(replace(one, start=start), read, MASS, "there")
 
     returned(0.999 * had)
-    with pytest.raises(
-        Unphysical, match="cycle 2 has more work returned up to it than the bed had"
-    ):
+    with pytest.raises(Unphysical, match="cycle 2 has more work returned by then than the bed had"):
         returned(1.001 * had)
     # shaken at 2.5 times the acceleration before, it has at most twice the speed of the cells then
     more = MASS * (0.5 * (5 * speed) ** 2 + 9.80665 * 25e-3)
@@ -195,7 +193,7 @@ def test_the_cells_together_have_the_momentum_of_the_run():
             if good:
                 rows.check_cells(wrong, cells, "there")
                 continue
-            with pytest.raises(Unphysical, match="there: cycle 2 has another momentum"):
+            with pytest.raises(Unphysical, match="there: the momentum of cycle 2 is not"):
                 rows.check_cells(wrong, cells, "there")
 
 

@@ -373,7 +373,7 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
     coding.write(file, dataclasses.replace(outcome, found=found))
     row = summary.summarise(case, [file])
     assert row["status"] == "EnergyNotClosed"
-    assert "-2.10% of the work" in row["message"]
+    assert "-2.10% of the work is missing" in row["message"]
     assert row["equivalent_damping_n_s_m3"] > 0  # the value stays to be looked at
 
 

@@ -224,7 +224,7 @@ def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
         wrong = read.copy()
         wrong[5, column] += 1e-3 * np.abs(cells[5]).sum()
         with pytest.raises(
-            failures.Unphysical, match="cycle 6 has another momentum than its cells"
+            failures.Unphysical, match="the momentum of cycle 6 is not the sum over its cells"
         ):
             rows.check_cells(wrong, cells, home)
     file = home / "cells_2.txt"

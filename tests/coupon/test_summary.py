@@ -118,7 +118,7 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (file,) = case.outcomes(tmp_path)
     problems = summary.problems_of(case.point, summary.read_run(case.point, file), file.parent)
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
-    assert any("-2.10% of the work" in str(problem) for problem in problems)
+    assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
     assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0
 
 

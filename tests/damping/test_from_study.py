@@ -34,7 +34,7 @@ def test_a_law_is_the_one_that_is_named(study, name, law):
 @pytest.mark.parametrize("name", ["dem", "dashpot"])
 def test_a_reading_that_is_not_there_is_no_other_one(study, name):
     # red: a law for every name that is left over
-    with pytest.raises(DampingError, match=f"reading {name}: no such reading, or its file"):
+    with pytest.raises(DampingError, match=f"damping model {name}: unknown, or its file"):
         reading_of(name, study, None)
 
 

@@ -30,7 +30,7 @@ def test_pages_open_without_complaint_network_or_overflow(browser, built):
 
 def test_formulas_have_a_size(browser, built):
     # red: `writer.body.append(_formula(node))` left out of _ext/mathml.py
-    browser.open(built[0] / "theory.html")
+    browser.open(built[0] / "theory/index.html")
     sizes = browser.run(
         "[...document.querySelectorAll('math')].map(e => e.getBoundingClientRect().width)"
     )
@@ -55,7 +55,7 @@ def test_pages_print_whole(built, tmp_path):
     # pre without pre-wrap
     with Browser(PAPER) as browser:
         browser.say("Emulation.setEmulatedMedia", media="print")
-        for name in ("theory", "reference/study", "reference/messages", "tutorials/bead"):
+        for name in ("theory/coupon", "reference/study", "reference/messages", "tutorials/bead"):
             browser.open(built[0] / f"{name}.html")
             assert browser.overflowing("article") == [], name
             assert browser.run(FIXED) == [], name

@@ -56,7 +56,7 @@ def test_every_shipped_study_is_in_the_readme():
 
 def test_formulas_are_drawn_by_the_browser_itself(built):
     # red: "mathml" left out of the extensions in conf.py
-    page = (built[0] / "theory.html").read_text(encoding="utf-8")
+    page = (built[0] / "theory/index.html").read_text(encoding="utf-8")
     assert page.count("<math") > 20
     assert "MathJax" not in page
     assert "<merror" not in page

@@ -25,16 +25,16 @@ TABLE = ROOT / "docs" / "drills.md"
 HEAD = """\
 # Drills
 
-What can go wrong is done to a small study with real LIGGGHTS at random moments, and the study is called again with the same command. `make drills` does each 20 times, or `REPEATS=…` times, and writes this page.
+Each drill injects a failure into a small study with real LIGGGHTS at a random moment. The study is then called again with the same command. `make drills` repeats each drill 20 times, or `REPEATS=…` times, and writes this page.
 
-The study is one coupon case of one cell and one packing, poured, shaken loose, shaken to 30 or 45 cycles, and gathered in `cases.csv`; in the drills of panels a small panel follows, to `surface.nc`, `psd.nc` and `summary.csv`. These files are compared byte by byte with those of an undisturbed run from nothing. What changes on the way (files that are damaged, for one) is named in a line.
+The study is one coupon case of one cell and one packing: poured, loosened, shaken for 30 or 45 cycles, and evaluated in `cases.csv`. The drills of panels add a small panel, up to `surface.nc`, `psd.nc` and `summary.csv`. These files are compared byte by byte with those of an undisturbed run from the start. Changes on the way, such as damaged files, are reported on one line each.
 
-- **lost**: the call ends well, and the table is not there;
-- **silent**: the call ends well, and the table is another;
-- **stuck**: the call fails or does not end, LIGGGHTS is left behind, or a file is left broken;
-- **identical**: the same bytes.
+- **lost**: the call succeeds, and the table is missing;
+- **silent**: the call succeeds, and the table differs;
+- **stuck**: the call fails or does not end, LIGGGHTS keeps running, or a file stays broken;
+- **identical**: the bytes are the same.
 
-| drill | what is done | repeats | lost | silent | stuck | identical |
+| drill | failure | repeats | lost | silent | stuck | identical |
 |---|---|---|---|---|---|---|
 """
 

@@ -133,7 +133,7 @@ def _fresh(stage: Stage, folder: Path, cycles: int = SHORT) -> World:
 
 
 def liggghts_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """LIGGGHTS is killed, once or twice, and the study called again."""
+    """LIGGGHTS is killed once or twice, and the study is called again."""
     world = stage.prepared.copy(folder)
     process = world.start()
     for _ in range(rng.choice((1, 2))):
@@ -170,7 +170,7 @@ def _snakemake(sig: signal.Signals) -> Drill:
 
 
 def stopped(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """LIGGGHTS is stopped (SIGSTOP) and never goes on, or all is stopped and goes on."""
+    """LIGGGHTS is stopped (SIGSTOP) for ever, or all processes are stopped and continued."""
     world = stage.prepared.copy(folder)
     process = world.start()
     world.wait_for("liggghts", process)
@@ -189,7 +189,7 @@ def stopped(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def orphan(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A job is stopped, Snakemake killed and called again; at random the job then goes on."""
+    """A job is stopped, and Snakemake is killed and called again; in some repeats the job continues."""
     world = stage.prepared.copy(folder)
     process = world.start()
     world.wait_for("liggghts", process)
@@ -213,7 +213,7 @@ def _send(process: int, sig: signal.Signals) -> None:
 
 
 def memory_short(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """Memory is short (`ulimit -v`), of all, of a job or of LIGGGHTS; then there is more."""
+    """Memory is limited (`ulimit -v`) for all, a job or LIGGGHTS; then the limit is lifted."""
     world = _fresh(stage, folder) if rng.random() < 0.5 else stage.prepared.copy(folder)
     victim = rng.choice(("all", "python", "liggghts"))
     if victim == "all":
@@ -236,7 +236,7 @@ def memory_short(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def power_cut(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """The files written last are empty, cut or zero, of a run on its way or at its end."""
+    """The last files of an unfinished or finished run are empty, cut or zero."""
     world = rng.choice([stage.done, *stage.cut]).copy(folder)
     files = world.written()
     for file in files[: rng.randrange(1, 8)]:
@@ -255,7 +255,7 @@ KINDS = (
 
 
 def flipped_bit(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """One bit of one stored file is another; the study is called again, or goes on."""
+    """One bit of a stored file is flipped; the study is called again or continued."""
     world = stage.done.copy(folder)
     kind = rng.choice(KINDS)
     flip(rng.choice(sorted((world.folder / "results").rglob(kind))), rng, rng.random() < 0.7)
@@ -267,7 +267,7 @@ def flipped_bit(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def disk_full(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """The disk is full at a random size; there is room again, and the study is called again."""
+    """The disk fills up at a random size; space is freed, and the study is called again."""
     with _small_disk(folder, rng) as grow:
         begin = rng.choice((None, stage.prepared))
         world = World(folder / "disk" / "study")
@@ -300,7 +300,7 @@ def _small_disk(folder: Path, rng: random.Random) -> Iterator[Callable[[], None]
 
 
 def snakemake_files_lost(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """``.snakemake`` is lost, and the study has changed or is as it was."""
+    """``.snakemake`` is lost; the study is changed or unchanged."""
     world = rng.choice([stage.done, *stage.cut]).copy(folder)
     shutil.rmtree(world.folder / ".snakemake")
     cycles = rng.choice((SHORT, LONG))
@@ -309,7 +309,7 @@ def snakemake_files_lost(stage: Stage, folder: Path, rng: random.Random) -> Ende
 
 
 def panel_file_damaged(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A file of the surface, the panel, the sound or the response is another, or is cut."""
+    """A file of the surface, the panel, the sound or the response is changed or cut."""
     world = stage.panel.copy(folder)
     places = ("damping", "panel", "sound", "response")
     own = world.folder / "results" / "drill" / rng.choice(places)
@@ -325,7 +325,7 @@ def panel_file_damaged(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def panel_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A stage of the panel is killed, or Snakemake in it, and the study called again."""
+    """A stage of the panel, or Snakemake during it, is killed, and the study called again."""
     world = stage.panel.copy(folder)
     for stage_left in ("panel", "sound", "response"):
         shutil.rmtree(world.folder / "results" / "drill" / stage_left)
@@ -342,7 +342,7 @@ def panel_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def table_changed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A CSV file that the study names has other content and an older date."""
+    """A CSV file of the study has new content and an older date."""
     world = stage.panel.copy(folder)
     wanted = rng.choice(sorted(TABLES))
     name, before, after = TABLES[wanted]
@@ -359,7 +359,7 @@ def table_changed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def other_version(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """Another version of a deck, a constant or LIGGGHTS runs on it, and then the first one again."""
+    """Another version of a deck, a constant or LIGGGHTS runs the study, then the first version."""
     world = rng.choice((stage.done, stage.prepared, stage.cut[1])).copy(folder)
     name = rng.choice(sorted(VARIANTS))
     world.project = stage.folder / f"project_{name}"
@@ -373,7 +373,7 @@ def other_version(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def other_history(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A run goes on to more cycles, or less is asked of it than it has."""
+    """A run continues to more cycles, or fewer are needed than it has."""
     begin = stage.done if rng.random() < 0.5 else World(stage.folder / f"to_{LONG}")
     world = begin.copy(folder)
     cycles = LONG if begin is stage.done else SHORT
@@ -382,14 +382,14 @@ def other_history(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def home_unwritable(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """There is no home folder that could be written."""
+    """The home folder is not writable."""
     world = stage.prepared.copy(folder)
     world.environment["HOME"] = rng.choice(("/proc/nothing", "/nonexistent", "/sys"))
     return Ended(world, world.call())
 
 
 def other_locale(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """Numbers and letters are written otherwise."""
+    """Numbers and letters have another format."""
     world = stage.prepared.copy(folder)
     name = rng.choice(("C", "POSIX", "de_DE.UTF-8", "tr_TR.UTF-8", "ja_JP.eucJP", "nonsense"))
     world.environment |= {"LC_ALL": name, "LANG": name, "LC_NUMERIC": name, "TZ": "Asia/Tokyo"}
@@ -397,13 +397,13 @@ def other_locale(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def other_jobs(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """One job at a time, or more than there are cores."""
+    """One job runs at a time, or more jobs than cores."""
     world = rng.choice((_fresh(stage, folder / "a"), stage.prepared.copy(folder / "b")))
     return Ended(world, world.call(rng.choice(("-j1", "-j3"))))
 
 
 def other_folder(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """The study and what there is of its results are moved to a folder of another name."""
+    """The study and its results so far are moved to another folder."""
     name = rng.choice(("a b", "a$(touch hit)b", "ä'ö", "x;y", "{damper}"))
     world = rng.choice([stage.done, stage.prepared, *stage.cut]).copy(folder / name)
     return Ended(world, world.call())

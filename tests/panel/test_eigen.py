@@ -71,5 +71,5 @@ def test_more_vectors_than_coordinates_are_refused(monkeypatch):
     # 36 coordinates have no fifth block of eight; red: raise → return columns, whole
     K = sp.csr_array(sp.diags_array(np.arange(1.0, 37.0)))
     monkeypatch.setattr(eigen, "CONVERGED", 0.0)
-    with pytest.raises(RuntimeError, match="Lanczos end before"):
+    with pytest.raises(RuntimeError, match="Lanczos iteration ended before"):
         eigen.eigenpairs(K, sp.csr_array(sp.eye_array(36)), 31.0, 30)

@@ -134,7 +134,7 @@ def test_exponents_without_their_e_are_read(tmp_path):
         ("CQUAD4         2", "CQUAD4         1", "element 1 appears twice"),
         ("2       3       6       5", "2       3       9       5", "element 2: node 9 is missing"),
         ("2       3       6       5", "2       3       3       5", "element 2: a node appears twice in it"),
-        ("2       3       6       5", "2       6       3       5", "element 2: its corners do not go round"),
+        ("2       3       6       5", "2       6       3       5", "element 2: its corners do not form"),
         ("2       3       6       5", "5       6       3       2", "element 2 is inverted"),
         ("      2.      0.      0.", "     nan      0.      0.", "GRID: nan is not a number"),
         ("2.      0.      0.", "2.      0.      1.", "node 3: z = 1, others have 0; the panel must be plane"),

@@ -43,7 +43,7 @@ def test_the_sentence_has_place_mass_values_and_errors(study, respond):
     weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
     said = answer_text.headline(answered(study, respond, **weights))
     assert said.startswith("A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 177 → 125–128 g rms")
-    assert "(−2.8 to −3.0 ± 0.2 dB); these cannot be told apart." in said
+    assert "(−2.8 to −3.0 ± 0.2 dB); the difference is within the uncertainty." in said
     said = answer_text.headline(answered(study, respond, 0.01, **weights))
     assert "A at r = 0.1, 0.30 kg" in said and "(−3.00 ± 0.01 dB). Next is A at r = 0.7" in said
 
@@ -53,7 +53,7 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
     found = answered(study, respond, math.nan)
     assert len(found.best) == len(found.candidates) > 3
     said = answer_text.headline(found)
-    assert "The damping has no stated error, so no scenario is called better." in said
+    assert "The damping has no stated error, so scenarios are not ranked." in said
     assert "±" not in said and "nan" not in said
     assert all("no stated error" in one.doubts for one in found.candidates)
 
@@ -164,7 +164,7 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respon
 def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
     # red: any(doubts) for all(doubts); _untrusted left out; NO_ERROR among its doubts
     said = answer_text.headline(answered(study, respond, outside_run_points_share=0.12))
-    assert said.endswith(" Not to be trusted as it stands: 12 % of lines extrapolated.")
+    assert said.endswith(" Caution: 12 % of lines extrapolated.")
     found = answered(study, respond, outside_run_points_share=0.12)
     first, second, *rest = found.candidates
     partly = dataclasses.replace(
@@ -217,7 +217,7 @@ def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_tru
         expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
         assert doubts == {expected}
         said = answer_text.caveats(dataclasses.replace(coupled, summary=summary), found)
-        assert any("more than twice the wanted 2.0 %" in line for line in said) != known
+        assert any("more than twice the requested 2.0 %" in line for line in said) != known
 
 
 def test_what_was_not_run_itself_is_not_trusted(coupled):

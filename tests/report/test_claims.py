@@ -162,7 +162,7 @@ def test_numbers_without_errors_decide_nothing(study, respond):
     found = [v for v in claims.verdicts(study, summary, psd, DISTANCE) if v.finding is not None]
     assert found and {verdict.finding.holds for verdict in found} == {None}
     answers = {row[2] for row in verdict_table(found).rows}
-    assert answers == {"no error, no verdict"}
+    assert answers == {"no error, not judged"}
 
 
 def test_a_reading_without_response_has_no_verdict(study, respond):

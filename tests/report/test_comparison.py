@@ -74,7 +74,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     assert found["bare"].verdict == "the same"
     assert only_in(one, other) == ["y"]
     lines = list(told(one, other))
-    assert lines[0].split()[:3] == ["reading", "scenario", "point"]
+    assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
     assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"
 
 

@@ -89,7 +89,7 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled):
     assert "coupled" in named and "verdict" not in named
     text = html.render(page)
     assert "10 runs of 5 scenarios" in text
-    assert "the motion that each patch has in the coupled runs" in text
+    assert "the motion of each patch in the coupled runs" in text
     assert "LIGGGHTS 3" in text
     said = [row[0] for row in page.claims.rows if row[0]]
     assert said and not any("shifts linearly" in claim for claim in said)

@@ -90,7 +90,7 @@ def test_rounds_name_the_scenario_with_the_largest_error_and_how_many_cases_are_
     table = rounds_table(rounds)
     assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
     assert table.caption.endswith(
-        "1 of 3 cases are tones at the fills and motions of the scenarios themselves."
+        "1 of 3 cases are tones at the fills and motions of the scenarios."
     )
 
 

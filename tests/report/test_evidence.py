@@ -48,7 +48,7 @@ def test_the_last_state_is_shown_by_speed(case, tmp_path):
     assert spheres.positions[:, 2] == pytest.approx([0.003, 0.007])
     assert spheres.diameters == pytest.approx([0.0025, 0.002])
     caption = particles_picture(spheres).caption
-    assert "State after 12 cycles; colour: speed relative to the cell" in caption
+    assert "State after 12 cycles. Colour: speed relative to the cell" in caption
 
 
 def test_of_many_cells_a_few_are_pictured(case, monkeypatch):

@@ -51,7 +51,7 @@ def test_only_files_that_are_there_are_named(study, tmp_path):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     text, _ = facts.files_step(study, tmp_path)
-    assert "in results/trial: panel/modes.csv, response/psd.nc; its figures" in text
+    assert "in results/trial: panel/modes.csv, response/psd.nc; figures" in text
 
 
 def test_a_study_without_coupons_names_no_liggghts(inputs, cases):
@@ -66,4 +66,4 @@ def test_the_largest_error_of_the_basis_is_named(inputs):
     summary = inputs.summary.copy()
     summary.loc[0, "basis_error"] = 0.0042
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
-    assert rows["Basis"].startswith("at most 0.42 % of a PSD is missed")
+    assert rows["Basis"].startswith("at most 0.42 % of a PSD is missing")

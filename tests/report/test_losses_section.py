@@ -26,4 +26,4 @@ def test_runs_that_list_no_contacts_have_no_figure(cases):
     # red: `closure.empty` never asked
     (block,) = losses_section(cases.assign(closure=np.nan)).blocks
     assert block.kind == "paragraph"
-    assert "not known" in block.text
+    assert "is unknown" in block.text

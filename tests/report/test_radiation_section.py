@@ -58,13 +58,13 @@ def test_the_finding_says_what_the_air_takes_and_that_the_gain_is_overstated():
     assert "(added mass included)" in text
     assert "from 28.0 to 14.0 g rms (−6.0 dB)" in text
     assert "is 2.0 dB instead of 4.0 dB" in text
-    assert "overstated" in text
+    assert "overestimated" in text
 
 
 def test_a_gain_that_does_not_shrink_is_not_called_overstated():
     # red: the verdict without its condition
     text = radiation_finding(compared(*frames(4.5)), "none", ["centre"])
-    assert "overstated" not in text
+    assert "overestimated" not in text
     assert "smaller in 0 % of the scenarios and points only" in text
 
 

@@ -51,7 +51,7 @@ def test_several_readings_have_a_column(stress):
     # red: `one_reading = True`
     both = pd.concat([stress, stress.assign(reading="table")])
     table = stress_table(both)
-    assert table.columns[:3] == ["scenario", "reading", "point"]
+    assert table.columns[:3] == ["scenario", "damping model", "point"]
     assert {row[1] for row in table.rows} == {"DEM", "The study's table"}
 
 

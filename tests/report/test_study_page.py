@@ -39,7 +39,7 @@ def test_a_reading_without_response_is_named_where_it_is_not_drawn(whole):
     # red: the remark left out of acceleration_text
     said = [section.blocks[0].text for section in whole.sections if "response" in section.name]
     assert len(said) == 3
-    assert all("as printed: not drawn, since its C_e is negative" in text for text in said)
+    assert all("as printed: not drawn, because its C_e is negative" in text for text in said)
 
 
 def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, respond):
@@ -47,13 +47,11 @@ def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, re
     summary, psd = respond({}, read_at=312.0, inside=0.75)
     read = dataclasses.replace(inputs, summary=summary, psd=psd)
     caption = response_section.acceleration_text(read, "fill", ["paper_corrected"])
-    assert (
-        "C_e read at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
-    )
+    assert "C_e at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
     assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
     assert "Dashed: Γ or frequency outside the simulated range." in caption
     note = response_section.acceleration_note(read, "fill", "paper_corrected")
-    assert note == "$C_e$ read at the patch's own acceleration, Γ = 312"
+    assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
 
 
 def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, respond):
@@ -72,7 +70,7 @@ def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, respond):
         "a stated acceleration (level.kind: stated), Γ = 30"
         in response_section.acceleration_text(stated, "fill", ["paper_corrected"])
     )
-    assert facts.read_at_text(stated.study) == "a stated Γ = 30 (level.kind: stated)"
+    assert facts.read_at_text(stated.study) == "Γ = 30 from the study (level.kind: stated)"
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
@@ -96,4 +94,4 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
     psd["acceleration_psd"][:, 1:] = np.nan
     section = response_section.response_section(dataclasses.replace(inputs, psd=psd), "fill")
     (block,) = section.blocks
-    assert "No reading of the damping gives a steady response" in block.text
+    assert "No damping model gives a steady response" in block.text

@@ -55,7 +55,7 @@ def test_the_finding_names_the_largest_change_with_its_point(varied):
 def test_what_does_not_matter_is_said_not_to(cases):
     twice = pd.concat([cases.assign(deck="a"), cases.assign(deck="b")], ignore_index=True)
     (said,) = varied_findings(twice, ["deck"])
-    assert said == "Deck: none of 12 differences in C_e is beyond two standard errors."
+    assert said == "Deck: no difference in C_e exceeds two standard errors (12 differences)."
 
 
 def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, cases):

@@ -26,7 +26,7 @@ def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_
     count = len({s.label for s in study.all_scenarios() if s.patch})
     assert outside.count("Γ = 312") == 3 and f"and {count - 3} more (All scenarios)" in outside
     # flat spectra from 100 to 400 Hz: (141 − 100)/300
-    assert "These lines account for 14 % to 14 % of the change" in outside
+    assert "These lines cause 14 % to 14 % of the change" in outside
 
 
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(study, respond):
@@ -69,7 +69,7 @@ def test_power_that_is_lost_from_the_balance_is_told(study, respond):
         (
             "status",
             "NotSteady",
-            "not steady: they count with errors that say so: r0.3_f400Hz_a12g.",
+            "did not reach steady state; included with enlarged errors: r0.3_f400Hz_a12g.",
         ),
         ("status", "ParticlesLost", "excluded (ParticlesLost): r0.3_f400Hz_a12g."),
         ("target_met", False, "before reaching the requested accuracy"),
@@ -126,7 +126,9 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
         coupons={"coupon": Coupon(cases, [], None)},
     )
     said = warnings.study_warnings(read)
-    assert [sum(words in text for text in said) for words in ("With radiation", "not steady")] == [
+    assert [
+        sum(words in text for text in said) for words in ("With radiation", "steady state")
+    ] == [
         1,
         1,
     ]

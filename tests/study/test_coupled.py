@@ -98,7 +98,7 @@ def test_the_diagonal_form_is_not_coupled_by_default_and_refused_when_asked_for(
     found = values()
     found["response"]["modal_damping"] = "diagonal"
     assert told(refusal, found) == [
-        "damping.readings = [coupled]: the reading 'coupled' is only allowed with "
+        "damping.readings = [coupled]: the damping model 'coupled' is only allowed with "
         "modal_damping: full"
     ]
     del found["damping"]
@@ -107,7 +107,7 @@ def test_the_diagonal_form_is_not_coupled_by_default_and_refused_when_asked_for(
 
 def test_a_study_without_a_coupon_in_a_scenario_cannot_be_coupled(refusal):
     # red: `_has_filled_coupon` that is always True
-    says = "the reading 'coupled' needs a scenario with a coupon; there is none"
+    says = "the damping model 'coupled' needs a scenario with a coupon; there is none"
     expected = [f"damping.readings = [coupled]: {says}"]
     assert told(refusal, pot_alone(values())) == expected
     without = {key: value for key, value in values().items() if key != "coupon"}
@@ -130,7 +130,7 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
     assert study.readings == ("bare",) and not study.is_coupled
 
 
-GONE = "is gone; 'coupled', the default for sound, has taken its place"
+GONE = "was removed; use 'coupled', the default for sound"
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_scenario_that_has_no_coupon_cannot_be_run(refusal):
     # red: `filled` of all scenarios in `_mistakes_of_coupled`
     found = with_pot(values(coupled={"scenarios": ["both", "pot"]}))
     (line,) = told(refusal, found)
-    assert line.endswith("'pot' is no scenario; allowed are both")
+    assert line.endswith("unknown scenario 'pot'; allowed are both")
 
 
 def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
@@ -186,5 +186,5 @@ def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
     study = loaded(found)
     assert study.readings == ("coupled",) and study.damping.coupled.runs == 3
     assert study.damping.coupled.run_s == pytest.approx(0.4 + 1.6)
-    says = "damping.coupled = {runs: 3}: only allowed with the reading 'coupled'"
+    says = "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"
     assert told(refusal, pot_alone(found)) == [says]

@@ -49,9 +49,9 @@ def test_every_duplicate_key_is_refused_with_its_line(tmp_path):
     # red: `names.add` before the comparison; raise at the first
     told = refused(tmp_path, "name: a\ntitle: b\nname: c\ncoupon:\n  cell: {count: 1, count: 2}\n")
     assert told.split("\n")[:3] == [
-        "mine.yaml:3: name: duplicate key; line 1 has it already",
+        "mine.yaml:3: name: duplicate key; already in line 1",
         "mine.yaml:4: coupon.sweep: missing",
-        "mine.yaml:5: coupon.cell.count: duplicate key; line 5 has it already",
+        "mine.yaml:5: coupon.cell.count: duplicate key; already in line 5",
     ]
 
 
@@ -60,14 +60,14 @@ def test_a_duplicate_key_is_refused_though_all_values_are_good(tmp_path):
     text = yaml.safe_dump(SMOKE) + "title: once more\n"
     last = text.count("\n")
     first = text.split("\n").index("title: Smoke test of the whole workflow") + 1
-    says = f"mine.yaml:{last}: title: duplicate key; line {first} has it already"
+    says = f"mine.yaml:{last}: title: duplicate key; already in line {first}"
     assert refused(tmp_path, text) == says
 
 
 def test_a_number_and_the_same_text_are_one_key(tmp_path):
     # red: construct_object(key) in place of key.value
     told = refused(tmp_path, "panel:\n  points: {7: [0, 0], '7': [1, 1]}\n")
-    assert "\nmine.yaml:2: panel.points.7: duplicate key; line 2 has it already" in told
+    assert "\nmine.yaml:2: panel.points.7: duplicate key; already in line 2" in told
 
 
 def test_a_mistake_in_a_merged_mapping_is_told_where_it_is(tmp_path):
@@ -100,7 +100,7 @@ def test_a_merged_mapping_has_the_values_of_both(tmp_path):
 def test_a_value_that_holds_itself_is_refused(tmp_path):
     # red: no look at `above` in yaml_loader._count
     told = refused(tmp_path, "coupon: {cell: &a [*a]}\n")
-    assert told == "mine.yaml:1: not YAML: an alias holds what it stands in"
+    assert told == "mine.yaml:1: not YAML: an alias contains itself"
 
 
 def test_a_study_of_the_coupon_alone_has_the_name_of_its_file(tmp_path):

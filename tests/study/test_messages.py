@@ -90,7 +90,7 @@ def told(refusal, study, key, value):
         ("response.frequency_hz", [400, 100], "response.frequency_hz = [400, 100]: must be two values, the second above the first"),
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1"),
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
-        ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a reading more than once"),
+        ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a damping model twice"),
         ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
         ("title", [3], "title = [3]: must be text"),
         ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
@@ -119,14 +119,14 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "coupon.sweep.frequency_hz", {"from": 5, "to": 9}, "coupon.sweep.frequency_hz", "coupon.sweep.frequency_hz.step: missing"),
         (SMOKE, "coupon.vary", {"particles.friction": [0.1]}, "coupon.vary", "coupon.vary = {particles.friction: [0.1]}: only allowed in a study without a panel"),
         (SMOKE, "damping.level", {"kind": "stated"}, "damping.level", "damping.level.acceleration_g: required for kind: stated, not allowed otherwise"),
-        (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a file beside the study, or one of acrylic_2mm.csv"),
-        (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the reading 'table', not allowed otherwise"),
-        (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with the reading 'coupled'"),
-        (SMOKE, "damping.readings", ["random"], "damping.readings", "damping.readings[0] = random: 'random' is gone; 'coupled', the default for sound, has taken its place"),
-        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: is gone, since its errors were too small; coupon.sweep is run whole, and damping.tones adds cases where scenarios read them"),
+        (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a path relative to the study, or one of acrylic_2mm.csv"),
+        (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the damping model 'table', not allowed otherwise"),
+        (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"),
+        (SMOKE, "damping.readings", ["random"], "damping.readings", "damping.readings[0] = random: 'random' was removed; use 'coupled', the default for sound"),
+        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: was removed, because its errors were too small; the whole of coupon.sweep is run, and damping.tones adds cases for the scenarios"),
         (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (SMOKE, "damping", {"level": {"by": "element"}, "tones": {}}, "damping.level.by", "damping.level.by = element: must be patch with damping.tones"),
-        (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: only allowed with the reading 'dem'"),
+        (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: only allowed with the damping model 'dem'"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
         (SMOKE, "response", {"modal_damping": "diagonal", "radiation": "one_side"}, "response.radiation", "response.radiation = one_side: must be none for modal_damping: diagonal, the paper's form"),
         (SMOKE, "response", {"modal_damping": "diagonal", "radiation_beside": "one_side"}, "response.radiation_beside", "response.radiation_beside = one_side: must be none for modal_damping: diagonal, the paper's form"),
@@ -140,7 +140,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "panel.mesh", {"corner_size_m": 0.1}, "panel.mesh.corner_size_m", "panel.mesh.corner_size_m = 0.1: only allowed for kind: triangles"),
         (SMOKE, "panel.mesh", {"kind": "file"}, "panel.mesh", "panel.mesh.file: required for kind: file, not allowed otherwise"),
         (SMOKE, "panel.mesh", {"kind": "file", "file": "a.step"}, "panel.mesh.file", "panel.mesh.file = a.step: must end in one of .bdf, .dat, .nas, .msh"),
-        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.bdf"}, "panel.mesh.file", "panel.mesh.file = a.bdf: no such file; must be a file beside the study"),
+        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.bdf"}, "panel.mesh.file", "panel.mesh.file = a.bdf: no such file; must be a path relative to the study"),
         (SMOKE, "panel.outline_m", None, "panel", "panel.outline_m: missing; required unless mesh: {kind: file} is given"),
         (FROM_FILE, "panel.outline_m", [1, 1], "panel.outline_m", "panel.outline_m = [1, 1]: not allowed with mesh: {kind: file}, which has its own"),
         (FROM_FILE, "panel.corner_radius_m", 0.1, "panel.corner_radius_m", "panel.corner_radius_m = 0.1: not allowed with mesh: {kind: file}, which has its own"),
@@ -183,9 +183,7 @@ def test_a_mistake_of_several_keys_is_told_at_the_one_to_change(
 def test_a_file_that_is_not_there_is_told_with_those_that_are(refusal):
     # red: `known = []` in files.found_file
     _, message = told(refusal, SMOKE, "sound.spectrum", "nowhere.csv")
-    start = (
-        "sound.spectrum = nowhere.csv: no such file; must be a file beside the study, or one of "
-    )
+    start = "sound.spectrum = nowhere.csv: no such file; must be a path relative to the study, or one of "
     assert message.startswith(start)
     assert "smc_s_016_2014_min_third.csv" in message
     _, message = told(refusal, SMOKE, "coupon.deck", "mine.in.j2")
@@ -204,13 +202,13 @@ def test_a_varied_deck_that_is_not_there_is_told(refusal):
 def test_the_dem_reading_needs_a_coupon(refusal):
     # red: the validator without the branch of a missing coupon
     lines, _ = refusal(changed(SMOKE, "coupon", None))
-    assert lines == ["mine.yaml: coupon: missing; required for the reading 'dem' of damping"]
+    assert lines == ["mine.yaml: coupon: missing; required for the damping model 'dem'"]
 
 
 def test_a_study_of_nothing_is_refused(refusal):
     # red: `around` without the key itself in Document.error
     lines, _ = refusal({"coupon": None})
-    assert lines == ["mine.yaml:1: coupon = null: has no value; give one, or leave the key out"]
+    assert lines == ["mine.yaml:1: coupon = null: has no value; give one, or omit the key"]
 
 
 def test_all_mistakes_of_a_file_are_told_in_the_order_of_its_lines(refusal):
@@ -261,8 +259,8 @@ def test_a_name_that_cannot_be_in_the_name_of_a_file_is_refused(refusal, where, 
     shown = name or "''"
     assert lines[0].startswith(f"mine.yaml:{line[way]}: {where}.{shown} = ")
     assert lines[0].endswith(
-        "must have a name of 1 to 80 printable characters without '/', '\"' and spaces round it: "
-        "files and groups of the mesh are named after it"
+        "must have a name of 1 to 80 printable characters without '/', '\"' or surrounding spaces, "
+        "because files and mesh groups use it"
     )
 
 
@@ -299,7 +297,8 @@ def test_two_scenarios_never_share_a_name(tmp_path, new, key, label):
     old = "patch: [arm, corner, leg]\n    fill_fraction: 0.5"
     lines = refused_with(tmp_path, "l_panel", old, new)
     assert any(
-        f"scenarios.location.{key} = " in line and f"two scenarios would be named {label}" in line
+        f"scenarios.location.{key} = " in line
+        and f"two scenarios would have the name {label}" in line
         for line in lines
     )
 

@@ -192,10 +192,10 @@ REFUSED = [
     ("scenarios.fill.fill_fraction", [0.1, 0.5], "scenarios.fill.fill_fraction[0] = 0.1: must be in the range of dampers.acrylic.coupon.sweep, 0.4 to 0.8"),
     ("scenarios.both.layout", {}, "scenarios.both.layout = {}: must have at least 1 value, not 0"),
     ("scenarios.both.patch", "PID-1", "scenarios.both.patch = PID-1: unknown key; allowed are layout, oaspl_db, title"),
-    ("scenarios.bare_150dB", {"layout": {"PID-1": {"damper": "pot"}}}, "scenarios.bare_150dB = {layout: {PID-1: {damper: pot}}}: two scenarios would be named bare_150dB; give the layout another name"),
+    ("scenarios.bare_150dB", {"layout": {"PID-1": {"damper": "pot"}}}, "scenarios.bare_150dB = {layout: {PID-1: {damper: pot}}}: two scenarios would have the name bare_150dB; give the layout another name"),
     ("dampers.two kinds", {"law": "paper_corrected"}, "dampers.two kinds = {law: paper_corrected}: must have a name of letters"),
-    ("damping.readings", ["dem"], "coupon: missing; required for the reading 'dem' of damping"),
-    ("damping.level", {"by": "element", "kind": "stated", "acceleration_g": 5}, "damping.level.by = element: only allowed for kind: patch; a stated motion is one for all"),
+    ("damping.readings", ["dem"], "coupon: missing; required for the damping model 'dem'"),
+    ("damping.level", {"by": "element", "kind": "stated", "acceleration_g": 5}, "damping.level.by = element: only allowed for kind: patch; a stated acceleration holds for all elements"),
     ("dampers.acrylic.coupon.vary", {"gravity_g": [0, 1]}, "dampers.acrylic.coupon.vary = {gravity_g: [0, 1]}: only allowed in a study without a panel"),
     ("dampers", None, "there are no dampers"),
 ]  # fmt: skip
@@ -223,7 +223,7 @@ def test_a_fill_beside_constants_is_for_the_readings_that_need_it(loaded, refusa
     # red: `_needs_fill` without the readings of all patches alike
     law = ("damping.readings", ["stated", "paper_corrected"])
     lines, _ = refusal(changed(law))
-    needed = "fill_fraction: missing; required for the reading 'paper_corrected' of damping"
+    needed = "fill_fraction: missing; required for the damping model 'paper_corrected'"
     assert len(lines) == 2 and all(needed in line for line in lines)
     with_fill = (f"{LAYOUT}.PID-2.fill_fraction", 0.5), ("scenarios.place.fill_fraction", 0.5)
     assert loaded(law, *with_fill).readings == ("stated", "paper_corrected")

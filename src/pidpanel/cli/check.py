@@ -1,4 +1,4 @@
-"""Check a study: its mistakes, a line for each, or what it would run."""
+"""Report the mistakes of a study, one per line, or print what it would run."""
 
 from __future__ import annotations
 

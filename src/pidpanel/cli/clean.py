@@ -1,7 +1,7 @@
-"""Say what results hold that no study uses any more, and remove it with `--yes`.
+"""List unused results, and remove them with `--yes`.
 
-That are packings, beds and runs of another version of pidpanel, of LIGGGHTS or of a deck, and
-damaged files that were set aside (`.broken`). Results of studies are never among them.
+These are packings, beds and runs of another version of pidpanel, of LIGGGHTS or of a deck, and
+damaged files that were set aside (`.broken`). Results of studies are never removed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import argparse
 
 from pidpanel.cli.parser import add_directory
 
-HELP = "Say what an older version left, and remove it."
+HELP = "List results that no study uses any more, and remove them."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,9 +36,9 @@ def call(given: argparse.Namespace) -> int:
     if not unused:
         print(f"{results}: nothing to remove")
     elif not given.yes:
-        print(f"{results}: {len(unused)} to remove, {size}; pidpanel clean --yes removes them")
+        print(f"{results}: {len(unused)} unused, {size}; pidpanel clean --yes removes them")
     elif is_running(results):
-        print(f"{results}: a study is running here; nothing is removed")
+        print(f"{results}: a study is running here, so nothing is removed")
         return 1
     else:
         for path in unused:

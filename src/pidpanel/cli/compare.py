@@ -1,7 +1,7 @@
 """Compare the results of two studies at the same points and in the same scenarios.
 
-Differences larger than twice their standard error are named. The page has tables, PSDs and maps.
-Each is named by its study or by the folder of its results, results/<study>.
+Differences larger than twice their standard error are listed. The page has tables, PSDs and maps.
+The arguments are studies or folders of results, results/<study>.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ HELP = "Compare two studies: tables, PSDs and maps side by side."
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    for name, said in (("a", "a study, or the folder of its results"), ("b", "another")):
+    for name, said in (("a", "a study or the folder of its results"), ("b", "another")):
         completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=said), FILES)
     add_directory(parser)
     parser.add_argument("--page", type=Path, metavar="FILE", help="HTML page to write")
@@ -56,7 +56,7 @@ def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
         check_owner(study, study_path(str(name)), results)
         folder = results / study.name
     else:
-        raise StudyError(f"{name}: must be a study, or the folder of its results")
+        raise StudyError(f"{name}: must be a study or the folder of its results")
     if not (folder / "response" / "summary.csv").is_file():
         raise StudyError(f"{folder}: has no response/summary.csv; run the study first")
     return folder, study

@@ -1,7 +1,7 @@
-"""Print the LIGGGHTS deck of a case, or without a case the cases of a study.
+"""Print the LIGGGHTS deck of a case, or list the cases of a study.
 
-A case is named by its label, as in results/coupon, or chosen with --at as the nearest to a fill
-fraction, a frequency [Hz] and an acceleration [g].
+A case is given by its label, as in results/coupon, or by --at, which selects the case nearest to a
+fill fraction, a frequency [Hz] and an acceleration [g].
 """
 
 from __future__ import annotations
@@ -20,11 +20,15 @@ HELP = "Print the LIGGGHTS deck of a case, or list the cases."
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_study(parser)
-    parser.add_argument("case", nargs="?", help="label of the case, or the beginning of it")
+    parser.add_argument("case", nargs="?", help="label of the case, or its beginning")
     parser.add_argument(
-        "--at", nargs=3, type=float, metavar=("FILL", "HZ", "G"), help="the case nearest to these"
+        "--at",
+        nargs=3,
+        type=float,
+        metavar=("FILL", "HZ", "G"),
+        help="the case nearest to these values",
     )
-    parser.add_argument("--seed", type=int, default=1, help="which of its packings (default: 1)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the packing (default: 1)")
 
 
 def call(given: argparse.Namespace) -> int:
@@ -36,7 +40,7 @@ def call(given: argparse.Namespace) -> int:
     study = checked_study(given.study)
     cases = {case.label: case for found in distinct_cases(study).values() for case in found}
     if not cases:
-        raise StudyError(f"{given.study}: runs no LIGGGHTS: no coupon is simulated")
+        raise StudyError(f"{given.study}: runs no LIGGGHTS, because no coupon is simulated")
     if given.case is None and given.at is None:
         for label, case in cases.items():
             print(label, _told(case), sep="\t")
@@ -90,4 +94,4 @@ def _named(cases: dict[str, Case], name: str) -> Case:
     if len(found) == 1:
         return found[0]
     what = "no case" if not found else f"{len(found)} cases"
-    raise StudyError(f"{name}: {what} of that label; without a label the cases are listed")
+    raise StudyError(f"{name}: {what} with this label; omit the label to list the cases")

@@ -137,7 +137,7 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
         If the file is there, or what is asked for cannot be computed; nothing is written then.
     """
     if file.exists() and not force:
-        raise StudyError(f"{file}: is there already; --force writes over it")
+        raise StudyError(f"{file}: exists; --force overwrites it")
     if file.suffix not in (".yaml", ".yml"):
         raise StudyError(f"{file}: must end in .yaml")
     before = file.read_bytes() if file.exists() else None

@@ -1,4 +1,4 @@
-"""Estimate how long the stages of a study take; a few short runs of LIGGGHTS are timed for it."""
+"""Estimate the computing time of each stage, from a few short LIGGGHTS runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--results",
         type=Path,
-        help="folder of the results, whose runs are not counted (default: results in --directory)",
+        help=(
+            "folder with results; existing runs are not counted (default: results in --directory)"
+        ),
     )
 
 

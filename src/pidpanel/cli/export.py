@@ -1,7 +1,7 @@
 """Write the files for other programs.
 
-CSV with units, third octaves, Nastran TABRND1 and TABDMP1, UFF 58: in
-results/<study>/response/export, and with --to in a folder of your own.
+The files are CSV with units, third octaves, Nastran TABRND1 and TABDMP1, and UFF 58. They are in
+results/<study>/response/export; --to copies them to another folder.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Write a commented study of a rectangular panel, from options or from questions.
 
-Without options, on a terminal, it asks. What it cannot know it assumes, and says so in the file.
+Without options it asks, on a terminal. The study states its default assumptions.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ SPECTRUM = "smc_s_016_2014_min_third.csv"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, help="YAML file to write, such as wing.yaml")
-    parser.add_argument("--ask", action="store_true", help="ask for what no option gives")
-    parser.add_argument("--force", action="store_true", help="write over a file that is there")
+    parser.add_argument(
+        "--ask", action="store_true", help="ask for values that are not given as options"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     add = parser.add_argument_group("the study").add_argument
-    add("--title", help="title of the page (default: the name of the file)")
+    add("--title", help="title of the report (default: the name of the file)")
     add("--size", type=size, metavar="AxB", help="edges of the panel [m] (default: 1.5x1.0)")
     add("--supports", choices=SUPPORTS, help="edges of the panel (default: simply_supported)")
     add("--section", choices=SECTIONS, help="kind of the panel's section (default: sandwich)")
@@ -38,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--bead", choices=BEADS, help="particles to simulate; none: the paper's law (acrylic)")
     add("--bead-mm", type=above_zero, help="diameter of the particles (2)")
     add("--cell-mm", type=above_zero, help="width of a honeycomb cell across flats (6.35)")
-    add("--table", help="CSV table of measured damping, in place of particles")
+    add("--table", help="CSV table of measured damping, instead of particles")
 
 
 def call(given: argparse.Namespace) -> int:

@@ -35,22 +35,22 @@ DESCRIPTION = """\
 From a study file to the acceleration PSDs of a panel with particle dampers.
 
   pidpanel new wing.yaml           write a commented study, then edit it
-  pidpanel check wing.yaml         mistakes, and what an engineer would check first
-  pidpanel estimate wing.yaml      how long it will take
-  pidpanel run wing.yaml           compute it; results/wing/report.html is the page
-  pidpanel status wing.yaml        what is done, running, failed and left
+  pidpanel check wing.yaml         report mistakes, masses, natural frequencies and levels
+  pidpanel estimate wing.yaml      estimate the computing time
+  pidpanel run wing.yaml           compute it and write results/wing/report.html
+  pidpanel status wing.yaml        show what is done, running, failed and left
 """
 
 EPILOG = """\
-Results are in the folder results of the working folder, or of that of --directory; paths in a
-study are relative to the study's own folder. The name of a study that comes with pidpanel, such as
-l_panel.yaml, stands for its file where the working folder has none of that name.
+Results are in the folder results of the working folder, or of --directory. Paths in a study are
+relative to the folder of the study. The name of a study that comes with pidpanel, such as
+l_panel.yaml, also works, unless the working folder has a file of this name.
 
 exit codes:
   0    done; status: nothing is left
-  1    a run failed, or was not complete; status: something failed or is left
-  2    a mistake in the command, in the study or in a file that it names, a line for each
-  3    the machine: LIGGGHTS is not installed, the disk is full, a folder cannot be written
+  1    a run failed or is incomplete; status: something failed or is left
+  2    mistakes in the command, the study or one of its files, one per line
+  3    the machine: LIGGGHTS is not installed, the disk is full, a folder is not writable
   130  stopped by Ctrl-C; the same command resumes
 """
 
@@ -94,7 +94,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     given = whole.parse_args(arguments[:end])
     given.further = list(arguments[end + 1 :])
     if given.further and given.command != "run":
-        whole.error("options after -- are for Snakemake, and only allowed with run")
+        whole.error("options after -- are for Snakemake and only allowed with run")
     return given
 
 
@@ -104,7 +104,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trust-deck",
         action="store_true",
-        help="let decks of your own start programs and write any file, as LIGGGHTS can",
+        help="allow your own decks to start programs and write any file",
     )
 
 
@@ -116,7 +116,7 @@ def add_directory(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path(),
         metavar="FOLDER",
-        help="folder that holds the folder results (default: the working folder)",
+        help="folder that contains the folder results (default: the working folder)",
     )
     completed(argument, FOLDERS)
 
@@ -134,7 +134,7 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=2,
         metavar="N",
-        help="jobs to run at the same time (default: 2)",
+        help="number of parallel jobs (default: 2)",
     )
 
 

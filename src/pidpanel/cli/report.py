@@ -1,4 +1,4 @@
-"""Make the page of a study anew from its results, where it is out of date, and print its path."""
+"""Regenerate the report of a study if it is out of date, and print its path."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 
 from pidpanel.cli.parser import add_directory, add_study
 
-HELP = "Make the page of a study from its results, and open it."
+HELP = "Regenerate the report of a study, and open it."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

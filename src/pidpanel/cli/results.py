@@ -32,9 +32,11 @@ def made(study: Path, folder: Path, target: str, rule: str, *, again: bool = Fal
     before = {name: count for name, count in left.items() if name != rule}
     if before:
         named = ", ".join(f"{count} × {name}" for name, count in before.items())
-        raise RunError(f"{folder / target}: jobs are left before it: {named}; pidpanel run first")
+        raise RunError(
+            f"{folder / target}: jobs before it are not done: {named}; use pidpanel run first"
+        )
     if left or again:
         options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if again else [])]
         if run(study, folder, 1, options):
-            raise RunError(f"{folder / target}: could not be made; see above")
+            raise RunError(f"{folder / target}: failed; see above")
     return folder / target

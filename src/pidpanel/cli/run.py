@@ -1,7 +1,7 @@
-"""Compute all that a study asks for, with Snakemake; what has not changed is not computed again.
+"""Run a study with Snakemake. Only changed results are computed again.
 
-A run that was stopped resumes with the same command. What follows `--` goes to Snakemake, such as
-`-- --workflow-profile profiles/slurm`.
+A stopped run resumes with the same command. Options after `--` go to Snakemake, such as `--
+--workflow-profile profiles/slurm`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pidpanel.cli.parser import add_directory, add_jobs, add_study
 if TYPE_CHECKING:  # slow to import
     from pidpanel.study import CouponStudy
 
-HELP = "Run a study with Snakemake, up to its page."
+HELP = "Run a study with Snakemake, up to its report."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_jobs(parser)
     add_directory(parser)
     parser.add_argument(
-        "-n", "--dry-run", action="store_true", help="say what would be run, and run nothing"
+        "-n", "--dry-run", action="store_true", help="print what would run, without running it"
     )
 
 

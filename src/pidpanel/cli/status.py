@@ -1,6 +1,6 @@
-"""Say what of a study is done, running, failed and left, stage by stage.
+"""Show what is done, running, failed and left, stage by stage.
 
-It can be asked while the study runs, and from any shell.
+It also works while the study runs, from any shell.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pidpanel.cli.parser import add_directory, add_study
 
-HELP = "Say what is done, running, failed and left."
+HELP = "Show what is done, running, failed and left."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def call(given: argparse.Namespace) -> int:
     folder: Path = given.directory
     results = folder / "results"
     if not results.is_dir():
-        print(f"{study.name}: nothing is done: {results.absolute()} is not there")
+        print(f"{study.name}: nothing is done; {results.absolute()} does not exist")
         return 1
     check_owner(study, given.study, results)
     left = jobs_left(given.study, folder)

@@ -124,7 +124,7 @@ class Checkpoint:
                 tuple(values[f"forces_{k}"] for k in range(len(restarts))),
             )
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            print(f"{folder}: damaged ({error}); begun anew", file=sys.stderr)
+            print(f"{folder}: damaged ({error}); restarted from the beginning", file=sys.stderr)
             return None
 
 

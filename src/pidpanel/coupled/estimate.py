@@ -145,7 +145,7 @@ def estimate(
     lines = np.array([run.lines(edge) for run in runs for _ in range(run.count)])
     if not lines.all():
         empty = centre[np.argmin(lines.min(axis=0))]
-        raise RecordTooShort(f"the third octave of {empty:.4g} Hz holds no line of a segment")
+        raise RecordTooShort(f"the third octave of {empty:.4g} Hz contains no line of a segment")
     fits, impedances = _fits(panel, runs, centre, edge, lines)
     own = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)

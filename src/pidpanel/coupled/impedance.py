@@ -40,8 +40,8 @@ class ImpedanceSums:
     moment
         (segments, bands) Σ f a v r* over lines and cells [Hz].
     scatter
-        (segments, 3, bands) Σ |x|², Σ |y|² and Σ x y* over lines, of the sums x and y of the
-        cells.
+        (segments, 2, 3, bands) Σ |x|², Σ |y|² and Σ x y* over lines, of the sums x and y of the
+        cells, and the sums of the same of each cell.
     """
 
     force: Complexes
@@ -73,13 +73,18 @@ class ImpedanceSums:
         """
         x, y = (values * instrument.conj() * area for values in (pressure, velocity))
         force, moved = (np.swapaxes(band_sums(frequency, v, edge, axis=1), 1, 2) for v in (x, y))
-        x, y = x.sum(axis=2), y.sum(axis=2)
-        products = np.stack([np.abs(x) ** 2 + 0j, np.abs(y) ** 2 + 0j, x * y.conj()], axis=1)
+
+        def products(x: Complexes, y: Complexes) -> Complexes:
+            parts = [np.abs(x) ** 2 + 0j, np.abs(y) ** 2 + 0j, x * y.conj()]
+            return np.stack([part.sum(axis=2) for part in parts], axis=1)
+
+        together = [values.sum(axis=2, keepdims=True) for values in (x, y)]
+        scatter = np.stack([products(*together), products(x, y)], axis=1)
         return ImpedanceSums(
             force,
             moved,
-            moment=band_sums(frequency, frequency * y, edge, axis=1),
-            scatter=band_sums(frequency, products, edge, axis=2),
+            moment=band_sums(frequency, frequency * together[1][:, :, 0], edge, axis=1),
+            scatter=band_sums(frequency, scatter, edge, axis=3),
         )
 
     @staticmethod
@@ -115,14 +120,16 @@ class ImpedanceSums:
             for values in (self.force, self.velocity)
         )
         ratio = force / velocity
-        of_x, of_y, product = np.einsum("skb,s->kb", self.scatter, segments)
+        of_x, of_y, product = np.einsum("sgkb,s->kgb", self.scatter, segments)
         total = np.einsum("scb,s->b", self.velocity, segments)
         whole = np.einsum("scb,s->b", self.force, segments) / total
         scatter = of_x.real - 2 * (whole.conj() * product).real + np.abs(whole) ** 2 * of_y.real
-        variance = LINES_PER_FREEDOM * np.maximum(scatter, 0.0) / np.abs(total) ** 2
+        variance, by_cell = LINES_PER_FREEDOM * np.maximum(scatter, 0.0) / np.abs(total) ** 2
         frequency = (np.einsum("sb,s->b", self.moment, segments) / total).real
-        value, covariance = smoothed(ratio, variance)
-        root = np.linalg.cholesky(covariance / 2)
+        # what scatters from cell to cell is left to the jackknife over the cells
+        value, covariance = smoothed(ratio, variance, np.maximum(variance - by_cell, 0.0))
+        size, direction = np.linalg.eigh(covariance / 2)
+        root = direction * np.sqrt(np.maximum(size, 0.0))
         return BandImpedance(frequency, value, np.concatenate([root, 1j * root], axis=1))
 
 
@@ -164,8 +171,8 @@ class BandImpedance:
         return [replace(self, value=self.value + part) for part in self.deviation.T]
 
 
-def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
-    """Return the most likely Z of the bands, and its covariance.
+def smoothed(ratio: Complexes, variance: Array, counted: Array) -> tuple[Complexes, Array]:
+    """Return the most likely Z of the bands, and a covariance of it.
 
     Neighbours differ by about `BAND_STEP`: Σ |Z_b − ratio_b|²/variance_b + Σ |Z_b −
     Z_{b+1}|²/(0.3 s_b)² is least, with s the size of Z there. Bands with small variance keep their
@@ -175,6 +182,8 @@ def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
     ----------
     ratio, variance
         (bands,) of Z of each band alone.
+    counted
+        (bands,) the part of the variance that counts for the covariance.
     """
     weight = 1 / np.maximum(variance, 1e-6 * np.abs(ratio) ** 2 + 1e-300)
     value = ratio
@@ -184,8 +193,9 @@ def smoothed(ratio: Complexes, variance: Array) -> tuple[Complexes, Array]:
         )
         size = np.sqrt(squares / near)
         tie = 1 / (BAND_STEP * (size[1:] + size[:-1]) / 2) ** 2
-        matrix = np.diag(weight) - np.diag(tie, 1) - np.diag(tie, -1)
-        matrix += np.diag(np.append(tie, 0.0) + np.insert(tie, 0, 0.0))
-        value = np.linalg.solve(matrix, weight * ratio)
-    covariance = np.linalg.inv(matrix)
-    return value, np.asarray(covariance + covariance.T) / 2
+        ties = np.diag(np.append(tie, 0.0) + np.insert(tie, 0, 0.0))
+        ties -= np.diag(tie, 1) + np.diag(tie, -1)
+        inverse = np.linalg.inv(np.diag(weight) + ties)
+        value = inverse @ (weight * ratio)
+    covariance = inverse @ (np.diag(weight**2 * counted) + ties) @ inverse.T
+    return value, (covariance + covariance.T) / 2

@@ -97,7 +97,7 @@ def integrated(
         f"{name}: {sum(bed.spheres for bed in beds)} spheres, "
         f"{run.rows * run.intervals_per_row * run.interval:.2f} s in "
         f"{run.rows * run.intervals_per_row * run.substeps} steps"
-        + (f", from {done.state.row / run.rows:.0%} of them on" if done.state.row else "")
+        + (f", resumed at {done.state.row / run.rows:.0%}" if done.state.row else "")
         + f", about {seconds:.0f} s of CPU time",
         file=sys.stderr,
     )
@@ -110,7 +110,7 @@ def integrated(
             piece = _limited(work, name, report)
         except RunStopped as error:
             # what the machine did is over, what the run did comes again
-            print(f"{error}; once more", file=sys.stderr)
+            print(f"{error}; tried again", file=sys.stderr)
             piece = _limited(work, name, report)
         done = replace(piece, rows=(*done.rows, *piece.rows))
         done.write(folder, identity)

@@ -53,4 +53,4 @@ def check(longest: float) -> None:
         If the deadline is before its end.
     """
     if time.monotonic() + longest > _Deadline.end:
-        raise Continues(f"stopped in time, {longest:.0f} s before it would be over; it continues")
+        raise Continues(f"stopped {longest:.0f} s before the time limit; the next job continues")

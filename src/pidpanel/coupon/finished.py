@@ -61,7 +61,7 @@ def _faults_of_case(case: Case, folder: Path) -> Iterator[str]:
             outcome = coding.read(ShakeOutcome, path)
             outcome.check_run(run, path)
             if outcome.target != case.target:
-                raise FileDamaged(f"{path}: of another target")
+                raise FileDamaged(f"{path}: belongs to another target")
         except SolverFailure as failure:
             yield str(failure)
             continue
@@ -79,12 +79,12 @@ def _faults_of_run(run: Run, outcome: ShakeOutcome, folder: Path) -> Iterator[st
         return
     try:
         if rows.digest(run, folder, found.legs, found.cycles) != found.rows_digest:
-            yield f"{folder}: the rows of its cycles are not those that were written"
+            yield f"{folder}: its rows have changed since they were written"
     except SolverFailure as failure:
         yield str(failure)
     last = last_file(found.cycles)
     if files_of(folder, [last])[last] != found.last_digest:
-        yield f"{folder / last}: not there, damaged or changed since it was written"
+        yield f"{folder / last}: missing, damaged or changed since it was written"
 
 
 @cache

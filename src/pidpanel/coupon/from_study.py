@@ -129,7 +129,7 @@ def write_table(
         If the study has no such coupon.
     """
     if damper not in study.coupons:
-        raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
+        raise ValueError(f"{study.name}: no coupon named {damper!r}")
     cases = tuple(cases_by_coupon(study)[damper].values())
     coupon, last = study.coupons[damper], True
     if chosen is not None:

@@ -66,8 +66,8 @@ def told(folder: Path, wanted: Collection[str] = ()) -> str:
     if not found:
         return ""
     return (
-        f"{folder}: {found} made by another version of pidpanel, of LIGGGHTS or of a deck; kept, "
-        "not used and not mixed in; pidpanel clean removes them"
+        f"{folder}: {found} made by another version of pidpanel, of LIGGGHTS or of a deck; "
+        "kept but not used; pidpanel clean removes them"
     )
 
 

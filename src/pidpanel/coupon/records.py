@@ -44,7 +44,7 @@ def check_files(folder: Path, files: Files) -> None:
     """
     for name, digest in files_of(folder, files).items():
         if digest != files[name]:
-            what = "damaged or changed" if digest else "not there"
+            what = "damaged or changed" if digest else "missing"
             raise FileDamaged(f"{folder / name}: {what} since it was written")
 
 
@@ -118,7 +118,7 @@ def check_same(left: Packing | Bed | Run, wanted: Packing | Bed | Run, file: Pat
     FileDamaged
     """
     if left != wanted:
-        raise FileDamaged(f"{file}: of another {type(wanted).__name__.lower()}")
+        raise FileDamaged(f"{file}: belongs to another {type(wanted).__name__.lower()}")
 
 
 @dataclass(frozen=True)

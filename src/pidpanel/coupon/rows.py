@@ -124,8 +124,8 @@ def read_shaken(run: Run, folder: Path, found: Shaken) -> Array:
     check_cells(rows, read_cells(run, folder, found), folder)
     if digest(run, folder, found.legs, found.cycles) != found.rows_digest:
         raise FileDamaged(
-            f"{folder}: the rows of its cycles are not those that were written; delete the folder "
-            "to run it again"
+            f"{folder}: its rows have changed since they were written; delete the folder to "
+            "run it again"
         )
     return rows
 
@@ -222,9 +222,9 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
         ),
         (
             ours & ((height < lowest) | (height > packing.depth - lowest)),
-            "a centre of mass where the cells have no room for it",
+            "a centre of mass outside the free space of the cells",
         ),
-        (given < -stored, "more work returned up to it than the bed had to give"),
+        (given < -stored, "more work returned by then than the bed had stored"),
     ):
         if wrong.any():
             raise Unphysical(f"{folder}: cycle {int(np.argmax(wrong)) + 1} has {what}")
@@ -249,7 +249,8 @@ def check_cells(rows: Array, cells: Array, folder: Path) -> None:
     wrong = apart > ROUNDING * np.abs(cells).sum(axis=(1, 2))
     if wrong.any():
         raise Unphysical(
-            f"{folder}: cycle {int(np.argmax(wrong)) + 1} has another momentum than its cells"
+            f"{folder}: the momentum of cycle {int(np.argmax(wrong)) + 1} is not the sum over "
+            "its cells"
         )
 
 

@@ -153,7 +153,7 @@ def _repeated(run: Run, state: State, done: int, bed_folder: Path, home: Path) -
 def _check_same(run: Run, state: State, done: int, folder: Path, home: Path) -> None:
     """Refuse a run whose rows are not those that it gives again."""
     if rows.digest(run, home, (done,), done) != rows.digest(run, folder, state.legs, done):
-        raise FileDamaged(f"{folder}: run again, the rows of its cycles are others")
+        raise FileDamaged(f"{folder}: run again, because its rows have changed")
 
 
 def _ended(solver: Liggghts, run: Run, state: State, done: int, home: Path, folder: Path) -> End:
@@ -188,7 +188,7 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
         if len(lines) > 2 + state.legs[-1]:
             durable.write_text(path, "".join(lines[: 2 + state.legs[-1]]))
     if rows.digest(run, folder, state.legs, state.cycles) != state.rows_digest:
-        raise FileDamaged(f"{folder}: the rows of its cycles are not those that were written")
+        raise FileDamaged(f"{folder}: its rows have changed since they were written")
     _restore_start(run, state, bed_folder, folder)
     # a deck of the user's own may hold what no restart keeps: all of it is there, or none
     if run.deck is not None and _judged(run, target, state, folder)[0] > state.cycles:

@@ -100,7 +100,9 @@ def problems_of(run: Run, read: Read, folder: Path) -> list[SolverFailure]:
     balance = read.found.balance
     if balance is not None and not abs(balance.closure) <= CLOSURE_LIMIT:  # nor if it is NaN
         problems.append(
-            EnergyNotClosed(f"{folder}: {balance.closure:+.2%} of the work in the energy balance")
+            EnergyNotClosed(
+                f"{folder}: {balance.closure:+.2%} of the work is missing in the energy balance"
+            )
         )
     if balance is not None and damping.mean > 4 * damping.error:
         drive = run.drive
@@ -109,8 +111,8 @@ def problems_of(run: Run, read: Read, folder: Path) -> list[SolverFailure]:
         if not -CLOSURE_LIMIT < ratio < LOSSES_APART:
             problems.append(
                 LossesApart(
-                    f"{folder}: contacts lose {ratio:.3g} times what the rows say, "
-                    f"not 0 to {LOSSES_APART:g}"
+                    f"{folder}: contacts dissipate {ratio:.3g} times the energy in the rows; "
+                    f"allowed is 0 to {LOSSES_APART:g}"
                 )
             )
         work = balance.energies.work / balance.cycles
@@ -119,7 +121,7 @@ def problems_of(run: Run, read: Read, folder: Path) -> list[SolverFailure]:
         if not low - margin <= work <= high + margin:
             problems.append(
                 LossesApart(
-                    f"{folder}: work of {work:.3g} J a cycle in the energy balance, "
+                    f"{folder}: work of {work:.3g} J per cycle in the energy balance, "
                     f"{low:.3g} to {high:.3g} J in the rows"
                 )
             )

@@ -97,7 +97,7 @@ def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) ->
             return PaperLaw(printed=False)
         case "paper_printed":
             return PaperLaw(printed=True)
-    raise DampingError(f"reading {name}: no such reading, or its file is missing")
+    raise DampingError(f"damping model {name}: unknown, or its file is missing")
 
 
 def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
@@ -175,7 +175,7 @@ def write_damping(
         If the cases make no surface.
     """
     if damper not in study.coupons:
-        raise ValueError(f"{study.name}: no coupon of the name {damper!r}")
+        raise ValueError(f"{study.name}: no coupon named {damper!r}")
     coupon = study.coupons[damper]
     surface = surface_of(coupon, read_cases(cases))
     surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(

@@ -25,7 +25,7 @@ cell or the mass of the particles there is no closed form, and one process for a
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
 themselves reach (a single elastic sphere can exceed it).
 
-How well that predicts cases and tones left out is counted in docs/theory.md.
+How well that predicts cases and tones left out is counted in docs/theory/damping.md.
 """
 
 from __future__ import annotations

@@ -302,7 +302,7 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
     if not len(good):
         raise DampingError(
             f"{len(good)} of {len(frame)} rows count (status {' or '.join(COUNTED)}, C_e above "
-            f"its error, acceleration_g above {onset_g:g}): 1 at least is needed"
+            f"its error, acceleration_g above {onset_g:g}): at least 1 is needed"
         )
     mass_per_fill = np.nan
     if PARTICLE_MASS in good:

@@ -158,7 +158,7 @@ def _orthonormal(columns: Array, mass: sp.csr_array) -> tuple[Array, Array]:
         try:
             triangle = la.cholesky(columns.T @ (mass @ columns))
         except la.LinAlgError:
-            raise RuntimeError("the vectors of Lanczos end before the modes are found") from None
+            raise RuntimeError("the Lanczos iteration ended before all modes were found") from None
         columns = la.solve_triangular(triangle, columns.T, trans="T").T
         whole = triangle @ whole
     return columns, whole

@@ -273,7 +273,7 @@ def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[li
     turns = [signed_area(np.roll(corners, -k, axis=0)[:3]) for k in range(4)]
     if min(turns) <= 0 <= max(turns):
         raise ValueError(
-            f"{path}: element {element}: its corners do not go round a convex quadrilateral"
+            f"{path}: element {element}: its corners do not form a convex quadrilateral"
         )
     if np.linalg.norm(corners[0] - corners[2]) <= np.linalg.norm(corners[1] - corners[3]):
         return [[a, b, c], [a, c, d]]
@@ -290,8 +290,8 @@ def _check_orientation(path: Path, element: Index, vertices: Array, triangles: I
     turned = np.sign(area) != np.sign(np.median(np.sign(area)) or area[0])
     if turned.any():
         raise ValueError(
-            f"{path}: element {element[turned][0]} is inverted: its nodes go round the other way"
-            " than those of most others"
+            f"{path}: element {element[turned][0]} is inverted: its nodes run in the opposite "
+            "direction to most others"
         )
 
 

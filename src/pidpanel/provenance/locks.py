@@ -41,7 +41,7 @@ def alone(path: Path) -> Iterator[None]:
             file.seek(0)
             holder = file.read().strip() or "another process"
             if not _end_orphan(holder):
-                print(f"{path}: waits for {holder}, which writes the same files", file=sys.stderr)
+                print(f"{path}: waiting for {holder}, which writes the same files", file=sys.stderr)
             fcntl.flock(file, fcntl.LOCK_EX)
         except OSError:
             yield

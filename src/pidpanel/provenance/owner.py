@@ -46,9 +46,9 @@ def check_owner(study: CouponStudy, file: Path, results: Path) -> None:
         return
     if _is_another(study, other):
         raise OwnerError(
-            f"{file}: {mark.parent} holds the results of {other.resolve()}, another study "
-            f"of the name {study.name}: give this one another name, or use another --directory; "
-            f"remove {mark} if they shall be replaced"
+            f"{file}: {mark.parent} has the results of {other.resolve()}, another study named "
+            f"{study.name}: rename this study or use another --directory, or remove {mark} to "
+            "replace them"
         )
 
 

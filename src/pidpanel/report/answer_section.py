@@ -63,10 +63,10 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
     left = f" {beside} more below, under All scenarios." if beside else ""
     lost = f" {len(answer.lost)} without a steady response." if answer.lost else ""
     reading = "" if not answer.candidates else f"Damping: {_damping(answer)}. "
-    of = "of the coupled runs" if answer.is_coupled else "that of the damping"
+    of = "of the coupled runs" if answer.is_coupled else "due to the damping"
     error = f"±: one standard error, {of}. " if answer.has_errors else ""
     return Table(
-        f"{reading}Acceleration in g rms, 3σ in brackets; reduction of the rms at point "
+        f"{reading}Acceleration in g rms, 3σ in brackets. Reduction of the rms at point "
         f"{answer.worst}, where the bare panel moves most. {error}"
         f"{level_text(inputs).strip()}{left}{lost}".strip(),
         [

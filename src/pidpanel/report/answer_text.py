@@ -24,7 +24,7 @@ from pidpanel.report.text import READINGS, number, percent, plain, value_text, w
 from pidpanel.response.bands import reduction
 from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
 
-NOTHING_MOVES = "Every response point lies on a support and does not move: there is no answer."
+NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
 
 BETWEEN_POINTS = 1.12
 """Times the worst point, 1 dB: more anywhere else on the panel is said."""
@@ -42,29 +42,31 @@ def _untrusted(answer: Answer) -> str:
     """Say why the result is not to be trusted, where none of its numbers is."""
     shown = answer.best or (answer.bare,)
     doubts = [[doubt for doubt in one.doubts if doubt != NO_ERROR] for one in shown]
-    return f" Not to be trusted as it stands: {', '.join(doubts[0])}." if all(doubts) else ""
+    return f" Caution: {', '.join(doubts[0])}." if all(doubts) else ""
 
 
 def _result(answer: Answer) -> str:
     bare = answer.bare.at[answer.worst].rms
     if not answer.candidates:
         said = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
-        said += f"{answer.worst}, the worst, under {round(answer.oaspl, 1):g} dB."
+        said += f"{answer.worst}, the worst response point, under {round(answer.oaspl, 1):g} dB."
         if answer.lost:
             said += " No damper of the study gives a steady response."
         return said
     best = answer.best
     first = answer.of(best[0])
     at = f"{number(bare)} → {_range([answer.of(one) for one in best])} g rms at point "
-    at += f"{answer.worst}, the worst ({_decibels([answer.of(one) for one in best])})"
+    at += (
+        f"{answer.worst}, the worst response point ({_decibels([answer.of(one) for one in best])})"
+    )
     what = f"{together(best, answer.candidates)}{_mass(best)}: {at}"
     if not answer.has_errors:
-        return f"{what}. The damping has no stated error, so no scenario is called better."
+        return f"{what}. The damping has no stated error, so scenarios are not ranked."
     gains = [is_gain(answer.of(one)) for one in best]
     if not any(gains):
         return f"{what}: no reduction beyond its error."
     if len(best) > 1:
-        others = "these cannot be told apart"
+        others = "the difference is within the uncertainty"
         return f"{what}; {others}.{_then(answer, best[0])}"
     if len(answer.candidates) == 1:
         return f"{what}.{_then(answer, best[0])}"
@@ -86,7 +88,10 @@ def _then(answer: Answer, one: Candidate) -> str:
     error = math.hypot(high.rms_error, own.rms_error)
     if not high.rms - own.rms > 2 * error:
         return ""
-    return f" The worst point is then {now}, with {with_error(high.rms, high.rms_error)} g rms."
+    return (
+        f" The worst response point is then {now}, with "
+        f"{with_error(high.rms, high.rms_error)} g rms."
+    )
 
 
 def _range(at: Sequence[AtPoint]) -> str:
@@ -141,8 +146,8 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         of = good.loc[good["scenario"].isin([one.scenario.label for one in linear])]
         largest = number(of["displacement_rms_mm"].max(), 2)
         said.append(
-            f"{_of(linear, answer)} move by up to {largest} mm rms, more than a tenth of "
-            "the thickness: a real panel stiffens there."
+            f"{_of(linear, answer)} move by up to {largest} mm rms, more than a tenth of the "
+            "thickness. A real panel stiffens there."
         )
     outside = [one for one in doubted if any(EXTRAPOLATED in doubt for doubt in one.doubts)]
     if outside:
@@ -151,18 +156,18 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
-        (CARRIED, "not run itself: C_e and m_a are those of coupled runs at other levels"),
+        (CARRIED, "not run; C_e and m_a are interpolated from coupled runs at other levels"),
         (
             KNOWN_TO,
-            "the error of g rms is more than twice the wanted "
+            "the error of g rms is more than twice the requested "
             f"{percent(study.damping.coupled.relative_error, 1)}",
         ),
         (
             "several solutions",
             "damping and motion agree at several accelerations; the highest is shown",
         ),
-        ("motion not converged", "the motion at which C_e is read is not converged"),
-        ("basis too small", "the shapes of the panel do not carry these dampers"),
+        ("motion not converged", "the acceleration is not converged"),
+        ("basis too small", "the basis is too small for these dampers"),
     ):
         named = [one for one in doubted if any(own.startswith(doubt) for own in one.doubts)]
         if named:
@@ -173,27 +178,24 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         if label == answer.bare.scenario.label and rms.max() > BETWEEN_POINTS * bare:
             x, y = inputs.basis.vertex_position[int(rms.argmax())]
             said.append(
-                f"The bare panel moves most at ({x:.2f}, {y:.2f}) m, {number(rms.max())} g rms, "
-                "where there is no response point."
+                f"The bare panel moves most at ({x:.2f}, {y:.2f}) m, {number(rms.max())} g "
+                "rms. There is no response point there."
             )
     if answer.candidates and not answer.has_errors:
-        said.append("The damping has no stated error, so these results have none either.")
+        said.append("The damping has no stated error, so neither have the results.")
     if answer.candidates and not all(math.isfinite(one.mass) for one in answer.candidates):
-        said.append(
-            f"{READINGS[answer.reading]} gives no mass: the particles weigh on the panel, and that "
-            "is not computed."
-        )
+        said.append(f"{READINGS[answer.reading]} does not include the mass of the particles.")
     if answer.candidates and reads_dem(inputs, answer.reading):
         said.append(
-            "C_e is measured at one frequency at a time; under sound, which has all of them at "
-            "once, it is lower at high frequencies: reductions are overstated."
+            "C_e is measured at single frequencies. Under broadband sound it is lower at high "
+            "frequencies, so reductions are overestimated."
         )
     if inputs.radiation is not None and answer.candidates:
         said.append(_air(inputs, answer))
     elif study.response.radiation == "none" and answer.candidates:
         said.append(
-            "Without the air: what the panel radiates damps it too, and leaves less for a damper "
-            "to gain (response.radiation_beside)."
+            "Radiation damping is not included, so reductions are overestimated "
+            "(response.radiation_beside)."
         )
     return [one for one in said if one][:CAVEATS]
 

@@ -104,7 +104,7 @@ def fill_is_most_effective(
         f"point {point}: r = {rms.index[best]:g}, {mean[best, number]:.2f} dB"
         for number, (point, best) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
     )
-    text = f"lowest at {'; '.join(parts)}. By the mean over third octaves lowest at {by_band}"
+    text = f"lowest at {'; '.join(parts)}. In the mean over third octaves lowest at {by_band}"
     return _found(margins, errors, text)
 
 
@@ -157,7 +157,7 @@ def fills_are_alike(
         [_apart(of[point], chosen[point].idxmax(), chosen[point].idxmin()) for point in chosen]
     )
     parts = [f"point {p}: {_by(s, e)}" for p, s, e in zip(rms.columns, spread, errors, strict=True)]
-    text = f"spread {'; '.join(parts)} (alike below {ALIKE:g} dB)"
+    text = f"spread {'; '.join(parts)} (the same below {ALIKE:g} dB)"
     return _found(ALIKE - spread, errors, text)
 
 
@@ -179,8 +179,8 @@ def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Findin
     return _found(
         above - below,
         spread,
-        f"in {int((above > below).sum())} of {below.size} responses; mean over the third octaves "
-        f"from {centre[half]:.0f} Hz {above.mean():.2f} dB, below {below.mean():.2f} dB",
+        f"in {int((above > below).sum())} of {below.size} responses; mean over the third "
+        f"octaves from {centre[half]:.0f} Hz {above.mean():.2f} dB, below {below.mean():.2f} dB",
     )
 
 
@@ -257,8 +257,8 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
     return _found(
         ALIKE - np.abs(rise - step),
         spread,
-        f"steps of {step.min():g} dB in the sound raise the third octaves by {rise.min():.2f} to "
-        f"{rise.max():.2f} dB (linear within {ALIKE:g} dB)",
+        f"steps of {step.min():g} dB in the sound raise the third octaves by {rise.min():.2f} "
+        f"to {rise.max():.2f} dB (linear within {ALIKE:g} dB)",
     )
 
 

@@ -62,7 +62,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
             answer, evidence = "cannot be tested", verdict.reason
         else:
             finding = verdict.finding
-            undecided = "within the errors" if finding.has_errors else "no error, no verdict"
+            undecided = "within the errors" if finding.has_errors else "no error, not judged"
             answers = {True: "holds", False: "does not hold", None: undecided}
             answer, evidence = answers[finding.holds], finding.evidence
         rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
@@ -71,8 +71,8 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
     for before, row in reversed(list(pairwise(rows))):
         row[0] = "" if row[0] == before[0] else row[0]
     return Table(
-        "The paper's claims tested against these results; decided where the numbers are more than "
-        f"{APART:g} standard errors apart",
-        ["claim", "reading", "verdict", "evidence (rms acceleration)"],
+        "The paper's claims tested against these results; decided where values differ by more "
+        f"than {APART:g} standard errors",
+        ["claim", "damping model", "verdict", "evidence (rms acceleration)"],
         rows,
     )

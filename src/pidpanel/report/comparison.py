@@ -191,7 +191,7 @@ def rows_of(found: Sequence[Difference]) -> list[list[str]]:
 def columns_of(one: Side, other: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
     values = [f"{side.name}, g rms" for side in (one, other)]
-    return ["reading", "scenario", "point", *values, "reduction, dB", f"{other.name} is"]
+    return ["damping model", "scenario", "point", *values, "reduction, dB", f"{other.name} is"]
 
 
 def told(one: Side, other: Side) -> Iterator[str]:
@@ -204,9 +204,8 @@ def told(one: Side, other: Side) -> Iterator[str]:
     found = differences(one, other)
     if not found:
         raise NothingInCommon(
-            f"{one.name}, {other.name}: no scenario and point of the same name in both; points of "
-            f"{one.name} are {_names(one.summary['point'])}, of {other.name} "
-            f"{_names(other.summary['point'])}"
+            f"{one.name}, {other.name}: no common scenario and point; points of {one.name} are "
+            f"{_names(one.summary['point'])}, of {other.name} {_names(other.summary['point'])}"
         )
     rows = [columns_of(one, other), *rows_of(found)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -233,6 +232,6 @@ def outcome(found: Sequence[Difference]) -> str:
     verdicts = Counter(one.verdict for one in found)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
-        f"{len(found)} values: {named}. A difference counts from {SIGMAS:g} standard errors, those "
-        "of both studies taken as independent."
+        f"{len(found)} values: {named}. A difference is significant from {SIGMAS:g} standard "
+        "errors on, with the errors of both studies taken as independent."
     )

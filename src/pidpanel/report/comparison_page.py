@@ -42,7 +42,7 @@ def comparison_page(one: Side, other: Side) -> Page:
     found = differences(one, other)
     certain = [d for d in found if d.verdict in ("lower", "higher")]
     columns = columns_of(one, other)
-    said = f"Where {other.name} differs from {one.name} by more than the stated errors"
+    said = f"Where {other.name} and {one.name} differ by more than the stated errors"
     first = [Table(said, columns, rows_of(certain), cards=True)] if certain else []
     missing = [
         Paragraph(f"Only in {side.name}: {', '.join(names)}.")
@@ -101,7 +101,7 @@ def _psds(one: Side, other: Side, found: list[Difference]) -> list[Picture]:
             ]
             if curves:
                 panel = Panel(READINGS.get(reading, reading), f"point {point}", curves)
-                caption = f"Acceleration PSD at point {point}; dotted: the bare panels."
+                caption = f"Acceleration PSD at point {point}; bare panels dotted."
                 chart = chart_of(panel.title, both, curves)
                 image = style.png(psd_figure(both, [panel]))
                 name = f"psd_{len(pictures)}"
@@ -134,6 +134,6 @@ def _maps(one: Side, other: Side) -> list[Section]:
         cases = zip(side.maps["reading"].to_numpy(), side.maps["scenario"].to_numpy(), strict=True)
         titles = {(str(r), str(s)): f"{side.name}: {s}" for r, s in cases}
         image = style.png(map_figure(side.maps, side.cell_in_patch, titles, tops))
-        caption = f"Rms acceleration and stress of {side.name}; colours as beside."
+        caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
         blocks.append(Picture(f"maps_{number}", image, caption))
     return [Section("maps", "Maps", blocks)]

@@ -17,11 +17,11 @@ CURVES = 6
 """Patches in the figure at most."""
 
 WHAT = (
-    "Panel and particles are integrated together under a random sound. The force of the particles "
-    "is then split into a part that is linear in the motion of the patch, C_e and m_a, and the "
-    "particles' own force, which is the rest. The panel with both has the PSDs of this page. "
-    "Residual: mean square of the records over that of the panel with both under the same sound; "
-    "where it exceeds its scatter it is part of the error."
+    "Panel and particles are integrated together under random sound. The force of the "
+    "particles is then split into a part that is linear in the motion of the patch, C_e and "
+    "m_a, and the remaining own force of the particles. The PSDs in this report include both. "
+    "Residual: mean square of the records over the prediction under the same sound; the part "
+    "above its scatter is included in the error."
 )
 
 
@@ -83,8 +83,8 @@ def coupled_table(
         columns = ("youngs_modulus_mpa", "particle_mass_per_area_kg_m2")
         rows.append([names[label], *known, *(_by_patch(beds, column) for column in columns)])
     return Table(
-        "Coupled runs; ranges are over the points. Own force: share of the mean square of the "
-        "acceleration that is due to it.",
+        "Coupled runs, with ranges over the points. Own force: its share of the mean square "
+        "acceleration.",
         [
             "scenario", "runs", "standard error of g rms, %", "residual, dB", "own force, %",
             "Young's modulus of the contacts, MPa", "particles, kg/m²",

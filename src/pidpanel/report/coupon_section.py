@@ -62,10 +62,10 @@ def coupon_section(
     steadiness = Picture(
         "steadiness",
         style.png(steadiness_figure(coupon.records)),
-        "Energy dissipated per cycle and area in a few runs. Dotted: end of the transient, found "
-        "from the data (marginal standard error rule). Band: mean of the cycles after it ± one "
-        "standard error (by blocking; from 60 cycles on, without the energy that the bed stores in "
-        "one cycle and returns in the next).",
+        "Energy dissipated per cycle and area in some runs. Dotted: end of the transient, "
+        "determined from the data (marginal standard error rule). Band: mean of the following "
+        "cycles ± one standard error (by blocking; from 60 cycles on without the energy that "
+        "the bed stores in one cycle and returns in the next).",
     )
     blocks: list[Block] = [
         *states_paragraph(cases),
@@ -91,10 +91,11 @@ def states_paragraph(cases: pd.DataFrame) -> list[Paragraph]:
         return []
     return [
         Paragraph(
-            f"In {counted(len(several), 'case')} the cells end in different states of motion under "
-            "the same drive: a bed may ride, or cross the gap once in one, two or three cycles. "
-            "Each state is in the table with its share of the cells, from beds at rest and beds "
-            "shaken hard before; C_e is the mean of all cells, and its error reaches every state."
+            f"In {counted(len(several), 'case')} the cells end in different states of motion "
+            "under the same drive: a bed may ride, or cross the gap every one, two or three "
+            "cycles. The table lists each state with its share of the cells, from beds at "
+            "rest and beds shaken hard. C_e is the mean of all cells, and its error covers "
+            "every state."
         )
     ]
 
@@ -169,7 +170,7 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
 
 
 def _left_out(count: int) -> str:
-    return f" {counted(count, 'case')} between those of the sweep only in the table."
+    return f" {counted(count, 'case')} between those of the sweep are only in the table."
 
 
 def particles_picture(spheres: Spheres) -> Picture:
@@ -190,7 +191,7 @@ def particles_picture(spheres: Spheres) -> Picture:
         + f", r = {spheres.run.fill_fraction:g}, {spheres.run.drive.frequency:g} Hz, "
         f"Γ = {spheres.run.drive.gamma:.4g} ({spheres.label})."
     )
-    caption = f"{where} State after {spheres.cycles} cycles; colour: speed relative to the cell."
+    caption = f"{where} State after {spheres.cycles} cycles. Colour: speed relative to the cell."
     image = pictures.spheres_picture(
         places,
         spheres.diameters[inside],

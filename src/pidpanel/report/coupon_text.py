@@ -49,6 +49,7 @@ def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
         parts.append(f"hollow, shell of {own.shell_mm:g} mm")
     cell = coupon.cell
     count = "a varied number of" if "cell.count" in coupon.vary else f"{cell.count}"
+    across = "diameter" if cell.shape == "circle" else "wide"
     word = "" if "cell.shape" in coupon.vary else f"{SHAPES[cell.shape].word} "
     gravity = (
         "gravity varied"
@@ -59,8 +60,9 @@ def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
         )
     )
     return (
-        f"{', '.join(parts)}; {count} {word}cells of {cell.across_flats_mm:g} mm × "
-        f"{cell.depth_mm:g} mm; {gravity}. {accuracy_text(coupon, cases)}"
+        f"{', '.join(parts)}; {count} {word}cell{'' if count == '1' else 's'}, "
+        f"{cell.across_flats_mm:g} mm {across}, {cell.depth_mm:g} mm deep; {gravity}. "
+        f"{accuracy_text(coupon, cases)}"
     )
 
 
@@ -69,14 +71,14 @@ def accuracy_text(coupon: Coupon, cases: pd.DataFrame) -> str:
     good = cases[cases["status"] == "ok"]
     asked = coupon.accuracy
     said = (
-        f"{counted(asked.seeds, 'packing')} a case, run until the standard error of C_e is "
-        f"{percent(asked.relative_error)} or {asked.max_cycles} cycles are over"
+        f"{counted(asked.seeds, 'packing')} per case, run until the standard error of C_e is "
+        f"{percent(asked.relative_error)} or for {asked.max_cycles} cycles"
     )
     if not len(good):
         return f"{said}; no case is ok."
     relative = (good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"]).abs()
     return (
-        f"{said}; reached: {percent(relative.median(), 1)} in the median, "
+        f"{said}. Reached: {percent(relative.median(), 1)} in the median, "
         f"{percent(relative.max(), 1)} at most, in {len(good)} of {counted(len(cases), 'case')}."
     )
 
@@ -90,7 +92,7 @@ def coupon_finding(cases: pd.DataFrame) -> str:
         Rows of ``coupon/cases.csv`` with status ok.
     """
     if not len(cases):
-        return "No case is ok: nothing is known of this coupon."
+        return "No case is ok, so there is no result for this coupon."
     most = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
     low, high = cases["equivalent_damping_n_s_m3"].min(), cases["equivalent_damping_n_s_m3"].max()
     span = (

@@ -41,16 +41,17 @@ def damping_section(results: DampingResults) -> Section:
     rms = float(np.sqrt((left["log_error"] ** 2).mean()))
     blocks: list[Block] = [
         Paragraph(
-            f"{len(surface.cases)} cases give C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors "
-            "by Gaussian processes in r, Γ and stroke over clear gap W/L, weighted by the errors "
-            "of the cases: one for beds that ride on the floor, one about the perfectly inelastic "
-            "body for those that cross the gap. Where it is not known which of them a bed does, "
-            "the error is that of not knowing. Below the onset "
-            f"Γ₀ = {surface.onset_g:g} nothing is dissipated, and C_e is limited to the bound of "
-            "an inelastic bed. When each case is predicted from the others, the error of ln C_e "
+            f"{len(surface.cases)} cases give C_e(r, f, Γ) and m_a(r, f, Γ) with standard "
+            "errors by Gaussian processes in r, Γ and stroke over clear gap W/L, weighted by "
+            "the errors of the cases. One process covers beds that ride on the floor, another "
+            "the deviation from the perfectly inelastic body for beds that cross the gap. "
+            "Between them the error covers both regimes. Below the onset Γ₀ = "
+            f"{surface.onset_g:g} there is no dissipation, and C_e is limited to the bound of "
+            "an inelastic bed. If each case is predicted from the others, the error of ln C_e "
             f"is {rms:.2f} rms (a factor of {np.exp(rms):.2f}), and "
-            f"{percent((z.abs() < 1.96).mean())} of the cases lie within 1.96 predicted standard "
-            "errors. The simulated range is the convex hull of the cases in r, ln f and ln Γ: "
+            f"{percent((z.abs() < 1.96).mean())} of the cases lie within 1.96 predicted "
+            "standard errors. The simulated range is the convex hull of the cases in r, ln f "
+            "and ln Γ: "
             + ", ".join(
                 f"{name} from {low:g} to {high:g}{unit}"
                 for name, unit, low, high in zip(
@@ -74,8 +75,7 @@ def damping_section(results: DampingResults) -> Section:
         _picture(
             "damping_left_out",
             damping_figures.left_out_figure(left),
-            "C_e of each case as predicted from the other cases, with the predicted standard "
-            "error.",
+            "C_e of each case predicted from the other cases, with the predicted standard error.",
         ),
     ]
     if results.rounds:
@@ -107,12 +107,12 @@ def rounds_table(rounds: Sequence[Round]) -> Table:
         rows.append([str(one.round), str(before.count), percent(worst[0], 2), worst[1]])
     last = rounds[-1]
     said = (
-        f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of the "
-        "scenarios themselves."
+        f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of "
+        "the scenarios."
     )
     return Table(
-        "Cases chosen in rounds, in each the cases that reduce the errors of the rms accelerations "
-        f"most. {said}",
+        "Cases chosen in rounds. Each round takes the cases that most reduce the errors of "
+        f"the rms accelerations. {said}",
         ["round", "cases run", "largest relative standard error of rms acceleration", "of"],
         rows,
     )
@@ -170,10 +170,10 @@ def quoted(of: pd.DataFrame, gamma: float) -> str:
     a2 = f"{number(v['gamma0'])}{_term(v['gamma1'])} r"
     a3 = f"r ({number(v['delta0'])}{_term(v['delta1'])} r)"
     return (
-        f"Law of these cases at Γ = {gamma:g}, where the form fits best: "
-        f"C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) with a₁ = {a1}, a₂ = {a2}, a₃ = {a3} s; C_e in N s/m³, "
-        f"ω = 2πf in rad/s. The {int(first['points'])} cases scatter about it by "
-        f"{first['scatter']:.2f} in ln C_e; the table gives the intervals of its constants."
+        f"Law of these cases at Γ = {gamma:g}, where the form fits best: C_e = (1/2π) a₁ "
+        f"ω^(a₂−1) e^(−a₃ω) with a₁ = {a1}, a₂ = {a2}, a₃ = {a3} s; C_e in N s/m³, ω = 2πf in "
+        f"rad/s. The {int(first['points'])} cases scatter about it by {first['scatter']:.2f} "
+        "in ln C_e. The table gives the confidence intervals of the constants."
     )
 
 
@@ -249,9 +249,9 @@ def form_blocks(results: DampingResults) -> list[Block]:
         for row in records(results.comparison)
     ]
     table = Table(
-        "Closed forms for all cases at every Γ, with η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and the stroke "
-        "over clear gap W/L. Errors are those of ln C_e. Left out: a tenth of the cases at a time, "
-        "predicted with constants fitted to the others. AICc: lower is better.",
+        "Closed forms for all cases at every Γ, with η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and the "
+        "stroke over clear gap W/L. Errors are those of ln C_e. Left out: a tenth of the "
+        "cases in turn, predicted with constants fitted to the others. AICc: lower is better.",
         ["form", "constants", "rms, fitted", "rms, left out", "typical factor, left out",
          "largest factor, left out", "AICc"],
         rows,

@@ -39,7 +39,7 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             if study.scenarios
             else "none: the bare panel alone",
         ),
-        *([("C_e(r, f, Γ) read at", read_at_text(study))] if study.scenarios else []),
+        *([("C_e(r, f, Γ) evaluated at", read_at_text(study))] if study.scenarios else []),
         *coupled_facts(inputs),
         (
             "Power balance",
@@ -48,8 +48,8 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
         ),
         (
             "Basis",
-            f"at most {percent(good['basis_error'].max(), 2)} of a PSD is missed in any scenario "
-            "at the lines where all elements were solved beside it",
+            f"at most {percent(good['basis_error'].max(), 2)} of a PSD is missing in any "
+            "scenario, at the lines that were also solved on all elements",
         ),
     ]
     for name, coupon in inputs.coupons.items():
@@ -95,12 +95,12 @@ def read_at_text(study: Study) -> str:
     """Return at which Γ the damping is read."""
     level = study.damping.level
     if study.readings == (COUPLED,):
-        return "the motion that each patch has in the coupled runs"
+        return "the motion of each patch in the coupled runs"
     if level.by == "element":
         return "the acceleration of each element of a patch (level.by: element)"
     if level.kind == "patch":
-        return "the acceleration of the patch itself (level.kind: patch)"
-    return f"a stated Γ = {level.acceleration_g:g} (level.kind: stated)"
+        return "the acceleration of the patch (level.kind: patch)"
+    return f"Γ = {level.acceleration_g:g} from the study (level.kind: stated)"
 
 
 def cases_text(cases: pd.DataFrame) -> str:
@@ -163,8 +163,8 @@ def files_step(study: Study, folder: Path) -> tuple[str, str]:
     files += [f"coupled/{name}.csv" for name in COUPLED_TABLES if study.is_coupled]
     files = [name for name in files if (folder / name).is_file()]
     text = (
-        f"Tables and fields behind this page are in results/{study.name}: {', '.join(files)}; its "
-        "figures are in report/. The files carry the hash of the study and the versions of the "
-        "software, no time stamps."
+        f"Tables and fields of this report are in results/{study.name}: {', '.join(files)}; "
+        "figures are in report/. The files carry the hash of the study and the versions of "
+        "the software, without time stamps."
     )
     return (text, "")

@@ -120,9 +120,9 @@ def film_picture(shot: Shot) -> Picture:
     slow = SECONDS * drive.frequency
     caption = (
         f"{CYCLES} cycles at {drive.frequency:g} Hz, Γ = {drive.gamma:.4g}, r = "
-        f"{run.fill_fraction:g}, slowed down {slow:.0f} times: computed positions of the particles "
-        f"in {shown} of {packing.count} cells, seen from outside; the cells move by "
-        f"±{1e3 * drive.amplitude:.2g} mm. Colour: speed relative to the cell, 0 (dark) to "
+        f"{run.fill_fraction:g}, {slow:.0f} times slower: computed positions of the particles "
+        f"in {shown} of {packing.count} cells, seen from outside. The cells move "
+        f"by ±{1e3 * drive.amplitude:.2g} mm. Colour: speed relative to the cell, 0 (dark) to "
         f"{limits[1]:.2g} m/s (bright)."
     )
     return Picture("film", _webp(images, SECONDS * CYCLES / len(images)), caption, format="webp")

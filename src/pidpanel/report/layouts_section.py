@@ -27,8 +27,8 @@ ROWS_SHOWN = 15
 """Filled patches whose table is shown without being asked for."""
 
 DEAD_WEIGHT = (
-    "Dead weight: the same mass in the same places and no damping. The difference is what the "
-    "damping does; it is small where a damper works as a mass."
+    "Dead weight: the same mass in the same places without damping. The difference is the "
+    "effect of the damping; it is small where a damper acts as a mass."
 )
 
 
@@ -99,10 +99,10 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
     columns += ["added, kg", "of the panel, %", "point", "g rms", "reduction, dB"]
     columns += ["dead weight: reduction, dB", "difference, dB"]
     return Table(
-        "Mass of the dampers, in kg and in percent of the panel with what is attached to it; rms "
-        "acceleration, and its reduction against the bare panel under the same sound. "
-        f"{DEAD_WEIGHT} ±: one standard error, where known. –: the "
-        "mass of the damper is not known.",
+        "Mass of the dampers, in kg and in percent of the panel including attached masses; "
+        "rms acceleration, and its reduction against the bare panel under the same sound. "
+        f"{DEAD_WEIGHT} ±: one standard error, where known. –: the mass of the damper is "
+        "unknown.",
         columns,
         rows,
         folded=not layouts,
@@ -160,10 +160,10 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
     of = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
     by = inputs.study.damping.level.by
     read = {
-        "patch": " C_e of all elements is read at the mean of the patch; damping.level.by: "
-        "element reads it at the motion of each element.",
-        "element": " C_e of each element is read at its own motion (damping.level.by: element); "
-        "Γ of C_e is their mean.",
+        "patch": " C_e uses the mean motion of the patch; damping.level.by: element uses the "
+        "motion of each element.",
+        "element": " C_e uses the motion of each element (damping.level.by: element); Γ of "
+        "C_e is their mean.",
     }[by]
     if not of["damping_read_at_g"].notna().any():
         read = ""
@@ -185,10 +185,9 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
         for row in records(of)
     ]
     return Table(
-        "Motion: amplitude of the sine with the rms acceleration of the patch, "
-        "mean over its area, with the dampers and on the bare panel; of its elements: lowest and "
-        f"highest.{read}",
-        ["layout", "reading", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
+        "Motion: amplitude of the sine with the rms acceleration of the patch, averaged over "
+        f"its area, with the dampers and on the bare panel. Elements: lowest and highest.{read}",
+        ["layout", "damping model", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
          "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
         rows,
         folded=len(rows) > ROWS_SHOWN,
@@ -244,8 +243,8 @@ def _psd_picture(
     frequency = inputs.psd["frequency"].to_numpy()
     panel = Panel(READINGS[reading], "", [*curves, *dead, *own])
     caption = (
-        f"One-sided acceleration PSD at point {point}: bare panel, layouts, and (dotted) the same "
-        "masses as dead weight in the same places."
+        f"One-sided acceleration PSD at point {point}: bare panel, layouts, and the same "
+        "masses as dead weight (dotted)."
     )
     if len(scenarios) == 1:
         caption += " Shaded: one standard error of the damping, where known."

@@ -21,7 +21,7 @@ def losses_section(cases: pd.DataFrame) -> Section:
     """
     closure = cases["closure"].dropna().abs()
     if closure.empty:
-        text = "No run listed its contacts, so the balance of the energy is not known."
+        text = "No run listed its contacts, so the energy balance is unknown."
         return Section("losses", "Energy balance of the coupon", [Paragraph(text)])
     caption = (
         "Left: share of the losses in the normal direction of the contacts (damping of the Hertz "

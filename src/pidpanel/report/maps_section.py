@@ -35,11 +35,11 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
     layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
     figure = map_figure(maps, cell_in_patch, titles)
     caption = (
-        "Rms values over the response's frequency range, all over the panel (response.maps; "
-        "numbers in response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises "
-        f"stress is its root mean square, the largest of the layers ({layers}). White: edges of "
-        f"the patches. The colour scale ends at the value that {percent(BEYOND)} of the area "
-        "exceeds: at a re-entrant corner or a point support the stress of plate theory is "
-        "unbounded."
+        "Rms values over the frequency range of the response (response.maps; numbers in "
+        "response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises stress is "
+        f"its root mean square, the largest of the layers ({layers}). White: edges of the "
+        f"patches. The colour scale ends at the value that {percent(BEYOND)} of the area "
+        "exceeds, because plate theory has unbounded stress at re-entrant corners and point "
+        "supports."
     )
     return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])

@@ -58,14 +58,15 @@ def _ranked(candidates: Sequence[Candidate], point: str) -> str:
         bare = [replace(one, reduction_error=math.nan) for one in at]
         return f"at {point} reductions of {_span(bare)}, without a stated error"
     if not any(is_gain(one) for one in at):
-        return f"at {point} none reduces by more than its error ({_span(at)})"
+        return f"at {point} no reduction exceeds its error ({_span(at)})"
     best = alike(ranked, at)
     named = together(best, ranked)
     if len(best) == len(ranked) > 1:
-        return f"at {point} {named} cannot be told apart ({_span(at)})"
+        return f"at {point} {named} agree within the uncertainty ({_span(at)})"
     if len(best) > 1:
         return (
-            f"at {point} most with {named}, which cannot be told apart ({_span(at[: len(best)])})"
+            f"at {point} most with {named}, which agree within the uncertainty "
+            f"({_span(at[: len(best)])})"
         )
     return f"at {point} most with {named} ({_one(ranked[0], point)})"
 

@@ -127,10 +127,7 @@ def panel_section(
         dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
         {name: (x, y) for name, (x, y) in at},
     )
-    caption = (
-        f"Mesh of {len(basis.cells)} elements with the patches that can be filled and the response "
-        "points."
-    )
+    caption = f"Mesh of {len(basis.cells)} elements with the patches and the response points."
     if study.panel.size is None:
         caption += " Curved edges are drawn as straight segments."
     blocks: list[Block] = [_shapes(basis, modes), mode_table(modes, folded=True)]

@@ -76,7 +76,7 @@ def radiation_finding(
         return instead
     less = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
     verdict = f"The reduction is then smaller in {percent(less)} of the scenarios and points"
-    verdict += f": computed with {SIDES[own]} it is overstated." if less > 0.5 else " only."
+    verdict += f": computed with {SIDES[own]}, it is overestimated." if less > 0.5 else " only."
     return f"{instead} {verdict}"
 
 
@@ -111,7 +111,7 @@ def radiation_section(
         ]
         for row in records(both)
     ]
-    columns = ["reading", "scenario", "point"]
+    columns = ["damping model", "scenario", "point"]
     columns += [f"{side}: g rms" for side in sides]
     columns += [f"{side}: reduction, dB" for side in sides]
     table = Table(

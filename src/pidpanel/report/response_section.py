@@ -39,7 +39,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
     title = study.families[name].title or f"Scenarios: {name}"
     readings = stable_readings(inputs, name)
     if not readings:
-        text = "No reading of the damping gives a steady response, since C_e is negative."
+        text = "No damping model gives a steady response, because C_e is negative."
         return Section(f"response-{name}", title, [Paragraph(text)])
     frequency = psd["frequency"].to_numpy()
     text = acceleration_text(inputs, name, readings)
@@ -180,7 +180,7 @@ def acceleration_note(inputs: Inputs, name: str, reading: str) -> str:
         return "$C_e$ independent of Γ"
     low, high = number(read_at.min()), number(read_at.max())
     kind = READ_AT[inputs.study.damping.level.kind]
-    return f"$C_e$ read at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
+    return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
 def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str:
@@ -190,7 +190,7 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
         if wrong := refuted(inputs, name, reading):
             parts.append(
                 f"{READINGS[reading]}: refuted by coupled runs for {', '.join(wrong)} (Which "
-                "reading holds)."
+                "damping model holds)."
             )
         if reading == COUPLED:
             parts.append(f"{READINGS[reading]}: C_e at the patch's own motion.")
@@ -202,7 +202,7 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
         kind = inputs.study.damping.level.kind
         each = ", ".join(f"{number(gamma)} ({known})" for known, gamma in read_at.items())
         parts.append(
-            f"{READINGS[reading]}: C_e read at {READ_AT[kind]} (level.kind: {kind}), Γ = {each}. "
+            f"{READINGS[reading]}: C_e at {READ_AT[kind]} (level.kind: {kind}), Γ = {each}. "
             f"{EQUIVALENT_SINE}"
         )
         labels = [s.label for s in inputs.study.family_scenarios(name)]
@@ -210,7 +210,7 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
             parts.append("Dashed: Γ or frequency outside the simulated range.")
     for reading in inputs.study.readings:
         if reading not in readings:
-            parts.append(f"{READINGS[reading]}: not drawn, since its C_e is negative.")
+            parts.append(f"{READINGS[reading]}: not drawn, because its C_e is negative.")
     return " ".join(parts)
 
 
@@ -240,9 +240,9 @@ def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Pictu
         centre, rows, gained, points, list(titles.values()), row_name
     )
     caption = (
-        "Reduction of the rms acceleration in third octaves against the bare panel under the same "
-        "sound; positive (blue): less acceleration. Where the PSDs are dashed, these values rest "
-        "on damping outside the simulated range."
+        "Reduction of the rms acceleration in third octaves against the bare panel under the "
+        "same sound; positive (blue): less acceleration. Where the PSDs are dashed, these "
+        "values use damping outside the simulated range."
     )
     return Picture(f"reduction_{name}", style.png(figure), caption)
 
@@ -264,5 +264,5 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture
         damping.append(Panel(title, note, above))
         mass.append(Panel(title, note, below))
     figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
-    caption = "Equivalent damping and apparent mass with which these responses were computed."
+    caption = "Equivalent damping and apparent mass used for these responses."
     return Picture(f"damping_{name}", style.png(figure), caption)

@@ -64,13 +64,13 @@ def stress_table(stress: pd.DataFrame) -> Table:
     heads[0] = f"{heads[0]} rms (3σ)"
     of = f" (here always: {layers[0]})" if one_layer else ""
     by = f"{readings[0]}. " if one_reading else ""
-    reading, layer = [] if one_reading else ["reading"], [] if one_layer else ["layer"]
+    reading, layer = [] if one_reading else ["damping model"], [] if one_layer else ["layer"]
     return Table(
-        f"{by}Rms strain and stress in the layer where the von Mises stress σ_v is largest{of}. "
-        "The rms of σ_v includes the correlations between the components; its 3σ, in brackets, is "
-        "three times its rms, as is customary. γ_xy is the engineering shear strain.",
+        f"{by}Rms strain and stress in the layer with the largest von Mises stress σ_v{of}. "
+        "The rms of σ_v includes the correlations between the components; brackets give 3σ, "
+        "three times the rms. γ_xy is the engineering shear strain.",
         ["scenario", *reading, "point", *layer, *heads],
         rows,
         folded=True,
-        title="Strain and stress of the layer that is stressed most",
+        title="Strain and stress of the most highly stressed layer",
     )

@@ -64,10 +64,10 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                 ]
             rows.append(row)
     return Table(
-        "Rms acceleration and displacement over the response's frequency range, and reduction "
-        "of the rms acceleration against the bare panel under the same sound. Γ of C_e: amplitude "
-        "at which the damping is read. ±: one standard error. † linear "
-        "plate theory does not hold (rms displacement above a tenth of the thickness). ‡ partly "
+        "Rms acceleration and displacement over the frequency range of the response, and "
+        "reduction of the rms acceleration against the bare panel under the same sound. Γ of "
+        "C_e: acceleration amplitude for the damping. ±: one standard error. † linear plate "
+        "theory does not hold (rms displacement above a tenth of the thickness). ‡ partly "
         "outside the simulated range of the coupon.",
         columns,
         rows,

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 READINGS = {
-    "stated": "As stated",
+    "stated": "User-defined dampers",
     "bare": "Bare panel",
     "dem": "DEM",
     "coupled": "Panel and particles together",

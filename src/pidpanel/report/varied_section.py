@@ -116,19 +116,19 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
         far = int((found["deviation"].abs() > APART).sum())
         if not far:
             said.append(
-                f"{_capital(_name(key))}: none of {counted(len(found), 'difference')} in C_e is "
-                "beyond two standard errors."
+                f"{_capital(_name(key))}: no difference in C_e exceeds two standard errors "
+                f"({counted(len(found), 'difference')})."
             )
             continue
         first = value_text(largest["first"], largest["first_error"])
         last = value_text(largest["last"], largest["last_error"])
         verb = "falls" if largest["ratio"] < 1 else "rises"
         said.append(
-            f"{_capital(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} C_e "
-            f"{verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
+            f"{_capital(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} "
+            f"C_e {verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
             f"{largest['frequency_hz']:g} Hz, Γ = {largest['acceleration_g']:g}, the largest "
-            f"change. {far} of {counted(len(found), 'difference')} "
-            f"{'is' if far < 2 else 'are'} beyond two standard errors (one in twenty by chance)."
+            f"change. {far} of {counted(len(found), 'difference')} {'is' if far < 2 else 'are'} "
+            "beyond two standard errors (one in twenty by chance)."
         )
     return said
 

@@ -74,10 +74,10 @@ def verdict_finding(found: pd.DataFrame) -> str:
         text = f"{NAMES[reading]}: holds in {good} of {count}"
         said.append(text + (f", open in {unsure}" if unsure else ""))
     return (
-        f"A reading holds where g rms is within {RMS_LIMIT:.0%} of the coupled run and every third "
-        f"octave within {BAND_DEPTH:g} dB of the highest is within {BAND_LIMIT:g} dB, at every "
-        f"point. {'; '.join(said)}. Open: two standard errors of the coupled run reach across a "
-        "limit."
+        f"A damping model holds where g rms is within {RMS_LIMIT:.0%} of the coupled run and "
+        f"every third octave within {BAND_DEPTH:g} dB of the highest is within {BAND_LIMIT:g} "
+        f"dB, at every point. {'; '.join(said)}. Open: two standard errors of the coupled run "
+        "reach across a limit."
     )
 
 
@@ -90,16 +90,13 @@ def accuracy_text(found: pd.DataFrame) -> str:
         From `worst`.
     """
     error = found.groupby("scenario", sort=False)["rms_error"].max()
-    said = f"The coupled runs know g rms to {error.min():.1%} to {error.max():.1%}."
+    said = f"The coupled runs have errors of g rms of {error.min():.1%} to {error.max():.1%}."
     short = error[error > WANTED]
     if short.empty:
         return said
     # errors fall with the root of the time; what the cells have in common does not
     longer = [f"{label} {(one / WANTED) ** 2:.0f} times" for label, one in short.items()]
-    return (
-        f"{said} For {WANTED:.0%} they would have to last at least so much longer: "
-        f"{', '.join(longer)}."
-    )
+    return f"{said} For {WANTED:.0%} they would have to be longer by at least: {', '.join(longer)}."
 
 
 def verdict_table(found: pd.DataFrame) -> Table:
@@ -127,8 +124,8 @@ def verdict_table(found: pd.DataFrame) -> Table:
             )
         rows.append(row)
     return Table(
-        "Difference from the coupled run, worst of the points: g rms; third octave furthest off",
-        ["reading", *scenarios],
+        "Difference from the coupled run at the worst point: g rms; worst third octave",
+        ["damping model", *scenarios],
         rows,
     )
 
@@ -193,14 +190,14 @@ def verdict_section(
             Picture(
                 "verdict_level",
                 style.png(level_figure(verdict, points)),
-                "g rms of every reading over that of panel and particles in one time "
-                f"integration. Grey: within {RMS_LIMIT:.0%}.",
+                "g rms of every damping model over that of the coupled integration. Grey: "
+                f"within {RMS_LIMIT:.0%}.",
             )
         )
     blocks.append(verdict_table(found))
     if psd is not None and run is not None:
         blocks += _pictures_of_psds(psd, run, points)
-    return Section("verdict", "Which reading holds", blocks)
+    return Section("verdict", "Which damping model holds", blocks)
 
 
 def _pictures_of_psds(psd: xr.Dataset, run: pd.DataFrame, points: Sequence[str]) -> list[Block]:
@@ -209,8 +206,8 @@ def _pictures_of_psds(psd: xr.Dataset, run: pd.DataFrame, points: Sequence[str])
         Picture(
             "verdict_bands",
             style.png(band_figure(psd, run, labels, points)),
-            f"Every reading over the coupled run by third octave, those within {BAND_DEPTH:g} dB "
-            f"of the highest. Grey: within {BAND_LIMIT:g} dB.",
+            f"Every damping model over the coupled run by third octave, within {BAND_DEPTH:g} "
+            f"dB of the highest. Grey: within {BAND_LIMIT:g} dB.",
         )
     ]
     if len(labels) > 1 and LAW in psd["reading"].to_numpy():
@@ -218,8 +215,9 @@ def _pictures_of_psds(psd: xr.Dataset, run: pd.DataFrame, points: Sequence[str])
             Picture(
                 "verdict_figure_8",
                 style.png(level_psd_figure(psd, run, labels, points[0])),
-                "By the paper's law, as in its Figure 8, 10 dB more sound are 10 dB more motion, "
-                "since C_e does not depend on it. Beside it the coupled runs of the same levels.",
+                "By the paper's law, as in its Figure 8, 10 dB more sound gives 10 dB more "
+                "motion, because C_e does not depend on the motion. For comparison: the "
+                "coupled runs at the same levels.",
             )
         )
     return blocks

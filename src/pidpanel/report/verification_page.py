@@ -67,9 +67,10 @@ def percent(row: Row, value: float, sign: str = "") -> str:
 SHOWN = {
     contacts.COLLISION: Shown(
         "collision",
-        "A coefficient of restitution e means that the share 1 − e² of the energy of the relative "
-        "motion is lost. The computed loss depends on when within a time step the spheres meet, so "
-        "eight pairs meet at eight instants, and the worst of them counts.",
+        "A coefficient of restitution e means that the share 1 − e² of the energy of the "
+        "relative motion is lost. The computed loss depends on the instant within a time step "
+        "at which the spheres meet. Eight pairs therefore meet at eight instants, and the "
+        "worst of them counts.",
         "Error of the energy lost in a head-on collision against the time step. It is proportional "
         "to the step.",
         collision_figure,
@@ -77,13 +78,14 @@ SHOWN = {
     shaken.SLUG: Shown(
         "slug",
         "A perfectly inelastic body in a shaken box is collected by one wall, thrown, and "
-        "collides with the other. LIGGGHTS has no perfectly inelastic sphere (it rejects "
-        f"e ≤ 0.05). A bed of spheres with e = {shaken.BED_RESTITUTION:g} and friction represents "
-        "the body, in a narrow hexagonal cell without friction: the more spheres, the less of "
-        "their speed survives a landing. The gap L is the free path of their centre of mass. The "
-        "spheres are hard, so that the largest overlap is 0.2 % of the amplitude; soft spheres "
-        "rebound together like one spring. Beyond L = πA the body of the closed form leaves a wall "
-        "at the instant at which it lands. A bed of spheres disperses there and dissipates less.",
+        "collides with the other. LIGGGHTS has no perfectly inelastic sphere (it rejects e ≤ "
+        f"0.05). A bed of spheres with e = {shaken.BED_RESTITUTION:g} and friction represents "
+        "the body, in a narrow hexagonal cell without friction. With more spheres, less of "
+        "their speed survives a landing. The gap L is the free path of their centre of mass. "
+        "The spheres are hard, so that the largest overlap is 0.2 % of the amplitude; soft "
+        "spheres rebound together like one spring. Beyond L = πA the body of the closed form "
+        "leaves a wall at the instant at which it lands. A bed of spheres disperses there and "
+        "dissipates less.",
         "Left: energy per cycle against the clear gap, closed form and LIGGGHTS. The maximum, 4, "
         "is at L = πA; it is the bound shown with every case of a study. Right: difference against "
         "the number of spheres.",

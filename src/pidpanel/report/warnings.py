@@ -27,16 +27,17 @@ NAMED = 3
 """Scenarios that a warning names, those that it concerns most."""
 
 SINGLE_TONES = (
-    "C_e and m_a come from coupons shaken at one frequency at a time. Under sound a bed kept loose "
-    "by low frequencies dissipates less at high ones, so coupons overstate the damping there (by "
-    "about 6 at 2 kHz in one measurement with random drive of 10 g rms). C_e is read at the sine "
-    "with the patch's rms acceleration, Γ = √2 a_rms/g: a further assumption."
+    "C_e and m_a come from coupons shaken at single frequencies. Under sound a bed kept loose "
+    "by low frequencies dissipates less at high ones, so coupons overestimate the damping "
+    "there (by about 6 at 2 kHz in one measurement with random drive of 10 g rms). C_e is "
+    "that at the sine with the patch's rms acceleration, Γ = √2 a_rms/g, which is a further "
+    "assumption."
 )
 
 EQUIVALENT_SINE = (
-    "The damping depends on the amplitude, and is read at the sine with the patch's rms "
-    "acceleration over the whole spectrum, Γ = √2 a_rms/g. That is an assumption; damping measured "
-    "with single tones overstates what a damper does under broadband sound."
+    "The damping depends on the amplitude. It is evaluated at the sine with the patch's rms "
+    "acceleration over the whole spectrum, Γ = √2 a_rms/g. This is an assumption; damping "
+    "measured with single tones overestimates the effect of a damper under broadband sound."
 )
 
 
@@ -80,11 +81,11 @@ def response_warnings(
         place = ["scenario", "point"]
         left, all_ = len(beyond.drop_duplicates(place)), len(good.drop_duplicates(place))
         warnings.append(
-            f"Linear plate theory does not hold in {left} of {all_} combinations of scenario and "
-            "point: the rms displacement exceeds a tenth of the panel's thickness of "
+            f"Linear plate theory does not hold in {left} of {all_} combinations of scenario "
+            "and point: the rms displacement exceeds a tenth of the panel's thickness of "
             f"{study.panel.section.thickness_mm:g} mm. The largest is "
-            f"{worst['displacement_rms_mm']:.3g} mm ({names[worst['scenario']]}, "
-            f"point {worst['point']}). A real panel becomes stiffer there through membrane stress, "
+            f"{worst['displacement_rms_mm']:.3g} mm ({names[worst['scenario']]}, point "
+            f"{worst['point']}). A real panel becomes stiffer there through membrane stress, "
             "which is not modelled."
         )
     for reading in dict.fromkeys(good["reading"]):
@@ -106,9 +107,9 @@ def response_warnings(
             )
             warnings.append(
                 f"{READINGS[reading]}: C_e is extrapolated where a response lies outside the "
-                f"simulated range: {'; '.join(parts)}. These lines account for "
-                f"{percent(shares.min())} to {percent(shares.max())} of the change in mean square "
-                "acceleration against the bare panel."
+                f"simulated range: {'; '.join(parts)}. These lines cause "
+                f"{percent(shares.min())} to {percent(shares.max())} of the change in mean "
+                "square acceleration against the bare panel."
             )
         several = one[one["levels"] > 1]
         if len(several):
@@ -120,9 +121,9 @@ def response_warnings(
         rough = one[one["motion_residual"] > MOTION_RESIDUAL]
         if len(rough):
             warnings.append(
-                f"{READINGS[reading]}: the motion at which C_e is read is not converged in "
-                f"{'; '.join(rough['scenario'].map(names))}: it differs from the motion "
-                f"that comes out by up to {percent(rough['motion_residual'].max(), 1)}."
+                f"{READINGS[reading]}: the acceleration for C_e is not converged in "
+                f"{'; '.join(rough['scenario'].map(names))}: it differs from the resulting "
+                f"motion by up to {percent(rough['motion_residual'].max(), 1)}."
             )
     balance = good["power_balance_error"].max()
     if balance > POWER_BALANCE:
@@ -132,9 +133,9 @@ def response_warnings(
     if "basis_error" in good and good["basis_error"].max() > BASIS_ERROR:
         largest = records(good.sort_values("basis_error"))[-1]
         warnings.append(
-            "The shapes of the panel do not carry all of its dampers: against all elements the "
-            f"PSDs of {names[largest['scenario']]} ({READINGS[largest['reading']]}) are off by "
-            f"about {percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
+            "The basis is too small for some dampers: against all elements the PSDs of "
+            f"{names[largest['scenario']]} ({READINGS[largest['reading']]}) are off by about "
+            f"{percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
         )
     unstable = summary[~summary["status"].isin(["ok", "held"])].drop_duplicates(
         ["reading", "scenario"]
@@ -204,7 +205,7 @@ def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
             warnings.append(f"{len(rows)} of {len(cases)} coupon cases{of} {text}{names}.")
 
     for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
-        drifts = "not steady: they count with errors that say so"
+        drifts = "did not reach steady state; included with enlarged errors"
         warn(rows, drifts if status in COUNTED else f"excluded ({status})")
     good = cases[cases["status"] == "ok"]
     value, error = good["equivalent_damping_n_s_m3"], good["equivalent_damping_error_n_s_m3"]

@@ -70,7 +70,7 @@ def write_coupon_page(
     """
     study = load_any_study(study_file)
     inputs = read_coupon(study, SECTION, table, coupon)
-    files = f"The numbers behind this page are in results/{study.name}/coupon/cases.csv."
+    files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
     with style.context():
         page = coupon_page(study, stamp(study), inputs, [run_step(study_file), (files, "")])
     write_page(page, file, figures)
@@ -89,8 +89,8 @@ def write_verification_page(rows: Iterable[Path], file: Path, figures: Path) -> 
     steps = [
         ("From the root of the project:", "make verification"),
         (
-            "The numbers behind this page are in results/verification/<stage>/<case>.csv, one row "
-            "for each; its figures are in results/verification/figures/.",
+            "The numbers of this report are in results/verification/<stage>/<case>.csv, one "
+            "row each; figures are in results/verification/figures/.",
             "",
         ),
     ]

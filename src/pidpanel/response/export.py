@@ -49,7 +49,7 @@ class Curve:
     @property
     def title(self) -> str:
         """What it is the PSD of, in a line."""
-        said = f" (not to be trusted: {self.doubts})" if self.doubts else ""
+        said = f" (caution: {self.doubts})" if self.doubts else ""
         return f"{self.reading}, {self.scenario}, point {self.point}{said}"
 
 

@@ -110,7 +110,10 @@ def _of_overall(table: Rows, line: int) -> str:
     is_last = line == table.rows[-1][0] and "0" in cells
     if not named and not is_last:
         return ""
-    return "; leave out a row of the overall level: oaspl_db of the section sound shifts to one"
+    return (
+        "; omit the row of the overall level; oaspl_db of the section sound shifts to an "
+        "overall level"
+    )
 
 
 def _faults_of_comments(table: Rows, kind: BandKind) -> Iterator[Fault]:
@@ -150,7 +153,7 @@ def _band_kind(
     for row, step in enumerate(steps, start=1):
         if step <= 0:
             what = "appears twice" if step == 0 else "follows a higher centre"
-            says = f"center_hz = {center[row]:g} {what}; centres must rise, each once"
+            says = f"center_hz = {center[row]:g} {what}; centres must increase"
             faults.append((lines[row], says))
     if faults:
         return "third octave", faults

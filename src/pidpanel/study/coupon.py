@@ -57,7 +57,7 @@ MOST_SPHERES = 1_000_000
 
 
 class Cell(Model):
-    """One honeycomb cell, and how many of them a run shakes side by side."""
+    """The honeycomb cell, and the number of cells per run."""
 
     shape: ShapeName = "hexagon"
     """Cross-section of the cell."""
@@ -66,7 +66,7 @@ class Cell(Model):
     depth_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)] = 25.0
     """Depth of the cell between its two closed ends [mm]."""
     count: Annotated[int, whole(1, 200)] = 5
-    """Cells that a run shakes side by side; they share the drive and nothing else."""
+    """Cells per run, shaken side by side; they share only the drive."""
 
     @property
     def across_flats(self) -> float:
@@ -194,9 +194,9 @@ class Particles(Model):
 
 
 class Walls(Model):
-    """The constants of the contacts with cell walls; by default those between two particles.
+    """Contact constants of the cell walls; by default those between two particles.
 
-    A wall that is stiffer than the particles stays so when both are softened.
+    A wall that is stiffer than the particles stays stiffer when both are softened.
     """
 
     youngs_modulus_mpa: Modulus | None = None
@@ -221,15 +221,15 @@ Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]
 
 
 class Crossing(Model):
-    """Limits where a bed rides or crosses the gap: soft contacts move the jump between the two.
+    """Limits near the jump from beds that ride to beds that cross: soft contacts move it.
 
     Steel at r = 0.7, 80 Hz, 80 g (W/L = 0.41, contacts of 0.014 periods and 0.094 radii at 50 MPa)
-    rides with η = 0.12 at 50 MPa and crosses with η = 1.37, 1.36, 1.31 at 100, 200 and 800 MPa.
+    rides with η = 0.12 at 50 MPa. It crosses with η = 1.37, 1.36, 1.31 at 100, 200 and 800 MPa.
     """
 
     stroke_per_gap: tuple[Stroke, Stroke] = (0.1, 0.5)
-    """Where they hold: from and to this ratio of the displacement amplitude W to the clear gap
-    L = (1 − r) depth."""
+    """Range of the ratio of the displacement amplitude W to the clear gap L = (1 − r) depth in
+    which these limits apply."""
     contact_time_per_period: Share = 0.01
     """Longest contact there, over the period of the drive."""
     overlap_per_radius: Share = 0.05
@@ -250,22 +250,22 @@ class Crossing(Model):
 class Stiffness(Model):
     """Softening of the contacts: the time step increases as the modulus falls.
 
-    A run uses the softest of ``choices_mpa`` that keeps a Hertz contact at the velocity amplitude
-    of the drive shorter than ``contact_time_per_period`` of a period, and its overlap below
-    ``overlap_per_radius``; where the bed may cross its gap, those of ``crossing``. It uses the
-    modulus of the material if none of them does. It also does so below ``from_acceleration_g``:
-    there the bed bounces as one body, and its losses depend on how its layers rebound in series
-    (100 Hz, 5 g: 50 MPa dissipates 1.8 times what 3.2 GPa does, at 20 g the same;
-    ``coupon_modulus.yaml``). Of beds of more than 6.25 layers that ride below 80 g contacts are
-    (layers/6.25)³ times shorter than ``contact_time_per_period``.
+    A run uses the softest of ``choices_mpa`` for which a Hertz contact at the velocity amplitude
+    of the drive is short (``contact_time_per_period``) and shallow (``overlap_per_radius``). Where
+    the bed may cross its gap, the limits are those of ``crossing``. If no choice meets them, the
+    run uses the modulus of the material. Below ``from_acceleration_g`` it always does,
+    because the bed bounces as one body and its losses depend on how its layers rebound in series.
+    At 100 Hz and 5 g, 50 MPa dissipates 1.8 times as much as 3.2 GPa; at 20 g they are equal
+    (``coupon_modulus.yaml``). For beds of more than 6.25 layers that ride below 80 g,
+    ``contact_time_per_period`` is divided by (layers/6.25)³.
     """
 
     choices_mpa: tuple[Modulus, ...] = (50.0, 200.0, 800.0)
     """Young's moduli to choose from, the softest first [MPa]."""
     contact_time_per_period: Share = 0.02
-    """Longest contact allowed, over the period of the drive."""
+    """Longest allowed contact over the period of the drive."""
     overlap_per_radius: Share = 0.10
-    """Deepest overlap allowed, over the radius of a particle."""
+    """Deepest allowed overlap over the radius of a particle."""
     from_acceleration_g: Annotated[float, Quantity(0, 2000)] = 10.0
     """Contacts are softened from this acceleration amplitude on [g]."""
     crossing: Crossing = Crossing()
@@ -307,9 +307,9 @@ class Range(Model):
     start: Frequency = Field(alias="from")
     """First value [Hz]."""
     stop: Frequency = Field(alias="to")
-    """Largest value [Hz], among them if it is a whole number of steps away."""
+    """Largest value [Hz]; included if it is a whole number of steps away."""
     step: Annotated[float, Quantity(1e-3, 20000)]
-    """From value to value [Hz]."""
+    """Step between values [Hz]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield an end below the start."""
@@ -344,7 +344,7 @@ class Sweep(Model):
     """The points at which the coupon is shaken: every combination of the lists."""
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
-    """Fills r: number of particles over that of a full cell."""
+    """Fill fractions r: number of particles over that of a full cell."""
     frequency_hz: Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
     """Frequencies of the drive [Hz], as a list or as a range."""
     acceleration_g: tuple[Gamma, ...] = ()
@@ -354,7 +354,7 @@ class Sweep(Model):
     diameter_mm: tuple[Diameter, ...] = ()
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
     max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
-    """Combinations with a velocity amplitude a/ω above this are left out [m/s]."""
+    """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
     @property
     def accelerations(self) -> tuple[float, ...]:
@@ -416,26 +416,26 @@ class Sweep(Model):
 
 
 class Accuracy(Model):
-    """How long a case runs: to its target error or ``max_cycles``, whichever comes first."""
+    """A case runs until its target error or ``max_cycles``, whichever comes first."""
 
     relative_error: RelativeError = 0.05
-    """Wanted relative standard error of C_e; a case stops when it is reached."""
+    """Requested relative standard error of C_e; a case stops when it is reached."""
     seeds: Annotated[int, whole(1, 50)] = 2
-    """Packings of each case, each with a run of its own."""
+    """Number of packings per case, with one run each."""
     min_cycles: Annotated[int, whole(8, 100000)] = 12
-    """Least cycles of a run."""
+    """Minimum cycles of a run."""
     min_time_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.05
-    """Least simulated time [s]: a bed adapts to its drive in tens of milliseconds, whatever the
-    frequency, and so slowly that a few cycles look steady."""
+    """Minimum simulated time [s]. A bed adapts to its drive in tens of milliseconds at any
+    frequency, so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, whole(8, 100000)] = 400
-    """Most cycles of a run."""
+    """Maximum cycles of a run."""
     state_seeds: Annotated[int, whole(1, 50)] = 4
-    """Where a bed may ride or cross its gap (``stiffness.crossing``) and its cells end in several
-    states of motion, so many seeds are run."""
+    """Number of seeds if the cells of a bed near the jump (``stiffness.crossing``) end in several
+    states of motion."""
     state_cycles: Annotated[int, whole(0, 100000)] = 150
-    """Least cycles of all of them, up to ``max_cycles``; with 0, states are not looked for."""
+    """Minimum cycles of these seeds, up to ``max_cycles``; 0 switches the search for states off."""
     coverage: Fraction = 1.0
-    """Share of the cases that must have succeeded before anything is computed from them."""
+    """Required share of successful cases; below it the study stops."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a largest number of cycles below the least."""
@@ -462,7 +462,7 @@ class Coupon(Model):
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
-    """How contacts are softened to save time."""
+    """Softening of the contacts, to save time."""
     time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, units=PERCENT)] = 0.15
     """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
@@ -470,12 +470,12 @@ class Coupon(Model):
     sweep: Sweep
     """The drives: fills, frequencies and amplitudes."""
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
-    """Any other key of the coupon and its values, ``particles.friction: [0.1, 0.3, 0.6]``:
-    the whole sweep is run with each of them, and with every combination of several."""
+    """Values of any other key of the coupon, such as ``particles.friction: [0.1, 0.3, 0.6]``. The
+    whole sweep is run for each value, and for every combination of several keys."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
-    """A template of the user's own instead of ``templates/shake.in.j2``."""
+    """Your own deck template instead of ``templates/shake.in.j2``."""
 
     @field_validator("vary")
     @classmethod

@@ -57,33 +57,33 @@ class Damper(Model):
     """
 
     coupon: Coupon | None = None
-    """Cells and particles, simulated as those of the section ``coupon``."""
+    """Cells and particles, simulated like the section ``coupon``."""
     law: Law | None = None
     """A law of the paper; without mass."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
     """CSV table of C_e or η over fill fraction, frequency and amplitude."""
     impedance: Annotated[Path, file_in(DATA / "damping")] | None = None
-    """CSV table of the impedance per area Z = C_e + iω m_a over frequency, whatever the fill and
-    the amplitude."""
+    """CSV table of the impedance per area Z = C_e + iω m_a over frequency, for every fill fraction
+    and amplitude."""
     interpolation: Interpolation | None = None
     """Between the rows of a table: log (by default) or linear."""
     equivalent_damping_n_s_m3: EquivalentDamping | None = None
-    """C_e at every frequency, fill and amplitude [N s/m³]; 0 for dead weight."""
+    """C_e at every frequency, fill fraction and amplitude [N s/m³]; 0 for dead weight."""
     equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
     """Its standard error [N s/m³]."""
     apparent_mass_kg_m2: ApparentMass | None = None
-    """m_a at every frequency, fill and amplitude [kg/m²]; 0 by default."""
+    """m_a at every frequency, fill fraction and amplitude [kg/m²]; 0 by default."""
     apparent_mass_error_kg_m2: ApparentMass | None = None
     """Its standard error [kg/m²]."""
     loss_factor: LossFactor | None = None
-    """η of C_e = η m″ ω, of the mass m″ that is given beside it; a number, not percent."""
+    """η in C_e = η m″ ω, with the mass m″ given by another key; a number, not percent."""
     loss_factor_error: LossFactor | None = None
     """Its standard error."""
     particle_mass_per_area_kg_m2: MassPerArea | None = None
-    """What the damper weighs [kg/m²]; by default its apparent mass. m″ of the loss factor, unless
-    ``patch_mass_per_area_kg_m2`` is given."""
+    """Mass of the damper per area [kg/m²]; by default its apparent mass. Also m″ of the loss
+    factor, unless ``patch_mass_per_area_kg_m2`` is given."""
     patch_mass_per_area_kg_m2: MassPerArea | None = None
-    """m″ where the loss factor is that of the patch as a whole: panel and treatment [kg/m²]."""
+    """m″ if the loss factor is that of the whole patch, panel and treatment [kg/m²]."""
 
     @property
     def kind(self) -> Kind:
@@ -102,7 +102,7 @@ class Damper(Model):
         for name in given:
             if name not in (kind, *ALLOWED[kind]):
                 of = [one for one, allowed in ALLOWED.items() if name in allowed]
-                yield Mistake((name,), f"only allowed beside {' or '.join(of)}")
+                yield Mistake((name,), f"only allowed with {' or '.join(of)}")
         yield from self._mistakes_of_errors()
         if self.loss_factor is not None:
             yield from self._mistakes_of_loss_factor()
@@ -141,7 +141,7 @@ class Damper(Model):
             ("loss_factor_error", "loss_factor"),
         ):
             if getattr(self, error) and getattr(self, name) == 0:
-                yield Mistake((error,), f"must be 0 where {name} is 0: it is relative to it")
+                yield Mistake((error,), f"must be 0 where {name} is 0, because it is relative")
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
             yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
 
@@ -149,7 +149,7 @@ class Damper(Model):
         if self.particle_mass_per_area_kg_m2 is None and self.patch_mass_per_area_kg_m2 is None:
             yield Mistake(
                 ("particle_mass_per_area_kg_m2",),
-                "missing; required for loss_factor, of which it is m″, unless "
+                "missing; required for loss_factor as its mass m″, unless "
                 "patch_mass_per_area_kg_m2 (panel and treatment) is given",
             )
 

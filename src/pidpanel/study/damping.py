@@ -34,71 +34,73 @@ REMOVED = ("random", "random_with_source")
 
 
 class Level(Model):
-    """The acceleration at which C_e(r, f, Γ) is read: a stated one, or the patch's own."""
+    """The acceleration amplitude Γ for C_e(r, f, Γ): a fixed value, or that of the patch."""
 
     kind: Literal["patch", "stated"] = "patch"
-    """``patch``: the amplitude at which the patch itself moves, found by iteration; ``stated``:
-    a fixed one."""
+    """``patch``: the amplitude of the patch itself, by iteration; ``stated``: a fixed value."""
     acceleration_g: Gamma | None = None
-    """Stated acceleration amplitude Γ, in units of standard gravity."""
+    """Fixed acceleration amplitude Γ, in units of standard gravity."""
     by: Literal["patch", "element"] = "patch"
-    """Whose motion it is: the mean over the patch, or that of each element of the mesh in it."""
+    """``patch``: the mean motion of the patch; ``element``: that of each mesh element in it."""
     outside: Literal["mark", "refuse"] = "mark"
-    """What becomes of values outside the simulated range."""
+    """Treatment of values outside the simulated range."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a stated acceleration that is missing or not allowed, and elements beside one."""
         if self.kind == "stated" and self.by == "element":
-            yield Mistake(("by",), "only allowed for kind: patch; a stated motion is one for all")
+            yield Mistake(
+                ("by",),
+                ("only allowed for kind: patch; a stated acceleration holds for all elements"),
+            )
         if (self.kind == "stated") != (self.acceleration_g is not None):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
 class Tones(Model):
-    """Further cases where the scenarios read C_e: at the motion of their own patches.
+    """Further cases at the motions of the scenarios.
 
-    Once the sweep is run, rounds of at most ``batch`` tones follow at the fills and accelerations
-    of the scenarios, each of those that reduce the errors most: until the relative standard error
-    of every rms acceleration is below ``relative_error`` and that of C_e along every scenario
-    below ``damping_error``, or ``most`` have been run.
+    After the sweep, rounds of at most ``batch`` tones follow at the fills and accelerations of the
+    scenarios, those that most reduce the errors. They end when the relative standard error of every
+    rms acceleration is below ``relative_error`` and that of C_e along every scenario below
+    ``damping_error``, or after ``most`` tones.
     """
 
     relative_error: RelativeError = 0.02
-    """Wanted relative standard error of every rms acceleration."""
+    """Requested relative standard error of every rms acceleration."""
     damping_error: RelativeError = 0.1
-    """Wanted standard error of ln C_e along every scenario."""
+    """Requested standard error of ln C_e along every scenario."""
     batch: Annotated[int, whole(1, 10_000)] = 16
-    """Most tones of a round."""
+    """Maximum tones per round."""
     most: Annotated[int, whole(1, 10_000)] = 32
-    """Most tones in all."""
+    """Maximum tones in total."""
 
 
 class Coupled(Model):
-    """How panel and particles are integrated together, for the reading ``coupled``.
+    """Coupled integration of panel and particles, for the damping model ``coupled``.
 
-    Every scenario is run once, with packings and a sound of its own, for ``settle_s`` and then
+    Every scenario is run once, with its own packings and sound, for ``settle_s`` and then
     ``duration_s``. Further runs follow until every g rms is known to ``relative_error``, up to
     ``runs``.
     """
 
     relative_error: RelativeError = 0.03
-    """Wanted relative standard error of every rms acceleration."""
+    """Requested relative standard error of every rms acceleration."""
     duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
-    """Of the motion that counts in each run [s]."""
+    """Evaluated duration of each run [s]."""
     settle_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.4
-    """Of the motion before it [s]."""
+    """Discarded time before it [s]."""
     runs: Annotated[int, whole(1, 100)] = 4
-    """Most runs of each scenario."""
+    """Maximum runs per scenario."""
     stations: Annotated[int, whole(1, 100)] = 8
-    """Places of a patch that have a motion and cells of their own."""
+    """Stations of a patch, each with its own motion and cells."""
     cells: Annotated[int, whole(2, 200)] = 16
-    """Cells of a patch that are simulated, the same number at every station."""
+    """Simulated cells of a patch, equally many at every station."""
     youngs_modulus_mpa: Modulus | None = None
-    """Of the contacts [MPa]; by default the softest that lowers g rms by at most 2 %, which is
-    part of the error."""
+    """Young's modulus of the contacts [MPa]; by default the softest that lowers g rms by at most 2
+    %, which is part of the error."""
     scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    """Labels of those that are run; by default all. What is found there is carried to other
-    levels of the same layouts, within 3 dB, and the error of that is stated."""
+    """Labels of the scenarios to run; by default all. Other levels of the same layouts within 3 dB
+    are interpolated from them, with larger errors."""
 
     @property
     def run_s(self) -> float:
@@ -112,25 +114,26 @@ class Coupled(Model):
 
 
 class Damping(Model):
-    """Where C_e and m_a come from; the PSDs are computed with each reading."""
+    """Damping models, the sources of C_e and m_a. The PSDs are computed with each of them."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
-    """``stated``: every patch as ``dampers`` states it. The others are of all patches alike:
-    ``dem`` the section ``coupon`` under single tones, ``table`` the key below, ``paper_…`` the
-    paper's law. ``coupled``: panel and particles are integrated together; patches without a coupon
-    are read as ``stated``. By default ``coupled`` where a scenario has a coupon, since sound is no
-    sine; with ``level`` or ``tones``, which are of single tones, with diagonal modal
-    damping, and without a coupon, ``stated`` in a study with ``dampers``, else ``dem``."""
+    """Damping models. ``stated``: each patch as defined in ``dampers``. ``coupled``: panel and
+    particles are integrated together; patches without a coupon as in ``stated``. The others use
+    the same damping for all patches: ``dem`` the section ``coupon`` under single tones,
+    ``table`` the key below, ``paper_…`` the paper's law. The default is ``coupled`` where a
+    scenario has a coupon, because sound is broadband. With ``level`` or ``tones``,
+    which are for single tones, with diagonal modal damping, or without a coupon, it is
+    ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
-    """The amplitude at which C_e is read."""
+    """The acceleration amplitude for C_e."""
     table: Annotated[Path, file_in(DATA / "damping")] | None = None
-    """CSV table of measured damping, for the reading ``table``."""
+    """CSV table of measured damping, for the damping model ``table``."""
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
     coupled: Coupled = Coupled()
-    """For the reading ``coupled``."""
+    """Settings of the damping model ``coupled``."""
     tones: Tones | None = None
-    """By default nothing is run beside ``coupon.sweep``."""
+    """Further cases at the scenarios; none by default."""
 
     @model_validator(mode="before")
     @classmethod
@@ -138,7 +141,7 @@ class Damping(Model):
         if isinstance(values, Mapping):
             readings = values.get("readings")
             items = list(readings) if isinstance(readings, list | tuple) else []
-            says = f"is gone; '{COUPLED}', the default for sound, has taken its place"
+            says = f"was removed; use '{COUPLED}', the default for sound"
             found = [
                 Mistake(("readings", place), f"{name!r} {says}")
                 for place, name in enumerate(items)
@@ -147,8 +150,8 @@ class Damping(Model):
             if "random" in values:
                 found.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
             if "target" in values:
-                says = "is gone, since its errors were too small; coupon.sweep is run whole, and "
-                says += "damping.tones adds cases where scenarios read them"
+                says = "was removed, because its errors were too small; the whole of coupon.sweep "
+                says += "is run, and damping.tones adds cases for the scenarios"
                 found.append(Mistake(("target",), says))
             if found:
                 raise Mistakes(found)
@@ -163,8 +166,10 @@ class Damping(Model):
         """Yield readings given more than once, and keys that lack their reading."""
         readings = self.readings or ()
         if len(set(readings)) != len(readings):
-            yield Mistake(("readings",), "must not contain a reading more than once")
+            yield Mistake(("readings",), "must not contain a damping model twice")
         if ("table" in readings) != (self.table is not None):
-            yield Mistake(("table",), "required for the reading 'table', not allowed otherwise")
+            yield Mistake(
+                ("table",), ("required for the damping model 'table', not allowed otherwise")
+            )
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")

@@ -124,7 +124,7 @@ def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mis
     if item["type"] == "extra_forbidden":
         (section,) = place_of(item["loc"][:-1], model).types
         if place.keys[:-1] and place.keys[-1] in keys_of(model):
-            says = f"{place.keys[-1]} is a section of its own; begin its line without spaces"
+            says = f"{place.keys[-1]} is a top-level section; do not indent its line"
             return Mistake(place.keys, f"unknown key; {says}")
         return Mistake(place.keys, unknown_key(str(place.keys[-1]), keys_of(section)))
     if item["type"] == "union_tag_not_found" and not isinstance(item["input"], Mapping):

@@ -53,6 +53,6 @@ def found_file(name: Path, folder: Path, shipped: Path | None) -> Path:
         return base / name
     known = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
     raise ValueError(
-        "no such file; must be a file beside the study"
+        "no such file; must be a path relative to the study"
         + (f", or one of {', '.join(known)}" if known else "")
     )

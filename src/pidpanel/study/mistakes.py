@@ -86,7 +86,7 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
             yield Mistake(
                 (key, name),
                 f"must have a name of 1 to {LONGEST_NAME} printable characters without '/', '\"' "
-                "and spaces round it: files and groups of the mesh are named after it",
+                "or surrounding spaces, because files and mesh groups use it",
             )
 
 

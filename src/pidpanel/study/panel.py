@@ -63,7 +63,7 @@ class Mesh(Model):
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
     """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
-    """The unit of length of the file [m]: 0.001 for millimetres."""
+    """Length unit of the file [m]: 0.001 for millimetres."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield keys that the kind of mesh lacks or does not have."""
@@ -187,18 +187,18 @@ class PointSupport(Model):
 
 
 class EdgeSupport(Model):
-    """Support of a straight part of the boundary, which differs from the rest."""
+    """A different support on a straight part of the boundary."""
 
     from_m: Position
-    """Where the part begins (x, y) [m], on the boundary."""
+    """Start (x, y) of the part [m], on the boundary."""
     to_m: Position
-    """Where the part ends (x, y) [m], on the same straight edge."""
+    """End (x, y) of the part [m], on the same straight edge."""
     kind: EdgeKind
     """Its support; kinds are those of ``supports``."""
 
 
 class Supports(Model):
-    """What holds the panel: its outline, rims of holes, parts of edges, points."""
+    """Supports of the panel: outline, rims of holes, parts of edges, points."""
 
     outline: EdgeKind
     """Support of the outer edge; kinds are those of ``panel.supports``."""
@@ -220,7 +220,7 @@ class Mass(Model):
     grid: Number | None = None
     """Node of a mesh file, in place of ``at_m``."""
     from_m: Position | None = None
-    """Begin (x, y) of a mass along a line [m]."""
+    """Start (x, y) of a mass along a line [m]."""
     to_m: Position | None = None
     """End (x, y) of a mass along a line [m]."""
 

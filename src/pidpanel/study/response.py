@@ -15,7 +15,7 @@ Radiation = Literal["none", "one_side", "two_sides"]
 
 
 class Response(Model):
-    """The frequencies of the response, and what is part of the panel's equation of motion."""
+    """The frequencies of the response, and the terms of the panel's equation of motion."""
 
     frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
     """Lowest and highest frequency [Hz]."""
@@ -26,7 +26,7 @@ class Response(Model):
     radiation: Radiation = "none"
     """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
     radiation_beside: Radiation = "none"
-    """Radiation of a second computation, shown in a table beside the first."""
+    """Radiation of a second computation, shown in a table for comparison."""
     air_mass: bool = True
     """Whether the panel carries the mass of the air on the sides that radiate; false: resistance
     alone."""

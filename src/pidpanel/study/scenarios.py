@@ -20,11 +20,11 @@ class Family(Model):
     """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
 
     patch: Text | tuple[Text, ...]
-    """Patch that is filled, by its name under ``panel.patches``; a list compares patches."""
+    """Filled patch, by its name under ``panel.patches``; a list compares patches."""
     damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
     fill_fraction: Fill | tuple[Fill, ...] | None = None
-    """Required unless the damper needs none, such as one of constants."""
+    """Required unless the damper needs none, such as constants."""
     oaspl_db: Level | tuple[Level, ...] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
@@ -57,16 +57,16 @@ class Family(Model):
 
 
 class Filled(Model):
-    """What one patch of a layout is filled with."""
+    """Damper on a patch of a layout."""
 
     damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
     fill_fraction: Fill | None = None
-    """Required unless the damper needs none, such as one of constants."""
+    """Required unless the damper needs none, such as constants."""
 
 
 class Layout(Model):
-    """One scenario of its own: any number of patches together, each with its damper and fill."""
+    """A single scenario with any number of patches, each with its damper and fill fraction."""
 
     layout: Annotated[Mapping[str, Filled], Field(min_length=1)]
     """Patches by their names under ``panel.patches``."""

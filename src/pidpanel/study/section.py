@@ -45,13 +45,14 @@ class ThinSection(Model):
     """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
 
     kind: Literal["thin"] = "thin"
-    """A thin plate; may be left out."""
+    """A thin plate; the default."""
     mass_per_area_kg_m2: Annotated[float, Quantity(0.01, 1000, units=MASS_PER_AREA)]
     """Mass per area [kg/m²]."""
     bending_stiffness_n_m: Annotated[float, Quantity(1e-3, 1e8, units=(("N mm", 1e-3),))]
     """Bending stiffness D [N m]."""
     thickness_mm: Thickness = 25.0
-    """Strains are computed at its surfaces, stresses as if it were of one material [mm]."""
+    """Thickness for strains at the surfaces, and for stresses of an equivalent homogeneous plate
+    [mm]."""
     poissons_ratio: PoissonsRatio = 0.3
     """Poisson's ratio of the bending stiffness."""
 
@@ -119,7 +120,7 @@ class Material(Model):
     nu12: (
         Annotated[float, Quantity(-2, 2, low_itself=False, high_itself=False, units=PERCENT)] | None
     ) = None
-    """Major Poisson's ratio: strain across over strain along the fibre, pulled along it."""
+    """Major Poisson's ratio: transverse over longitudinal strain under tension along the fibre."""
 
     @property
     def youngs_modulus(self) -> float | None:
@@ -154,7 +155,7 @@ class Ply(Model):
     thickness_mm: Annotated[float, Quantity(0.005, 100, units=MILLIMETRES)]
     """Thickness [mm]."""
     angle_deg: Angle = 0.0
-    """From the panel's x to the fibre [°]."""
+    """Angle from the panel's x to the fibre [°]."""
 
     @property
     def thickness(self) -> float:
@@ -181,7 +182,7 @@ class Core(Model):
     density_kg_m3: Annotated[float, Quantity(5, 3000, units=CORE_DENSITY)] | None = None
     """Density [kg/m³]."""
     ribbon_deg: Angle = 0.0
-    """From the panel's x to the ribbon (L) direction [°]."""
+    """Angle from the panel's x to the ribbon (L) direction [°]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a grade that is not known, or that is given beside moduli."""
@@ -264,8 +265,8 @@ class SandwichSection(Model):
             if thickness > self.core.thickness_mm:
                 yield Mistake(
                     (key,),
-                    f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} mm: "
-                    "the faces of a sandwich are thin beside its core",
+                    f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
+                    "mm: faces must be thinner than the core",
                 )
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:

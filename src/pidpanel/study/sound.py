@@ -18,7 +18,7 @@ class Sound(Model):
     """The acoustic field: a band spectrum, its level, its coherence, where it was measured."""
 
     spectrum: Annotated[Path, file_in(DATA / "spl")]
-    """CSV table of octave or third-octave levels, beside the study or among those of pidpanel."""
+    """CSV table of octave or third-octave levels, relative to the study or from pidpanel."""
     oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
@@ -26,7 +26,7 @@ class Sound(Model):
     field: Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"] = (
         "diffuse"
     )
-    """``diffuse``: waves from all directions alike; ``uncorrelated``: the paper's, without any
+    """``diffuse``: waves from all directions equally; ``uncorrelated``: the paper's, without
     coherence; ``uniform``: in phase everywhere; ``plane_wave``: from ``incidence_deg``;
     ``progressive_wave``: a plane wave at grazing incidence, as in a progressive-wave tube."""
     incidence_deg: Annotated[float, Quantity(0, 90)] | None = None
@@ -36,9 +36,9 @@ class Sound(Model):
     loaded_sides: Literal[1, 2] = 1
     """2: independent fields of that level on both faces, twice the PSD."""
     pressure_reference: Literal["surface", "room", "incident"] = "surface"
-    """Where the levels of the table were measured: ``surface``, on the panel; ``room``, far from
-    it in a diffuse field, of which a rigid face has twice the PSD; ``incident``, of an incoming
-    wave alone, four times."""
+    """Where the levels of the table were measured. ``surface``: on the panel; ``room``: far from it
+    in a diffuse field, so a rigid face has twice the PSD; ``incident``: an incoming wave alone,
+    so it has four times the PSD."""
     speed_m_s: Annotated[float, Quantity(100, 1400, units=VELOCITY)] = 343.0
     """Speed of sound [m/s]."""
     air_density_kg_m3: Annotated[float, Quantity(0.01, 50, units=DENSITY)] = 1.2

@@ -49,11 +49,11 @@ class CouponStudy(Model):
     """A study of the coupon alone: what the particles dissipate, and on what it depends."""
 
     name: Text
-    """Name of the folder of its results; by default that of its file."""
+    """Name of the results folder; by default the name of the file."""
     title: Text = ""
     """Title of the report."""
     assumptions: tuple[Text, ...] = ()
-    """What the source leaves open and this study assumes; printed in the report."""
+    """Assumptions where the source gives no value; printed in the report."""
     coupon: Coupon | None = None
     """The honeycomb coupon that LIGGGHTS shakes."""
 
@@ -62,7 +62,7 @@ class CouponStudy(Model):
         if not re.fullmatch(NAME, self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:
-            says = f"must be another one; results/{self.name} belongs to all studies"
+            says = f"must be another name; results/{self.name} is shared by all studies"
             yield Mistake(("name",), says)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")
@@ -82,8 +82,8 @@ class Study(CouponStudy):
     """All that a run of the whole workflow depends on."""
 
     dampers: Mapping[str, Damper] = {}
-    """What patches can be filled with, by name. The section ``coupon`` is the damper ``coupon``
-    beside them; a damper that no scenario names is not simulated."""
+    """Dampers that can fill patches, by name. The section ``coupon`` is also a damper, ``coupon``.
+    A damper that is in no scenario is not simulated."""
     damping: Damping = Damping()
     """Where C_e and m_a come from."""
     panel: Panel
@@ -91,9 +91,9 @@ class Study(CouponStudy):
     sound: Sound
     """The sound field."""
     response: Response = Response()
-    """What is computed of the panel in the sound."""
+    """Quantities computed for the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
-    """Families of one patch and explicit layouts; none for a study of the bare panel."""
+    """Families of one patch, and layouts; none for a study of the bare panel."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
@@ -204,7 +204,7 @@ class Study(CouponStudy):
         """
         found = self.all_dampers[damper].coupon if damper in self.all_dampers else None
         if found is None:
-            raise ValueError(f"{self.name}: no coupon of the name {damper!r}")
+            raise ValueError(f"{self.name}: no coupon named {damper!r}")
         return found
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
@@ -222,15 +222,17 @@ class Study(CouponStudy):
                 says = "missing; scenarios need a section coupon, dampers, or damping.readings"
                 yield Mistake(("dampers",), says)
             else:
-                yield Mistake(("coupon",), "missing; required for the reading 'dem' of damping")
+                yield Mistake(("coupon",), "missing; required for the damping model 'dem'")
         if "stated" in self.readings and not self.all_dampers:
-            yield Mistake(("dampers",), "missing; required for the reading 'stated' of damping")
+            yield Mistake(("dampers",), "missing; required for the damping model 'stated'")
         if "coupled" in self.damping.model_fields_set and not self.is_coupled:
-            yield Mistake(("damping", "coupled"), f"only allowed with the reading '{COUPLED}'")
+            yield Mistake(
+                ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
+            )
         yield from self._mistakes_of_lines()
         yield from self._mistakes_of_coupled()
         if self.damping.tones is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "tones"), "only allowed with the reading 'dem'")
+            yield Mistake(("damping", "tones"), "only allowed with the damping model 'dem'")
 
     def _mistakes_of_lines(self) -> Iterator[Mistake]:
         """Yield records that have too few lines in the range of the response, 1/T apart."""
@@ -246,16 +248,18 @@ class Study(CouponStudy):
             return
         keys = ("damping", "readings")
         if self.response.modal_damping != "full":
-            yield Mistake(keys, f"the reading '{COUPLED}' is only allowed with modal_damping: full")
+            yield Mistake(
+                keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
+            )
         if not self._has_filled_coupon:
-            says = f"the reading '{COUPLED}' needs a scenario with a coupon; there is none"
+            says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
             yield Mistake(keys, says)
         filled = {one.label: one for one in self.coupled_scenarios()}
         run = self.damping.coupled.scenarios or tuple(filled)
         at = ("damping", "coupled", "scenarios")
         for label in run:
             if label not in filled:
-                yield Mistake(at, f"{label!r} is no scenario; allowed are {', '.join(filled)}")
+                yield Mistake(at, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
         for label, one in filled.items():
             levels = [
                 filled[other].oaspl_db
@@ -291,7 +295,7 @@ class Study(CouponStudy):
                     keys = () if isinstance(compared, Layout) else (compared.varied,)
                     yield Mistake(
                         ("scenarios", name, *keys),
-                        f"two scenarios would be named {one.label}; "
+                        f"two scenarios would have the name {one.label}; "
                         + (
                             "values must differ in their first six digits"
                             if keys and alike
@@ -352,7 +356,7 @@ class Study(CouponStudy):
         if filled.fill_fraction is not None and damper is not None and not needed:
             kind = self.all_dampers[damper].kind
             if kind != "table":  # whose columns tell
-                says = f"not allowed: the {kind} of {damper} is of no fill"
+                says = f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
                 yield Mistake(("fill_fraction",), says)
 
     def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
@@ -378,7 +382,7 @@ class Study(CouponStudy):
         """Yield what of a patch with a damper asks for its fill."""
         for reading in self.readings:
             if reading not in ("stated", COUPLED):
-                yield f"the reading '{reading}' of damping"
+                yield f"the damping model '{reading}'"
             elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"
 

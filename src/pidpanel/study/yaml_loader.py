@@ -43,7 +43,7 @@ class Loader(yaml.SafeLoader):
         Duplicate keys and keys without a value, with the way to each.
     """
 
-    EMPTY = "has no value; give one, or leave the key out"
+    EMPTY = "has no value; give one, or omit the key"
 
     yaml_implicit_resolvers: ClassVar = {}  # type: ignore[misc]
 
@@ -161,9 +161,7 @@ def _count(node: yaml.Node, known: dict[int, int], above: set[int]) -> int:
             None, None, f"the tag {name} is not allowed", node.start_mark
         )
     if id(node) in above:
-        raise yaml.composer.ComposerError(
-            None, None, "an alias holds what it stands in", node.start_mark
-        )
+        raise yaml.composer.ComposerError(None, None, "an alias contains itself", node.start_mark)
     if id(node) not in known:
         above.add(id(node))
         parts = [child for _, child in _children(node)]
@@ -194,7 +192,7 @@ def _mistakes(node: yaml.Node, way: Keys, seen: set[int]) -> Iterator[Mistake]:
     for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
         line = key.start_mark.line + 1
         if key.value in lines:
-            says = f"duplicate key; line {lines[key.value]} has it already"
+            says = f"duplicate key; already in line {lines[key.value]}"
             yield Mistake((*way, key.value), says, line)
         lines.setdefault(key.value, line)
     for own, child in _children(node):

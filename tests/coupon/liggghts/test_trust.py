@@ -71,7 +71,7 @@ REFUSED = [
     ("'shell' touch hit", "a quote at the beginning"),
     ("timestep 1\rshell touch hit", "the character '\\r'"),
     ("timestep 1\x00", "the character '\\x00'"),
-    ('print "no end', "a quote without its end"),
+    ('print "no end', "a quote that is not closed"),
 ]  # fmt: skip
 
 

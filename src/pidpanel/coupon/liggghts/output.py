@@ -137,7 +137,7 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
         if mark:
             marks.append((int(mark[1]), int(mark[2]), number))
     if not marks:
-        raise LogTruncated(f"{source}: no mark; the deck was not run to any end")
+        raise LogTruncated(f"{source}: no mark; the deck did not run to an end")
     for _, count, number in marks:
         if count != atoms:
             raise ParticlesLost(f"{source}:{number}: {count} spheres of {atoms}")

@@ -182,7 +182,9 @@ class Liggghts:
         if first is None:  # killed before it said anything
             raise self._failure([])
         if VERSION not in first:
-            raise SolverMissing(f"{COMMAND}: says {first.strip()!r}; version {VERSION} is required")
+            raise SolverMissing(
+                f"{COMMAND}: reports {first.strip()!r}; version {VERSION} is required"
+            )
 
     # -------------------------------------------------------------- what it can be told
 
@@ -345,7 +347,7 @@ class Liggghts:
                     break
             else:
                 self._process.kill()
-                raise RunHung(f"{self.log}: silent for {limit:.3g} s in {what}; ended")
+                raise RunHung(f"{self.log}: no output for {limit:.3g} s in {what}; ended")
             if line is None:
                 return
             yield line

@@ -117,7 +117,7 @@ def _words(line: str) -> tuple[list[str], str]:
     try:
         words = list(lexer)
     except ValueError:
-        return [], "a quote without its end is"
+        return [], "a quote that is not closed is"
     if any('"' in word or "'" in word for word in words[:1]) or '"""' in line:
         return [], "a quote at the beginning is"
     return [word.strip("\"'") for word in words], ""
