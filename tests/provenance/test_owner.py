@@ -42,7 +42,7 @@ def test_another_study_of_the_name_is_refused(home, tmp_path):
     # red: `return` at the top of check_owner
     folder, own = home
     other = _study(tmp_path / "other", _changed())
-    with pytest.raises(OwnerError, match=f"results of {own}, another study of the name lp"):
+    with pytest.raises(OwnerError, match=f"results of {own}, another study named lp"):
         _check(other, folder / "results")
 
 
@@ -117,4 +117,4 @@ def test_every_command_that_reads_or_writes_results_refuses_those_of_another(
     other = _study(tmp_path / "other", _changed())
     assert main([command, str(other), "-d", str(folder)]) == MISTAKE
     said = capsys.readouterr().err
-    assert said.count("\n") == 1 and "another study of the name lp" in said
+    assert said.count("\n") == 1 and "another study named lp" in said

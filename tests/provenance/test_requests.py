@@ -159,7 +159,7 @@ def test_a_lock_is_waited_for_and_ends_with_its_process(tmp_path):
     first, lock = child(HOLD, tmp_path / "lock"), tmp_path / "lock"
     assert first.stdout.readline() == "held\n"
     second = child(HOLD, lock)
-    assert f"waits for process {first.pid} on " in second.stderr.readline()
+    assert f"waiting for process {first.pid} on " in second.stderr.readline()
     first.kill()
     first.communicate()
     assert second.stdout.readline() == "held\n"
@@ -247,7 +247,7 @@ def test_a_stopped_job_of_a_killed_run_is_ended_and_no_other(tmp_path, lives):
     second = child(HOLD, lock)
     said = second.stderr.readline()
     if lives:
-        assert said.startswith(f"{lock}: waits for process {job.pid} on ")
+        assert said.startswith(f"{lock}: waiting for process {job.pid} on ")
         assert said.rstrip().endswith(f"for {workflow.pid}, which writes the same files")
         job.send_signal(signal.SIGCONT)
         job.communicate("\n")

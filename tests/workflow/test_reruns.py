@@ -175,7 +175,7 @@ def test_another_study_of_the_same_name_touches_no_results(project, study, tmp_p
     other = tmp_path / "small.yaml"
     other.write_text(study.read_text().replace("oaspl_db: 150", "oaspl_db: 151"))
     result = snakemake(project, other, "-n")
-    assert result.returncode and "another study of the name small" in said(result)
+    assert result.returncode and "another study named small" in said(result)
 
 
 def test_a_change_that_is_taken_back_leaves_nothing_to_do(project, study):
