@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test slurm bench mutants drills fuzz check lock docs reference ready
+.PHONY: run verification test quick slurm bench mutants drills fuzz check lock docs reference ready
 
 run: ready
 	snakemake -j$(CORES) --configfile "$$STUDY"
@@ -21,6 +21,11 @@ verification: ready
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 test: ready
 	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
+
+# a minute: the stages without solver, workflow and pages
+quick: ready
+	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder -m "not liggghts and not slow" \
+	    tests/coupled tests/coupon tests/damping tests/panel tests/sound tests/study
 
 # a study through a Slurm of one node on this machine (as root, from Debian packages)
 slurm: ready

@@ -21,7 +21,8 @@ import numpy as np
 
 from pidpanel.check import checked_study
 from pidpanel.coupon.batches import STEP, batches_of, parts_of
-from pidpanel.coupon.cases import Bed, Case, Run
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import (
     MISSED,
     Costs,

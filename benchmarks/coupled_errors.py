@@ -29,9 +29,9 @@ from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.response.bands import band_rms, whole_third_octaves
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts
 from pidpanel.study.coupon import Coupon
 
 LOW, HIGH, PRESSURE = 30.0, 400.0, 3.0
@@ -75,7 +75,7 @@ def panel(cells: int) -> CoupledPanel:
         modal=MODAL,
         points=shapes_at(*POINTS.T),
         patches=[patch],
-        pressure_psd=lambda f: np.full(f.shape, PRESSURE),
+        spectrum=lambda f: np.full(f.shape, PRESSURE),
         modal_force=lambda f: np.broadcast_to(0.05 * (np.eye(n) + 0.5), (len(f), n, n)),
     )
 
@@ -98,7 +98,7 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
     lines = np.arange(first, int(HIGH * period * ROW_S) + 1) / (period * ROW_S)
     whole, intervals = panel(cells), INTERVALS * 2**halvings
     amplitude = sound_record.draw_modal_force(
-        lines, whole.pressure_psd(lines), whole.modal_force, np.array([LOW, HIGH]),
+        lines, whole.spectrum(lines), whole.modal_force, np.array([LOW, HIGH]),
         np.random.default_rng(seed),
     )  # fmt: skip
     held = amplitude * sound_record.before_hold(lines, ROW_S)[:, None]

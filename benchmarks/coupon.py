@@ -24,7 +24,8 @@ import numpy as np
 
 from pidpanel.check import checked_study
 from pidpanel.coupon import cycles, rows, runs
-from pidpanel.coupon.cases import Case, Run, Target
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case, Target
 from pidpanel.coupon.estimate import PLAN, cpu_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest

@@ -18,15 +18,17 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
-from pidpanel.response.lines import frequency_grid
-from pidpanel.response.model import ModalBasis, Patches
-from pidpanel.response.scenarios import Load, solve_layout
-from pidpanel.response.solvers import PanelInField, PanelSolver
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.layout import Layout, Load, solve_layouts
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.panel import Panel
+from pidpanel.solve.solvers import PanelSolver
 from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse, wavenumber
 
 LINES, MODES, SPEED = 2000, 90, 343.0
@@ -65,8 +67,8 @@ def main():
     frequency = np.geomspace(20.0, 2000.0, LINES)
     table = tabulate_diffuse(float(wavenumber(frequency[-1], SPEED)), face)
     search = frequency_grid(20.0, 2000.0, 0.01, lines_per_bandwidth=3.0)
-    panel = PanelInField(
-        modal, patches, lambda f: np.full(f.size, 100.0), lambda f: table.at(wavenumber(f, SPEED))
+    excitation = ModalForce(
+        lambda f: np.full(f.size, 100.0), lambda f: table.at(wavenumber(f, SPEED))
     )
 
     def loads(seed):
@@ -85,16 +87,21 @@ def main():
 
         return law
 
-    solver = PanelSolver(panel, frequency, motion, search)
-    first, found = clock(lambda: solve_layout(solver, loads(0), 1.0))
-    further, again = clock(lambda: solve_layout(solver, loads(1), 1.0))
-    alone, _ = clock(lambda: solve_layout(solver, [loads(2)[0]], 1.0))
-    stated, _ = clock(lambda: solve_layout(solver, loads(3), 1.0, stated_acceleration_g=20.0))
+    solver = PanelSolver(Panel(modal, patches, frequency, motion, search), excitation)
+
+    def solve_layout(loads, stated=None):
+        (answer,) = solve_layouts(solver, [Layout(loads, stated_acceleration_g=stated)])
+        return answer
+
+    first, found = clock(lambda: solve_layout(loads(0)))
+    further, again = clock(lambda: solve_layout(loads(1)))
+    alone, _ = clock(lambda: solve_layout([loads(2)[0]]))
+    stated, _ = clock(lambda: solve_layout(loads(3), 20.0))
 
     def dense():
         lines = np.linspace(0, LINES - 1, DENSE_LINES).astype(int)
-        own = PanelSolver(panel, frequency[lines], motion, search)
-        G = panel.modal_force(frequency[lines])
+        own = solver.on(frequency[lines], motion)
+        G = excitation(frequency[lines])
         psd = []
         for place, line in enumerate(lines):
             omega = 2 * np.pi * frequency[line]

@@ -17,11 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import normal_modes, residual_vectors
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Circle, Polygon, Rectangle
 
 OUTLINE = Polygon(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)))
 PATCHES = {"A": Rectangle((1.0, 1.0), (0.3, 0.3)), "B": Circle.of_equal_area((2.2, 0.8), 0.15)}

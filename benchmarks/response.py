@@ -18,14 +18,14 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
-from pidpanel.response.dampers import attach_dampers
-from pidpanel.response.modal import bare_panels
-from pidpanel.response.model import ModalBasis, Patches
+from pidpanel.solve.dampers import attach_dampers
+from pidpanel.solve.modal import bare_panels
+from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse, wavenumber
 
@@ -57,7 +57,7 @@ def main():
     frequency = np.geomspace(20.0, 2000.0, LINES)
     k = wavenumber(frequency, 343.0)
     table_cost, table = clock(lambda: tabulate_diffuse(float(k[-1]), face))
-    pressure_psd = np.full(LINES, 100.0)
+    spectrum = np.full(LINES, 100.0)
     dampers = [
         (400 * (1 + i) * np.sqrt(frequency / 100), np.full(LINES, 0.5 * (1 + i)))
         for i in range(SCENARIOS)
@@ -72,7 +72,7 @@ def main():
             modal,
             [patches],
             points,
-            pressure_psd,
+            spectrum,
             lambda f: table.at(wavenumber(f, 343.0)),
         )
         return [attach_dampers(bare, c[None], m[None]).acceleration_psd for c, m in dampers]
@@ -86,7 +86,7 @@ def main():
                 s = 1j * omega * c[line] - omega**2 * m[line]
                 Z = np.diag(modal.dynamic_stiffness(frequency[line : line + 1])[0])
                 H = np.linalg.solve(Z + s * patches.overlap[0], np.eye(MODES))
-                S = omega**4 * pressure_psd[line] * H @ G @ H.conj().T
+                S = omega**4 * spectrum[line] * H @ G @ H.conj().T
                 psd.append(np.einsum("ai,ij,aj->a", points, S, points).real)
         return np.reshape(psd, (SCENARIOS, len(lines), 3))
 

@@ -27,15 +27,15 @@ from pidpanel.constants import LIGGGHTS_VERSION
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.gaussian_process import fit
+from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.polygon import Rectangle
-from pidpanel.response.dampers import attach_dampers
-from pidpanel.response.modal import bare_panels
-from pidpanel.response.model import ModalBasis, Patches
+from pidpanel.solve.dampers import attach_dampers
+from pidpanel.solve.modal import bare_panels
+from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse, wavenumber
 from pidpanel.study.coupon import Coupon

@@ -25,7 +25,8 @@ from pidpanel.panel.basis_files import write_basis
 from pidpanel.panel.eigen import eigenpairs, factors
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.modes import Shapes, _normalise, count_modes_below, residual_vectors
+from pidpanel.panel.modes import count_modes_below, normalise
+from pidpanel.panel.shapes import Shapes, residual_vectors
 from pidpanel.paths import PROJECT
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
@@ -92,7 +93,7 @@ def main():
     arpack_cost, (reference, _) = clock(arpack)
     same = float(np.max(np.abs(value / np.sort(reference)[:count] - 1)))
     residual_cost, (frequency, residuals) = clock(lambda: residual_vectors(plate, modes, 1e-4))
-    vectors = _normalise(plate, np.hstack([modes, residuals]))
+    vectors = normalise(plate, np.hstack([modes, residuals]))
     basis = basis_of(mesh, plate, Shapes(np.sqrt(value) / (2 * np.pi), frequency, vectors))
     reach = face_wavenumber(basis, k_max)
     face_cost, few = clock(lambda: with_condensed_face(basis, reach))

@@ -177,7 +177,9 @@ def _type(node: dict[str, Any], anchors: dict[str, str]) -> str:
 
 
 def _short(name: str) -> str:
-    return re.sub(r"(?<!^)([A-Z])", r" \1", name.removesuffix("Section")).lower()
+    return re.sub(
+        r"(?<!^)([A-Z])", r" \1", name.removesuffix("Input").removesuffix("Section")
+    ).lower()
 
 
 def _allowed(node: dict[str, Any]) -> Iterator[str]:

@@ -1,11 +1,15 @@
 """What holds for all tests, and small studies that need no LIGGGHTS."""
 
 import copy
+import sys
 from pathlib import Path
 
 import pytest
 import yaml
 from hypothesis import HealthCheck, settings
+
+# otherwise every worker compiles all tests and the package anew, ten seconds
+sys.dont_write_bytecode = False
 
 # no test depends on how fast the machine is or on a draw of its own
 settings.register_profile(

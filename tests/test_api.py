@@ -82,7 +82,7 @@ def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
     # red: `_result` without its look at the file
     model = pidpanel.Model("smoke.yaml", tmp_path)
     for ask in (model.response, model.cases, lambda: model.damping("dem")):
-        with pytest.raises(pidpanel.ResultsError, match=r"not there; .* call run\(\) first"):
+        with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
             ask()
     with pytest.raises(pidpanel.StudyError, match="must be one of paper_corrected, dem"):
         model.damping()
@@ -93,10 +93,10 @@ def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
 def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
     # red: `is_coupled` left out of _is_simulated; dampers without a surface among the known
     model = pidpanel.Model("layouts.yaml", tmp_path)
-    with pytest.raises(pidpanel.ResultsError, match=r"not there; .* call run\(\) first"):
+    with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
         model.response()
     with pytest.raises(
-        pidpanel.StudyError, match=r"there is none of .* is in results/layouts/coupled"
+        pidpanel.StudyError, match=r"it has no damping .* are in results/layouts/coupled"
     ):
         model.damping("acrylic")
 

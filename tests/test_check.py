@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pidpanel.check import check_machine, checked_study
-from pidpanel.response.lines import LINES_AT_MOST, frequency_grid
+from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from pidpanel.check import checked_study
+from pidpanel.cli.stage_costs import panel_costs, shape_count
+from pidpanel.cli.study_overview import coupled_count, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
-from pidpanel.overview import coupled_count, overview, solve
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
-from pidpanel.stage_costs import panel_costs, shape_count
 from pidpanel.study.panel import Panel
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
@@ -112,7 +112,7 @@ def test_a_large_mesh_is_solved_on_a_coarser_one_that_is_near(monkeypatch):
     panel = free_plate(mesh={"kind": "triangles", "size_m": 0.14})
     own = solve(panel)
     assert own.elements == len(own.mesh.cells)
-    monkeypatch.setattr("pidpanel.overview.MOST_CELLS", {"thin triangles": 150})
+    monkeypatch.setattr("pidpanel.cli.study_overview.MOST_CELLS", {"thin triangles": 150})
     coarse = solve(panel)
     assert coarse.elements < 0.6 * own.elements
     assert len(coarse.mesh.cells) == own.elements

@@ -30,8 +30,7 @@ from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
 from pidpanel.report.known_errors import with_known_errors
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import ResponseFiles, write_response
+from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.damping import COUPLED

@@ -16,7 +16,7 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
-from pidpanel.polygon import overlap, signed_area
+from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.document import Document
@@ -125,7 +125,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
-    from pidpanel.response.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
+    from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
 
     low, high = study.response.frequency_hz
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])

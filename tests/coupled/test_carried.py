@@ -6,12 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.coupled.carried import FoundBed, between, beyond, nearest
-from pidpanel.coupled.tables import OF_A_BED, carried_impedances
+from pidpanel.coupled.carried import between, beyond, nearest
+from pidpanel.coupled.tables import carried_impedances
+from pidpanel.damping.coupled import BAND_COLUMNS, BandDamping
 
 ONES = np.ones(3)
-LOW = FoundBed(800 * ONES, 40 * ONES, 2 * ONES, 0.1 * ONES, 4 * ONES, 0.2 * ONES)
-HIGH = FoundBed(200 * ONES, 20 * ONES, 0 * ONES, 0.1 * ONES, 16 * ONES, 0.8 * ONES)
+LOW, HIGH = (
+    BandDamping(**{name: value * ONES for name, value in zip(BAND_COLUMNS, values, strict=True)})
+    for values in ((800, 40, 2, 0.1, 4, 0.2), (200, 20, 0, 0.1, 16, 0.8))
+)
 
 
 def test_only_neighbours_are_carried():
@@ -58,7 +61,7 @@ def test_beyond_all_levels_the_error_is_that_of_one_over_the_motion():
 def test_rows_say_where_they_come_from():
     # red: scenario left out of assign; the patches of the first alone
     def rows(bed, scenario):
-        values = {column: getattr(bed, name) for name, column in OF_A_BED.items()}
+        values = {column: getattr(bed, name) for name, column in BAND_COLUMNS.items()}
         one = pd.DataFrame(values).assign(
             scenario=scenario, patch="P", common_error=0.0, carried_from=""
         )

@@ -11,9 +11,9 @@ from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.variants import EXPONENT
-from pidpanel.response.bands import band_rms, whole_third_octaves
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts
 
 LOW, HIGH, INTERVAL = 40.0, 700.0, 1 / 8000
 LINES = np.linspace(LOW, HIGH, 661)
@@ -64,7 +64,7 @@ def made(plate, edges, damping):
         modal=ModalBasis(frequency, shapes.modal_mass, shapes.damping_ratio),
         points=shapes.at_points,
         patches=patches,
-        pressure_psd=np.ones_like,
+        spectrum=np.ones_like,
         modal_force=lambda f: np.broadcast_to(force, (len(f), *force.shape)),
     )
     return SimpleNamespace(root=root, stiffness=plate.stiffness, damping=damping, panel=panel)
@@ -146,6 +146,7 @@ def noisy(coupled):
     return estimated(coupled, drawn(coupled, 1), drawn(coupled, 2))
 
 
+@pytest.mark.slow
 def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     # what is left leaks through Hann's window at 40 Hz, and is the chance of the records' motion
     # red: PASSES = 1; `self._omega * motion` → `self.velocity` in impedance_sums
@@ -185,6 +186,7 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
     assert np.all(noisy.log_error > 1.5 * quiet.log_error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
     # 10 records know the ratio of scatter to error to 22 %

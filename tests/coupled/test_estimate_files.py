@@ -9,7 +9,7 @@ from pidpanel.coupled.impedance import BandImpedance
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
-from pidpanel.response.bands import whole_third_octaves
+from pidpanel.solve.bands import whole_third_octaves
 
 FREQUENCY = np.linspace(100.0, 400.0, 61)
 CENTRE, EDGE = whole_third_octaves(100.0, 400.0)
@@ -21,7 +21,9 @@ def patch(scale):
     ones = scale * np.ones(BANDS)
     omega = 2 * np.pi * 1.01 * CENTRE
     return PatchEstimate(
-        BandImpedance(1.01 * CENTRE, 400 * ones + 1j * omega * 2 * ones),
+        BandImpedance(
+            1.01 * CENTRE, 400 * ones + 1j * omega * 2 * ones, np.zeros((len(CENTRE), 0))
+        ),
         40 * ones,
         0.2 * ones,
         OwnForce(3 * ones, 0.1 * ones, 42.0 * scale),

@@ -7,7 +7,7 @@ from pidpanel.coupled.integration import Integration, PanelShapes, Rows
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.sound_record import before_hold, samples
 from pidpanel.coupled.spectra import band_sums
-from pidpanel.response.bands import third_octaves
+from pidpanel.solve.bands import third_octaves
 
 STEP, INTERVALS, ROWS = 1e-5, 8, 3000
 LOW, HIGH = 30.0, 800.0
@@ -61,6 +61,7 @@ def decibels(frequency, found, wanted):
     return 10 * np.log10(squares[0] / squares[1])
 
 
+@pytest.mark.slow
 def test_without_particles_the_panel_does_what_the_closed_form_says(plate, oscillators):
     # 0.05 dB a third octave is asked for; ten rows a period of the highest tone leave 0.005
     # red: before_hold left out (0.2 dB at 700 Hz)
@@ -84,6 +85,7 @@ def dashpot(oscillators, step=STEP):
     return oscillators(kilograms, kilograms * (2 * np.pi * 3) ** 2, np.full(8, 10.0), step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("substeps", [1, 4])
 @pytest.mark.parametrize("stand_in", [mass, dashpot])
 def test_particles_in_closed_form_change_the_panel_as_their_impedance_says(
@@ -101,6 +103,7 @@ def test_particles_in_closed_form_change_the_panel_as_their_impedance_says(
     assert abs(balance.error) < 2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("substeps", "allowed"), [(1, 0.002), (4, 0.001)])
 def test_the_difference_falls_with_the_interval(plate, oscillators, substeps, allowed):
     # red: `ahead *= 0`: a force that acts late is of first order too, but two and three times that
@@ -157,6 +160,7 @@ def test_a_free_panel_and_a_ball_part_with_the_momentum_that_they_had(substeps):
     assert velocity == pytest.approx(2 * ball_mass * speed / (panel_mass + ball_mass), rel=0.02)
 
 
+@pytest.mark.slow
 def test_cells_stand_for_a_larger_area(plate, oscillators):
     # a tenth of the mass in a tenth of the area is the same damper
     # red: patch_area / cell_area → 1
@@ -169,6 +173,7 @@ def test_cells_stand_for_a_larger_area(plate, oscillators):
     assert other[3].impulse == pytest.approx(first[3].impulse, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_the_impulse_is_that_of_the_walls(plate, oscillators, substeps):
     # on a mass that follows the panel: its momentum per area

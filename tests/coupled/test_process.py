@@ -51,6 +51,7 @@ def test_silence_ends_a_child():
         in_child(work, "one", silence_s=0.2, cpu_limit_s=30)
 
 
+@pytest.mark.slow
 def test_cpu_time_ends_a_child_and_wall_time_does_not():
     # a second of the one and of the other; red: setrlimit left out; SIGXCPU not looked for
     def idle(progress):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pidpanel.cells import SHAPES
 from pidpanel.coupon import balance, geometry, window
 from pidpanel.coupon.from_study import cases_of
+from pidpanel.geometry.cells import SHAPES
 from pidpanel.study.coupon import Coupon
 
 RADIUS, MASS = 1e-3, 5e-6
-STEEL = balance.Material(effective_modulus=2.85e7, friction=0.3)
+STEEL = balance.ContactMaterial(effective_modulus=2.85e7, friction=0.3)
 NOTHING = balance.Contacts(np.empty(0, int), np.empty(0, int), np.empty(0, int), np.empty((0, 3)))
 FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 
@@ -21,7 +21,7 @@ FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 def one(position, velocity, spin=None, earlier=None):
     """A sphere in frames, (frames, 3) each."""
     position, velocity = np.asarray(position)[:, None], np.asarray(velocity)[:, None]
-    return balance.Spheres(
+    return balance.SphereFrames(
         radius=np.array([RADIUS]),
         mass=np.array([MASS]),
         position=position,
@@ -65,7 +65,7 @@ def test_a_damped_hertz_collision_dissipates_the_kinetic_energy_that_is_gone():
     speed_ = np.stack(
         [np.stack([rate / 2, zero, zero], 1), np.stack([-rate / 2, zero, zero], 1)], 1
     )
-    spheres = balance.Spheres(
+    spheres = balance.SphereFrames(
         np.full(2, RADIUS), np.full(2, MASS), place, speed_, np.zeros_like(speed_), speed_
     )
     pushed = np.array([-force(d, r) for d, r in zip(depth, rate, strict=True)])
@@ -75,7 +75,7 @@ def test_a_damped_hertz_collision_dissipates_the_kinetic_energy_that_is_gone():
         np.stack([pushed[inside], zero[inside], zero[inside]], axis=1),
     )  # fmt: skip
     last = int(frame[-1]) + 2  # a frame after they have parted
-    cut = balance.Spheres(
+    cut = balance.SphereFrames(
         spheres.radius, spheres.mass, place[:last], speed_[:last], np.zeros_like(speed_[:last]),
         speed_[:last],
     )  # fmt: skip
@@ -161,3 +161,189 @@ def test_wall_planes_face_the_inside_of_their_own_cell(shape):
         middle = np.array([*centres[cell], packing.depth / 2])
         distance = middle @ plane[:3] - plane[3]
         assert 0 < distance <= 1.001 * max(packing.across_flats, packing.depth) / 2
+
+
+MODULUS = 2.85e7
+WALL = balance.ContactMaterial(effective_modulus=2 * MODULUS, friction=0.5)
+SOFT = balance.ContactMaterial(effective_modulus=MODULUS, friction=0.3)
+PLANE_FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
+STEP = 1e-3
+
+
+def spheres(radius, mass, position, velocity, spin=None, earlier=None):
+    position, velocity = np.asarray(position, float), np.asarray(velocity, float)
+    return balance.SphereFrames(
+        np.asarray(radius, float), np.asarray(mass, float), position, velocity,
+        np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
+        velocity if earlier is None else np.asarray(earlier, float),
+    )  # fmt: skip
+
+
+def contacts(frame=(), first=(), second=(), force=(), torque=None):
+    return balance.Contacts(
+        np.array(frame, int), np.array(first, int), np.array(second, int),
+        np.array(force, float).reshape(-1, 3),
+        None if torque is None else np.array(torque, float).reshape(-1, 3),
+    )  # fmt: skip
+
+
+def balance_of(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0), planes=PLANE_FLOOR):
+    frames = len(moving.position)
+    return balance.energy_balance(
+        moving, pairs or contacts(), touches or contacts(), planes, (SOFT, WALL),
+        np.zeros(frames), np.array(gravity), STEP,
+    )  # fmt: skip
+
+
+def hertz(relative_radius, depth, modulus=MODULUS):
+    return 4 / 3 * modulus * np.sqrt(relative_radius) * depth**1.5
+
+
+@pytest.mark.parametrize("pressed", [2, 0])
+@pytest.mark.parametrize("offset", [0.0, -7e-3, 4e-3])
+def test_a_sphere_that_a_wall_stops_trades_its_kinetic_energy_for_elastic(offset, pressed):
+    # ½ m v² = (8/15) E* √R δ^(5/2) (Johnson, Contact Mechanics, eq. 11.22), with the modulus of
+    # the wall, wherever that lies
+    # red: 2 / 5 * hertz * depth → 3 / 5 in `contact_losses`; radius + offset → radius - offset
+    radius, mass, speed, modulus = 1e-3, 5e-6, 0.2, 2 * MODULUS
+    depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
+    place, velocity = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
+    place[..., 2], velocity[..., 2] = offset + radius, -speed
+    place[pressed, 0, 2], velocity[pressed] = offset + radius - depth, 0
+    found = balance_of(
+        spheres([radius], [mass], place, velocity),
+        touches=contacts([pressed], [0], [0], [0, 0, hertz(radius, depth, modulus)]),
+        planes=np.array([[0.0, 0.0, 1.0, offset]]),
+    )
+    energy = 0.5 * mass * speed**2 * (1 if pressed == 2 else -1)
+    assert found.elastic_change == pytest.approx(energy)
+    assert found.kinetic_change == pytest.approx(-energy)
+    assert found.wall_normal == pytest.approx(0, abs=1e-9 * abs(energy))
+    assert found.residual == pytest.approx(0, abs=1e-9 * abs(energy))
+
+
+def test_two_spheres_that_have_stopped_each_other_hold_theirs():
+    # unequal spheres, R* = R₁R₂/(R₁+R₂), speeds so that both stop at once
+    # red: r1 * r2 / (r1 + r2) → r1 * r2 / (r1 - r2); 2 / 5 → 3 / 5
+    r1, r2, m1, m2 = 1e-3, 2e-3, 5e-6, 4e-5
+    relative = r1 * r2 / (r1 + r2)
+    v1, v2 = 0.4, -0.4 * m1 / m2
+    energy = 0.5 * m1 * v1**2 + 0.5 * m2 * v2**2
+    depth = (energy * 15 / 8 / MODULUS / np.sqrt(relative)) ** 0.4
+    place = [[[0, 0, 0], [r1 + r2, 0, 0]], [[0, 0, 0], [r1 + r2 - depth, 0, 0]]]
+    moving = spheres([r1, r2], [m1, m2], place, [[[v1, 0, 0], [v2, 0, 0]], np.zeros((2, 3))])
+    push = [-hertz(relative, depth), 0, 0]  # on the first, away from the second
+    found = balance_of(moving, pairs=contacts([1], [0], [1], push))
+    assert found.elastic_change == pytest.approx(energy)
+    assert found.residual == pytest.approx(0, abs=1e-9 * energy)
+
+
+def test_a_sphere_that_rolls_has_seven_tenths_of_m_v_squared():
+    # ½ m v² + ½ (2/5 m R²)(v/R)²; red: 0.4 * spheres.mass → 0.44; (spheres.spin**2) → * 2
+    radius, mass, speed = 1e-3, 5e-6, 0.3
+    moving = spheres(
+        [radius], [mass], np.zeros((2, 1, 3)), [[[0, 0, 0]], [[speed, 0, 0]]],
+        [[[0, 0, 0]], [[0, speed / radius, 0]]],
+    )  # fmt: skip
+    assert balance_of(moving).kinetic_change == pytest.approx(0.7 * mass * speed**2)
+
+
+def pair_in_touch(spin1, spin2, velocity, force, torque=None, earlier=None):
+    """Two unequal spheres along x for three frames, the contact listed in all."""
+    r1, r2, depth = 1e-3, 2e-3, 2e-6
+    place = np.broadcast_to([[r1 + r2 - depth, 0, 0], [0, 0, 0]], (3, 2, 3))
+    moving = spheres(
+        [r1, r2], [5e-6, 4e-5], place, np.broadcast_to(velocity, (3, 2, 3)),
+        np.broadcast_to([spin1, spin2], (3, 2, 3)),
+        None if earlier is None else np.broadcast_to(earlier, (3, 2, 3)),
+    )  # fmt: skip
+    full = [hertz(r1 * r2 / (r1 + r2), depth) + force[0], *force[1:]]
+    listed = contacts(
+        range(3), [0] * 3, [1] * 3, [full] * 3, None if torque is None else [torque] * 3
+    )
+    return balance_of(moving, pairs=listed), (r1 - depth / 2, r2 - depth / 2)
+
+
+def test_spheres_geared_to_each_other_rub_nothing():
+    # equal speeds of both surfaces at the contact, ω₁ a₁ = −ω₂ a₂, on top of a common motion
+    # red: other[:, None] * normal → its negative; overlap / 2 → overlap * 2 in `contact_losses`
+    arms = 1e-3 - 1e-6, 2e-3 - 1e-6
+    common = [[0.3, 0.2, -0.1]] * 2
+    found, _ = pair_in_touch([0, 0, 90.0], [0, 0, -90.0 * arms[0] / arms[1]], common, [0, 1e-6, 0])
+    slip = 90.0 * arms[0] * 1e-6 * 2 * STEP  # what one sphere alone would rub
+    assert found.sphere_tangential == pytest.approx(0, abs=1e-12 * slip)
+    assert found.sphere_normal == pytest.approx(0, abs=1e-12 * slip)
+
+
+def test_spheres_that_turn_alike_rub_force_times_way():
+    # both surfaces move apart along y at ω (a₁ + a₂); the force on the first points the other way
+    # red: np.cross(spin, …) with + in `contact_losses`; dx=step left out
+    still = np.zeros((2, 3))
+    found, (a1, a2) = pair_in_touch([0, 0, 90.0], [0, 0, 90.0], still, [0, 1e-6, 0])
+    # the contact lies at −x of the first: its surface moves along −y there, the second's along +y
+    assert found.sphere_tangential == pytest.approx(90.0 * (a1 + a2) * 1e-6 * 2 * STEP)
+
+
+def test_damping_along_the_normal_takes_force_times_the_speed_half_a_step_before():
+    # the first comes at −0.3 m/s and came at −0.5; the second leaves at −0.1 and left at −0.05
+    # red: earlier - spheres.earlier_velocity[f, j] → +; earlier → velocity in `contact_losses`
+    found, _ = pair_in_touch(
+        [0, 0, 0], [0, 0, 0], [[-0.3, 0, 0], [-0.1, 0, 0]], [2e-4, 0, 0],
+        earlier=[[-0.5, 0, 0], [-0.05, 0, 0]],
+    )  # fmt: skip
+    assert found.sphere_normal == pytest.approx(2e-4 * 0.45 * 2 * STEP)
+
+
+def test_what_is_left_of_the_torque_is_rolling_friction_of_the_relative_spin():
+    # torque of the tangential force about the first centre, (−a₁, 0, 0) × (0, F, 0), less a
+    # resistance M against the spin; red: spin - spheres.spin[f, j] → + in `contact_losses`
+    resisting, force = 1e-9, 1e-6
+    arm = 1e-3 - 1e-6
+    torque = [0, 0, -arm * force - resisting]
+    found, _ = pair_in_touch([0, 0, 90.0], [0, 0, 30.0], np.zeros((2, 3)), [0, force, 0], torque)
+    assert found.rolling == pytest.approx(resisting * 60.0 * 2 * STEP)
+
+
+def test_rolling_is_no_matter_of_a_force_along_the_normal():
+    # the torque of a normal force about the centre is none, however large; the one listed is all
+    # red: contacts.force - along[:, None] * normal → + in the torque of `contact_losses`
+    found, _ = pair_in_touch(
+        [0, 0, 90.0], [0, 0, 0], np.zeros((2, 3)), [-5e-3, 0, 0], [0, 0, -1e-9]
+    )
+    assert found.rolling == pytest.approx(1e-9 * 90.0 * 2 * STEP)
+
+
+def test_a_force_that_pulls_rubs_as_one_that_pushes():
+    # cohesive or damped contacts pull: μ |F_n| bounds their friction too
+    # red: np.abs(along) → along in `contact_losses`
+    pull = 3 * hertz(1e-3 * 2e-3 / 3e-3, 2e-6)
+    found, _ = pair_in_touch([0, 0, 0], [0, 0, 0], [[0, -0.2, 0], [0, 0, 0]], [-pull, 9.0, 0])
+    assert found.sphere_tangential == pytest.approx(0.3 * 2 / 3 * pull * 0.2 * 2 * STEP)
+
+
+def test_two_unlike_materials_are_springs_in_series():
+    # 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂: the softer decides, its Poisson's ratio counts
+    # red: 1 - n2**2 → 1 + n2**2 in `effective_modulus`
+    found = balance.effective_modulus((3e9, 5e7), (0.3, 0.4))
+    assert 1 / found == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
+
+
+def test_a_listed_force_beyond_coulomb_is_cut_back_to_it():
+    # μ |F_n| = 0.3 F_n of any direction; red: limit / np.maximum(size, …) → * in `contact_losses`
+    normal = hertz(1e-3 * 2e-3 / 3e-3, 2e-6)
+    force = np.array([0, 0.8, -0.6]) * 0.5 * normal  # listed: half of F_n
+    moving = [[0, -0.8 * 0.2, 0.6 * 0.2], [0, 0, 0]]
+    found, _ = pair_in_touch([0, 0, 0], [0, 0, 0], moving, force)
+    assert found.sphere_tangential == pytest.approx(0.3 * normal * 0.2 * 2 * STEP)
+
+
+def test_gravity_works_on_what_falls_and_losses_and_work_close():
+    # two spheres of two masses, one moved along gravity: m g h; all parts of the sum
+    # red: self.work + self.gravity_work → -; spheres.position[-1] - spheres.position[0] → +
+    place = [[[1, 2, 3.0], [0, 0, 0]], [[1, 2, 9.0], [0, 5, 0]], [[1, 2, 2.5], [0, 0.1, 0]]]
+    moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((3, 2, 3)))
+    found = balance_of(moving, gravity=(0.0, 1.0, -9.81))
+    assert found.gravity_work == pytest.approx(2e-6 * 9.81 * 0.5 + 3e-6 * 0.1)
+    parts = balance.EnergyBalance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
+    assert parts.dissipated == 16 + 32 + 64 + 128 + 256
+    assert parts.residual == parts.dissipated - (1 + 2 - 4 - 8)

@@ -7,26 +7,26 @@ from typing import Literal
 import pytest
 
 from pidpanel.coupon import coding
-from pidpanel.coupon.balance import Balance
+from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
-from pidpanel.coupon.records import End, MeasuredBalance, State
+from pidpanel.coupon.records import End, MeasuredBalance, RunState
 
-BALANCE = MeasuredBalance(Balance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
+BALANCE = MeasuredBalance(EnergyBalance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
 ENDS = (End(12, BALANCE, "d" * 64), End(18, None, "e" * 64))
-STATE = State("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", ENDS, "b" * 64)
+STATE = RunState("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", ENDS, "b" * 64)
 
 
-@pytest.mark.parametrize("state", [STATE, State("a", 1, 1e-6)])
+@pytest.mark.parametrize("state", [STATE, RunState("a", 1, 1e-6)])
 def test_a_state_survives_its_way_through_a_file(tmp_path, state):
     # red: legs left a list; a balance left a dictionary
     state.write(tmp_path)
-    assert State.read(tmp_path) == state
+    assert RunState.read(tmp_path) == state
     assert not list(tmp_path.glob(".new*"))
 
 
 def test_a_folder_without_a_state_has_none(tmp_path):
-    assert State.read(tmp_path) is None
+    assert RunState.read(tmp_path) is None
 
 
 def values(**changes):
@@ -36,15 +36,16 @@ def values(**changes):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (json.dumps(values(extra=1)), r"unknown key 'extra' in State"),
-        (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"no key 'mass' of State"),
-        (json.dumps(values(spheres="144")), r"spheres = '144': not of type int"),
-        (json.dumps(values(spheres=True)), r"spheres = True: not of type int"),
-        (json.dumps(values(mass=None)), r"mass = None: not of type float"),
-        (json.dumps(values(legs=[12, 6.5])), r"legs\[1\] = 6.5: not of type int"),
-        (json.dumps(values(legs=12)), r"legs = 12: not of type"),
-        (json.dumps(values(ends=[{"cycles": 1, "last_digest": ""}])), r"ends\[0\]: no key 'balance' of End"),
-        (json.dumps([1]), r"\[1\] is not a State"),
+        (json.dumps(values(extra=1)), r"extra: "),
+        (json.dumps({k: v for k, v in values().items() if k != "mass"}), r"mass: "),
+        (json.dumps({k: v for k, v in values().items() if k != "legs"}), r"a key of RunState is missing"),
+        (json.dumps(values(spheres="144")), r"spheres: "),
+        (json.dumps(values(spheres=True)), r"spheres: "),
+        (json.dumps(values(mass=None)), r"mass: "),
+        (json.dumps(values(legs=[12, 6.5])), r"legs\.1: "),
+        (json.dumps(values(legs=12)), r"legs: "),
+        (json.dumps(values(ends=[{"cycles": 1, "last_digest": ""}])), r"ends\.0\.balance: "),
+        (json.dumps([1]), r"State: "),
         (json.dumps(values())[:-9], r"Expecting|Unterminated|delimiter"),
         ("", r"Expecting value"),
     ],
@@ -53,18 +54,18 @@ def test_a_file_with_anything_else_in_it_is_refused_by_name(tmp_path, text, mess
     # red: unknown keys passed over; a missing one filled in by its default
     (tmp_path / "state.json").write_text(text)
     with pytest.raises(RecordUnreadable, match=r"state\.json: .*" + message):
-        State.read(tmp_path)
+        RunState.read(tmp_path)
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(RecordUnreadable, match=r"bed\.json"):
-        coding.read(State, tmp_path / "bed.json")
+        coding.read(RunState, tmp_path / "bed.json")
 
 
 def test_a_whole_number_will_do_for_a_number_but_not_the_other_way_round():
     # red: every number taken for a float
-    assert type(coding.decode(State, values(mass=1)).mass) is float
-    assert coding.decode(State, values()) == STATE
+    assert type(coding.decode(RunState, values(mass=1)).mass) is float
+    assert coding.decode(RunState, values()) == STATE
     assert dataclasses.asdict(STATE)["legs"] == (12, 6)
 
 
@@ -88,5 +89,5 @@ def test_of_several_drives_each_comes_back_as_what_it_was():
     for drive in (Tone(100.0, 20.0), Chirp(100.0, 20.0)):
         record = Shaken(drive, None)
         assert coding.decode(Shaken, coding.encode(record)) == record
-    with pytest.raises(RecordUnreadable, match="none of Tone, Chirp"):
+    with pytest.raises(RecordUnreadable, match=r"drive\.Tone\."):
         coding.decode(Shaken, {"drive": {"frequency": 1.0, "kind": "saw"}, "other": None})

@@ -60,7 +60,7 @@ def test_a_run_without_its_restart_is_not_watched(left, tmp_path):
     # red: `is_file` left out; the identity of the run not compared
     run, folder = left
     assert film.watch(run, tmp_path, cycles=1, frames=24) is None
-    state = folder / film.State.read(folder).restart
+    state = folder / film.RunState.read(folder).restart
     away = state.rename(tmp_path / "away")
     assert film.watch(run, folder, cycles=1, frames=24) is None
     away.rename(state)

@@ -6,18 +6,18 @@ import pytest
 
 from pidpanel import cli
 from pidpanel.coupon import coding, older
-from pidpanel.coupon.cases import POURING
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import process
+from pidpanel.coupon.packing import POURING
 from pidpanel.coupon.records import (
     Loosened,
     LoosenOutcome,
     Poured,
     PourOutcome,
+    RunState,
     ShakeOutcome,
-    State,
 )
-from pidpanel.provenance import durable
+from pidpanel.provenance import durable, locks
 from pidpanel.study.coupon import Coupon
 
 
@@ -45,7 +45,7 @@ def left(tmp_path):
     )
     coding.write(bed / "bed.json", LoosenOutcome(*attempt, run.bed, Loosened(4, 1e-9), {}))
     coding.write(own / f"{case.outcome}.json", ShakeOutcome(*attempt, run, case.target, None))
-    State(run.identity, 4, 1e-4).write(own)
+    RunState(run.identity, 4, 1e-4).write(own)
     return folder, case
 
 
@@ -99,16 +99,13 @@ def test_clean_lists_it_and_removes_it_only_when_told_to(left, monkeypatch, caps
     durable.write_text(results / "psd.nc.broken", "x")
     command = ["clean", "-d", str(results.parent)]
     assert cli.main(command) == 0
-    assert "1 to remove" in capsys.readouterr().out
+    assert "1 unused" in capsys.readouterr().out
     changed_solver(monkeypatch)
     assert cli.main(command) == 0
     said = capsys.readouterr().out
     assert said.count("of another version") == 4 and "psd.nc.broken: damaged" in said
     assert own.is_dir()
-    with (results / ".running").open("a") as held:
-        import fcntl
-
-        fcntl.flock(held, fcntl.LOCK_SH)
+    with locks.hold(folder):
         assert cli.main([*command, "--yes"]) == 1  # red: `is_running` not asked
         assert own.is_dir()
     assert cli.main([*command, "--yes"]) == 0

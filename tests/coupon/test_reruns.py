@@ -6,7 +6,8 @@ import shutil
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import cases
+from pidpanel.coupon import bed as bed_module
+from pidpanel.coupon import packing as packing_module
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, process
@@ -118,12 +119,16 @@ def test_a_comment_ends_where_the_line_does_and_is_none_in_quotes():
 # ------------------------------------------------------------------ constants, version
 
 
-@pytest.mark.parametrize("field", [field.name for field in dataclasses.fields(cases.Pouring)])
+@pytest.mark.parametrize(
+    "field", [field.name for field in dataclasses.fields(packing_module.Pouring)]
+)
 def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
     # red: POURING left out of the identity of a packing
     before = identities()
-    other = {field: 1.1 * getattr(cases.POURING, field)}
-    monkeypatch.setattr(cases, "POURING", dataclasses.replace(cases.POURING, **other))
+    other = {field: 1.1 * getattr(packing_module.POURING, field)}
+    monkeypatch.setattr(
+        packing_module, "POURING", dataclasses.replace(packing_module.POURING, **other)
+    )
     assert changed(before) == ALL
 
 
@@ -140,7 +145,7 @@ def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
 def test_every_constant_of_the_loosening_makes_new_beds_of_the_same_packings(monkeypatch, other):
     # red: LOOSENING left out of the identity of a bed
     before = identities()
-    monkeypatch.setattr(cases, "LOOSENING", dataclasses.replace(cases.LOOSENING, **other))
+    monkeypatch.setattr(bed_module, "LOOSENING", dataclasses.replace(bed_module.LOOSENING, **other))
     assert changed(before) == ["bed", "run"]
 
 
@@ -167,15 +172,15 @@ def test_what_only_the_bed_or_the_run_depends_on_leaves_the_packing():
 
 
 @pytest.mark.parametrize(
-    ("name", "others"),
+    ("module", "name", "others"),
     [
-        ("PLACEMENT_VERSION", ALL),
-        ("POUR_VERSION", ALL),
-        ("LOOSEN_VERSION", ["bed", "run"]),
+        (packing_module, "PLACEMENT_VERSION", ALL),
+        (packing_module, "POUR_VERSION", ALL),
+        (bed_module, "LOOSEN_VERSION", ["bed", "run"]),
     ],
 )
-def test_another_version_of_an_algorithm_makes_anew_what_it_made(monkeypatch, name, others):
+def test_another_version_of_an_algorithm_makes_anew_what_it_made(monkeypatch, module, name, others):
     # red: a version left out of an identity
     before = identities()
-    monkeypatch.setattr(cases, name, getattr(cases, name) + 1)
+    monkeypatch.setattr(module, name, getattr(module, name) + 1)
     assert changed(before) == others

@@ -278,14 +278,14 @@ def test_a_run_killed_on_its_way_is_tried_again_from_its_restart_to_the_same_bit
         "from pidpanel.coupon import attempts, coding, records\n"
         "from pidpanel.coupon.cases import Case\n"
         "case, bed, folder, sig = sys.argv[1:]\n"
-        "write = records.State.write\n"
+        "write = records.RunState.write\n"
         "def write_and_kill(state, folder):\n"
         "    write(state, folder)\n"
-        "    records.State.write = write\n"
+        "    records.RunState.write = write\n"
         "    pid = os.getpid()\n"
         "    (solver,) = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()\n"
         "    os.kill(int(solver), int(sig))\n"
-        "records.State.write = write_and_kill\n"
+        "records.RunState.write = write_and_kill\n"
         "case = Case.from_dict(json.loads(case))\n"
         "outcome = attempts.shake_run(case.point, case.target, Path(bed), Path(folder))\n"
         "print(json.dumps(coding.encode(outcome)))\n"
@@ -383,7 +383,7 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
 def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
     tmp_path, bed_file, monkeypatch
 ):
-    # red: `state.balance is None` in place of the version that measured it
+    # red: `state.balance is None` in place of the code that measured it
     first, _ = shaken(tmp_path, bed_file)
     folder = next(tmp_path.glob("r*/s1"))
     before = {name: (folder / name).stat().st_mtime_ns for name in ("cycles_1.txt", "shake_1.log")}
@@ -394,7 +394,7 @@ def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again
     anew, _ = shaken(tmp_path, bed_file)
     assert (folder / "shake_2.log").exists()
     assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
-    state = records.State.read(folder)
+    state = records.RunState.read(folder)
     assert (state.legs, state.balance_version) == ((10,), 2)
     # from a restart at the cycle at which it was measured before: the same bits
     assert anew == first
@@ -406,7 +406,7 @@ def test_a_state_that_cannot_be_read_is_named_and_the_run_begins_anew(tmp_path, 
     folder = next(tmp_path.glob("r*/s1"))
     (folder / "state.json").write_text((folder / "state.json").read_text()[:-20])
     with pytest.raises(failures.RecordUnreadable, match=r"s1/state\.json: "):
-        records.State.read(folder)
+        records.RunState.read(folder)
     again, _ = shaken(tmp_path, bed_file)
     assert again == first
     (case,) = cases_of(coupon())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import attempts, coding, cycles, rows, states, summary
-from pidpanel.coupon.cases import HARD_CYCLES
+from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import failures
 from pidpanel.coupon.records import ShakeOutcome

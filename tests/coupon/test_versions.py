@@ -9,7 +9,7 @@ import hashlib
 import numpy as np
 import pytest
 
-from pidpanel.coupon import attempts, cases, rows, runs, states, window
+from pidpanel.coupon import attempts, bed, packing, rows, runs, states, window
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import start_files
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, scattered, write_start
@@ -63,24 +63,24 @@ def digest(*texts):
 @pytest.mark.parametrize("shape", ["hexagon", "square"])
 def test_spheres_and_walls_are_placed_as_by_this_version(tmp_path, shape):
     # red: 0.51 * size[n] → 0.52 * size[n] in geometry; {x:.12g} → {x:.9g} in start_files
-    packing = case(shape).point.packing
-    start = scattered(packing)
+    poured = case(shape).point.packing
+    start = scattered(poured)
     box = np.array([[0.0, 1.0]] * 3)
-    data = start_files.data_file(start.positions, start.diameters, packing.density, box)
+    data = start_files.data_file(start.positions, start.diameters, poured.density, box)
     spheres = np.column_stack([start.positions, start.diameters])
-    write_start(tmp_path / "run", packing, spheres)
+    write_start(tmp_path / "run", poured, spheres)
     written = [(tmp_path / "run" / name).read_text() for name in ("start.data", "walls.stl")]
-    found = {"version": cases.PLACEMENT_VERSION, "digest": digest(data, *written)}
+    found = {"version": packing.PLACEMENT_VERSION, "digest": digest(data, *written)}
     assert found == GOLDEN[f"placement_{shape}"]
 
 
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory):
     folder = tmp_path_factory.mktemp("prepared")
-    bed = case().point.bed
+    prepared_bed = case().point.bed
     packing_file, bed_file = folder / "packing" / "packing.json", folder / "bed" / "bed.json"
-    attempts.pour_packing(bed.packing, packing_file)
-    attempts.loosen_bed(bed, packing_file, bed_file)
+    attempts.pour_packing(prepared_bed.packing, packing_file)
+    attempts.loosen_bed(prepared_bed, packing_file, bed_file)
     return packing_file.parent, bed_file.parent
 
 
@@ -88,7 +88,7 @@ def prepared(tmp_path_factory):
 def test_a_packing_is_poured_as_by_this_version(prepared):
     # red: `energy < rest` → `energy < 2 * rest`; 1.5 * packing.depth → 1.6 * packing.depth
     found = {
-        "version": cases.POUR_VERSION,
+        "version": packing.POUR_VERSION,
         "digest": digest((prepared[0] / PACKING_FILE).read_text()),
     }
     assert found == GOLDEN["pour"]
@@ -98,7 +98,7 @@ def test_a_packing_is_poured_as_by_this_version(prepared):
 def test_a_bed_is_shaken_loose_as_by_this_version(prepared):
     # red: argmin → argmax of the overlaps
     found = {
-        "version": cases.LOOSEN_VERSION,
+        "version": bed.LOOSEN_VERSION,
         "digest": digest((prepared[1] / BED_FILE).read_text()),
     }
     assert found == GOLDEN["loosen"]

@@ -30,6 +30,7 @@ def tables(draw):
     return np.array(points), np.array([[draw(value)] for _ in points])
 
 
+@pytest.mark.slow
 @example((np.array([(1.0, 1.0, 20.0), (1.0, 1.0, 90.0)]), np.array([[49.0], [1.0]])), "log")
 @given(tables(), st.sampled_from(KINDS))
 def test_any_table_says_at_its_rows_what_it_says(table, kind):
@@ -40,6 +41,7 @@ def test_any_table_says_at_its_rows_what_it_says(table, kind):
     assert inside.all()
 
 
+@pytest.mark.slow
 @given(tables(), st.sampled_from(KINDS), st.floats(0, 1e6),
        st.tuples(st.floats(0.01, 1), st.floats(0.01, 1e3), st.floats(1, 1e4)))  # fmt: skip
 def test_any_table_of_one_value_says_it_everywhere(table, kind, value, point):
@@ -49,6 +51,7 @@ def test_any_table_of_one_value_says_it_everywhere(table, kind, value, point):
     assert found == value
 
 
+@pytest.mark.slow
 @given(tables(), st.sampled_from(KINDS),
        st.tuples(st.floats(0.01, 1), st.floats(0.01, 1e3), st.floats(1, 1e4)))  # fmt: skip
 def test_nothing_is_said_beyond_the_least_and_the_most_of_the_rows(table, kind, point):
@@ -59,6 +62,7 @@ def test_nothing_is_said_beyond_the_least_and_the_most_of_the_rows(table, kind, 
     assert values.min() * (1 - 1e-12) <= found[0] <= values.max() * (1 + 1e-12)
 
 
+@pytest.mark.slow
 @given(tables(), st.sampled_from(KINDS), st.integers(0, 2),
        st.tuples(st.floats(0.05, 1), st.floats(0.1, 100), st.floats(10, 3000)))  # fmt: skip
 def test_values_have_no_jump(table, kind, axis, point):

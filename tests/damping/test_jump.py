@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+import scipy
 
 from pidpanel.damping.jump import CENTRE, LENGTHS, SIZE, WIDTH, Jump, reach
 
@@ -38,7 +38,7 @@ def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
     none = Jump(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     u = CENTRE + SIZE * np.array([-1.0, 0.0, 2.0])
     found = none.probability(np.full((3, 2), R), u)
-    np.testing.assert_allclose(found, norm.cdf((u - CENTRE) / np.hypot(SIZE, WIDTH)))
+    np.testing.assert_allclose(found, scipy.stats.norm.cdf((u - CENTRE) / np.hypot(SIZE, WIDTH)))
 
 
 @pytest.mark.parametrize(("away", "crosses"), [(0.1, True), (-0.4, False), (0.3, False)])
@@ -49,15 +49,15 @@ def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
     case, other = np.array([R, GAMMA]), np.array([R + 0.1, GAMMA + 0.4])
     found = Jump(case[None], np.array([CENTRE + away]), np.array([float(crosses)]))
     tau = np.linspace(-6 * SIZE, 6 * SIZE, 40001)
-    weight = norm.pdf(tau, scale=SIZE)
-    weight *= norm.cdf((1 if crosses else -1) * (away - tau) / WIDTH)
+    weight = scipy.stats.norm.pdf(tau, scale=SIZE)
+    weight *= scipy.stats.norm.cdf((1 if crosses else -1) * (away - tau) / WIDTH)
     weight /= weight.sum()
     mean, variance = tau @ weight, (tau**2) @ weight - (tau @ weight) ** 2
     share = matern(np.linalg.norm((other - case) / LENGTHS))
     there_mean = share * mean
     there_variance = SIZE**2 * (1 - share**2) + share**2 * variance
     u = CENTRE + np.array([-0.3, 0.0, 0.25])
-    expected = norm.cdf((u - CENTRE - there_mean) / np.sqrt(WIDTH**2 + there_variance))
+    expected = scipy.stats.norm.cdf((u - CENTRE - there_mean) / np.sqrt(WIDTH**2 + there_variance))
     np.testing.assert_allclose(found.probability(np.tile(other, (3, 1)), u), expected, atol=1e-6)
 
 
@@ -86,10 +86,12 @@ def test_many_cases_agree_with_draws_of_the_jump():
     at = np.vstack([points, [[0.5, 4.0]]])
     distance = np.linalg.norm((at[:, None] - at[None]) / LENGTHS, axis=2)
     tau = rng.multivariate_normal(np.zeros(7), SIZE**2 * matern(distance), 400_000)
-    weight = norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(axis=1)
+    weight = scipy.stats.norm.cdf(np.where(crosses, 1, -1) * (away - tau[:, :6]) / WIDTH).prod(
+        axis=1
+    )
     found = Jump(points, CENTRE + away, crosses.astype(float))
     for u in (-0.1, 0.1, 0.3):
-        expected = (weight * norm.cdf((u - tau[:, 6]) / WIDTH)).sum() / weight.sum()
+        expected = (weight * scipy.stats.norm.cdf((u - tau[:, 6]) / WIDTH)).sum() / weight.sum()
         got = found.probability(at[6:], np.array([CENTRE + u]))[0]
         kept = weight.sum() ** 2 / (weight**2).sum()
         assert got == pytest.approx(expected, abs=0.03 + 1.5 / np.sqrt(kept))

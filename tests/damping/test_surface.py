@@ -8,7 +8,17 @@ import xarray as xr
 from pidpanel.damping import surface_files
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.surface_cases import groups, onset
+from pidpanel.damping.surface_cases import (
+    AXES,
+    ERROR,
+    MASS,
+    MASS_ERROR,
+    PARTICLE_MASS,
+    VALUE,
+    groups,
+    onset,
+)
+from pidpanel.damping.tables import to_frame
 
 FILLS = np.array([0.1, 0.5, 0.9])
 FREQUENCIES = np.geomspace(30.0, 2000.0, 5)
@@ -360,3 +370,90 @@ def test_without_mass_the_damping_stays_and_the_mass_is_known_to_be_zero(surface
         both = surface.covariance(frequency, 0.5, gamma), bare.covariance(frequency, 0.5, gamma)
         np.testing.assert_array_equal(both[0][:n, :n], both[1][:n, :n])
         assert (both[1][n:] == 0).all()
+
+
+LAB_MASS_PER_FILL = 13.0
+
+
+def cases(fills=(0.2, 0.5, 0.8), levels=(3.0, 30.0, 300.0), frequencies=(30.0, 250.0, 2000.0)):
+    r, f, a = (g.ravel() for g in np.meshgrid(fills, frequencies, levels, indexing="ij"))
+    value = 4 * r * f * a**-0.8
+    return pd.DataFrame(
+        {"fill_fraction": r, "frequency_hz": f, "acceleration_g": a, VALUE: value,
+         ERROR: 0.02 * value, MASS: 5 * r, MASS_ERROR: 0.1 + 0.3 * r,
+         PARTICLE_MASS: LAB_MASS_PER_FILL * r}
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def lab_surface():
+    return DampingSurface.from_frame(cases())
+
+
+def test_a_surface_is_taught_logarithms_and_masses_with_the_errors_that_follow(lab_surface):
+    # C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h)
+    # red: mass_error / (fill * h) → / (fill / h) in `taught`
+    frame = cases()
+    r, f, a = (frame[axis].to_numpy() for axis in AXES)
+    h = onset(a, 1.0)
+    np.testing.assert_allclose(r * f * h * np.exp(lab_surface.damping.riding.values), frame[VALUE])
+    np.testing.assert_allclose(lab_surface.damping.riding.error, 0.02)
+    taught = lab_surface.mass.riding.values
+    np.testing.assert_allclose(r * (h * taught + (1 - h) * LAB_MASS_PER_FILL), frame[MASS])
+    np.testing.assert_allclose(r * h * lab_surface.mass.riding.error, frame[MASS_ERROR])
+
+
+def test_the_bound_is_that_of_an_inelastic_bed_where_the_mass_is_known(lab_surface):
+    # C_e ≤ 4 m₁ r ω/π = 8 m₁ r f; red: 8 * mass_per_fill → / in `DampingSurface`
+    assert lab_surface.bound == pytest.approx(8 * LAB_MASS_PER_FILL)
+    unknown = DampingSurface.from_frame(cases().drop(columns=PARTICLE_MASS))
+    assert unknown.bound == np.inf
+
+
+def test_a_sweep_of_one_acceleration_has_a_hull_in_the_other_two():
+    # without the corner of high fill and high frequency; the line from (0.5, 2000) to (0.8, 250)
+    # red: dimensions < 2 → <= 2 in SimulatedRange
+    frame = cases(levels=(30.0,))
+    lacking = (frame["fill_fraction"] == 0.8) & (frame["frequency_hz"] == 2000)
+    found = DampingSurface.from_frame(frame[~lacking])
+    middle = np.sqrt(250 * 2000)
+    inside = [
+        found.simulated.contains(np.array([[0.65 + d, middle, 30.0]]))[0] for d in (-0.01, 0.01)
+    ]
+    assert inside == [True, False]
+
+
+def test_the_table_of_a_surface_has_its_columns_and_the_mass_of_its_particles(lab_surface):
+    # red: surface.mass_per_fill * frame["fill_fraction"] → / in `to_frame`; drop=True → False
+    assert list(lab_surface.cases.columns) == [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
+    frame = to_frame(lab_surface, 2, 3, 2)
+    np.testing.assert_allclose(frame[PARTICLE_MASS], LAB_MASS_PER_FILL * frame["fill_fraction"])
+    values = lab_surface.at(*(frame[axis] for axis in AXES))
+    np.testing.assert_allclose(frame[VALUE], values.equivalent_damping)
+    np.testing.assert_allclose(frame[MASS], values.apparent_mass)
+
+
+def test_a_table_has_five_fills_nine_frequencies_and_seven_accelerations(lab_surface):
+    # red: fills = 5 → 6; frequencies = 9 → 10; accelerations = 7 → 8
+    frame = to_frame(lab_surface)
+    assert [frame[axis].round(9).nunique() for axis in AXES] == [5, 9, 7]
+
+
+def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
+    # red: self.low[2] → self.low[3] in `_held`
+    one = DampingSurface.from_frame(cases(levels=(30.0,)))
+    assert not one.depends_on_acceleration
+    frequency = np.array([50.0, 400.0])
+    asked = [one.covariance(frequency, 0.5, gamma) for gamma in (3.0, 30.0, 300.0)]
+    np.testing.assert_array_equal(asked[0], asked[1])
+    np.testing.assert_array_equal(asked[2], asked[1])
+    assert (np.diag(asked[1]) > 0).all()
+
+
+def test_the_grid_of_the_file_spans_the_cases(lab_surface):
+    # red: a start or an end of an axis of `to_dataset` left out
+    grid = surface_files.to_dataset(lab_surface)
+    for axis, low, high in zip(AXES, (0.2, 30.0, 3.0), (0.8, 2000.0, 300.0), strict=True):
+        values = grid[axis].to_numpy()
+        assert values[0] == pytest.approx(low) and values[-1] <= high * (1 + 1e-9)
+        assert (np.diff(values) > 0).all() and len(values) > 15

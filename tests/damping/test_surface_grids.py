@@ -56,7 +56,7 @@ def is_even_and_no_finer(values, low, high, step):
 
 
 def test_nodes_are_even_in_the_logarithm_from_the_lowest_to_the_highest_frequency(surface):
-    # red: `+ 1` of _even left out or doubled; low and high exchanged; another axis
+    # red: `+ 1` of even_steps left out or doubled; low and high exchanged; another axis
     nodes = np.log(surface.nodes)
     is_even_and_no_finer(nodes, np.log(35.0), np.log(900.0), NODE_STEP)
 
@@ -68,7 +68,7 @@ def test_the_values_computed_once_are_on_such_grids_too(surface):
 
 
 def test_one_frequency_and_one_acceleration_still_have_two_nodes():
-    # red: `low + step` of _even as `low - step`, or one value
+    # red: `low + step` of even_steps as `low - step`, or one value
     surface = made_of(frequencies=(120.0,), accelerations=(25.0,))
     np.testing.assert_allclose(np.log(surface.nodes), np.log(120.0) + np.array([0, NODE_STEP]))
     values = surface.log_acceleration
@@ -126,7 +126,7 @@ def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
 
 
 def test_a_narrow_range_is_shown_with_all_values_and_has_two_nodes():
-    # red: max(2, …) for max(1, …) in to_dataset; max(3, …) for max(2, …) in _even
+    # red: max(2, …) for max(1, …) in to_dataset; max(3, …) for max(2, …) in even_steps
     surface = made_of(frequencies=(100.0, 101.0), accelerations=(4.0, 4.1))
     assert len(surface.nodes) == 2
     data = surface_files.to_dataset(surface)
@@ -159,7 +159,7 @@ def test_without_the_mass_of_the_particles_the_apparent_mass_is_taught_as_it_is(
 
 
 def test_cases_in_one_plane_have_a_hull_of_no_volume():
-    # red: `>=` for `<` of the rank, or `+` for `-` of the first point, in _facets
+    # red: `>=` for `<` of the rank, or `+` for `-` of the first point, in SimulatedRange
     gamma = {35.0: 4.0, 120.0: 12.0, 900.0: 77.0}
     cases = made_of(accelerations=tuple(gamma.values())).cases
     frame = cases[cases[AXES[2]] == cases[AXES[1]].map(gamma)]
@@ -168,5 +168,5 @@ def test_cases_in_one_plane_have_a_hull_of_no_volume():
     frame = frame.assign(**{AXES[2]: frame[AXES[2]].replace(77.0, in_plane)})
     surface = DampingSurface.from_frame(frame)
     middle = np.array([[0.45, 120.0, 12.0], [0.3, 60.0, 4.0 * (60.0 / 35.0) ** slope]])
-    assert surface.inside(middle).all()
-    assert not surface.inside(middle * [1, 1, 1.2]).any()
+    assert surface.simulated.contains(middle).all()
+    assert not surface.simulated.contains(middle * [1, 1, 1.2]).any()

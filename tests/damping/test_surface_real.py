@@ -162,6 +162,7 @@ def test_a_further_case_near_the_jump_narrows_it(swept):
     assert abs(after - 0.5) > abs(before - 0.5)
 
 
+@pytest.mark.slow
 def test_the_file_gives_a_surface_with_a_jump_back(whole):
     # red: depth_m left out of the attributes; the constants of the two sides exchanged
     back = surface_files.from_dataset(surface_files.to_dataset(whole))

@@ -214,6 +214,7 @@ def test_what_is_a_table_is_read_as_it_stands(tmp_path, text):
     }  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.sampled_from([C, F, "fill_fraction", "acceleration_g"]), st.text(max_size=12))
 def test_no_cell_is_read_as_anything_but_the_number_that_is_written(tmp_path, column, cell):

@@ -79,6 +79,7 @@ AMPLITUDE = {
 }
 
 
+@pytest.mark.slow
 @given(ROWS, st.sampled_from(list(AMPLITUDE)), st.sampled_from(["log", "linear"]),
        st.sampled_from([C, "loss_factor", "impedance"]), st.data())  # fmt: skip
 def test_any_table_reads_back_at_its_rows(rows, amplitude, interpolation, kind, data):
@@ -258,7 +259,7 @@ def surface():
 
 
 def test_our_own_csv_is_a_table_of_its_rows(tmp_path):
-    # red: surface.inside(points) left out of to_frame
+    # red: surface.simulated.contains(points) left out of to_frame
     path = tmp_path / "surface.csv"
     of_cases = surface()
     to_frame(of_cases).to_csv(path, index=False, float_format="%.6g")
@@ -273,7 +274,7 @@ def test_our_own_csv_is_a_table_of_its_rows(tmp_path):
         assert found.equivalent_damping_error[0] == pytest.approx(
             row.equivalent_damping_error_n_s_m3, rel=1e-15
         )
-    inside = of_cases.inside(rows[["fill_fraction", F, "acceleration_g"]].to_numpy())
+    inside = of_cases.simulated.contains(rows[["fill_fraction", F, "acceleration_g"]].to_numpy())
     # on the edge but for the sixth digit
     assert inside.mean() > 0.5
     assert table.mass_per_area(0.5) == pytest.approx(6.5, rel=1e-5)

@@ -18,7 +18,7 @@ from world import LONG, PANEL_FILES, ROOT, SHORT, Call, World, flip, lose
 
 VARIANTS = {
     "deck": ("templates/fill.in.j2", "viscous {{ drag }}", "viscous {{ 1.1 * drag }}"),
-    "constant": ("src/pidpanel/coupon/cases.py", "restitution: float = 0.5", "restitution: float = 0.4"),
+    "constant": ("src/pidpanel/coupon/packing.py", "restitution: float = 0.5", "restitution: float = 0.4"),
     "solver": ("src/pidpanel/constants.py", 'LIGGGHTS_VERSION = "3.8.0"', 'LIGGGHTS_VERSION = "3.8"'),
     "comment": ("templates/fill.in.j2", "# drag, so that", "# a drag, so that"),
 }  # fmt: skip

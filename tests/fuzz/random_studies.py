@@ -9,8 +9,13 @@ import yaml
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.report.write import write_study_page
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import ResponseFiles, write_export, write_maps, write_response
+from pidpanel.response.from_study import (
+    PanelFiles,
+    ResponseFiles,
+    write_export,
+    write_maps,
+    write_response,
+)
 from pidpanel.sound.from_study import write_sound
 
 TABLE = """\

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pidpanel.check import checked_study
 from pidpanel.coupon import coding
 from pidpanel.coupon.liggghts import failures, output, sphere_dump
-from pidpanel.coupon.records import State
+from pidpanel.coupon.records import RunState
 from pidpanel.damping.table_files import TableError, read_columns
 from pidpanel.panel.flat_mesh import read_gmsh
 from pidpanel.panel.nastran import read_nastran
@@ -122,13 +122,13 @@ JSON = st.recursive(
 
 
 @fuzzed
-@given(st.sampled_from(sorted(State.__dataclass_fields__)), JSON)
+@given(st.sampled_from(sorted(RunState.__dataclass_fields__)), JSON)
 def test_a_record_takes_what_is_of_its_kind_or_refuses_it(key, value):
     # red: a tuple taken for granted in `coding._value`
-    values = coding.encode(State("a", 1, 1e-6)) | {key: value}
+    values = coding.encode(RunState("a", 1, 1e-6)) | {key: value}
     try:
-        found = coding.decode(State, values)
+        found = coding.decode(RunState, values)
     except failures.RecordUnreadable as error:
         assert key in str(error)
     else:
-        assert coding.decode(State, coding.encode(found)) == found or value != value
+        assert coding.decode(RunState, coding.encode(found)) == found or value != value

@@ -43,18 +43,21 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "cells chebyshev inelastic plane_mesh plane_waves polygon sizes third_octaves",
+    "": "chebyshev third_octaves",
+    "geometry": "cells plane_mesh plane_waves polygon sizes",
     "coupon": "balance contact cycles drive geometry packings rows states",
-    "damping": "constants design fit forms gaussian_process interpolation jump laws readings sides "
+    "damping": "constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides simulated_range "
     "surface surface_cases tables thinned",
-    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section "
+    "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
-    "sound": "added_mass face field spectrum table wavenumber_table",
+    "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
+    "sampling": "choice",
+    "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps modal "
+    "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "panel_motion segments softening sound_record spectra stations tables variants",
-    "response": "bands basis_error coupled_damping dampers diagonal direct elements lines linearisation "
-    "maps modal in_air model motions power radiation scenarios search sharpness solvers source stress "
-    "tabdmp1 tables uncertainty verdict",
+    "response": "cases coupled_errors dampers mapping panel patch_rows tabdmp1 tables",
+    "report": "verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import panel_basis
@@ -11,14 +12,14 @@ from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.mindlin import assemble_shear_plate
-from pidpanel.panel.modes import count_modes_below, normal_modes, residual_vectors
+from pidpanel.panel.modes import count_modes_below, normal_modes
 from pidpanel.panel.navier import shear_plate_frequency, thin_plate_frequency
 from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.panel.verification import CASES
-from pidpanel.polygon import Circle, Polygon, Rectangle
+from pidpanel.verification.panel import CASES
 
 SIZE = (1.5, 1.0)
 OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))
@@ -41,6 +42,7 @@ def split_quads(nx, ny, size=SIZE):
     return PanelMesh(np.column_stack([x.ravel(), y.ravel()]), cells, "triangles", {}, {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_frequencies_are_the_published_ones(case, tmp_path):
     rows = CASES[case](tmp_path)
@@ -73,6 +75,7 @@ def test_shear_elements_converge_to_navier_from_above_at_order_4():
     assert errors[-1].max() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["thin", "shear"])
 def test_an_l_shape_has_the_sines_of_its_cells_among_its_modes(tmp_path, kind):
     mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.15, {}, {}, corner_size=2e-3)
@@ -96,6 +99,7 @@ def test_an_l_shape_has_the_sines_of_its_cells_among_its_modes(tmp_path, kind):
     assert np.sum(frequency < 0.99 * exact[0]) == 2
 
 
+@pytest.mark.slow
 def test_refinement_into_a_reentrant_corner_lowers_the_frequency_as_its_size_to_the_2_3(tmp_path):
     found = []
     for corner_size in (0.064, 0.016, 0.004, 0.001):
@@ -215,6 +219,7 @@ def test_a_mass_or_a_spring_moves_the_first_frequency_as_the_receptance_says(
     assert abs(exact / 64.9 - 1) > 0.05
 
 
+@pytest.mark.slow
 def test_a_mass_along_a_line_is_many_point_masses(tmp_path):
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (6, 4), {}, {})
     plate = assemble_thin_plate(mesh, THIN)
@@ -228,6 +233,7 @@ def test_a_mass_along_a_line_is_many_point_masses(tmp_path):
     assert abs(one - plate.mass).max() > 0.01 * scale
 
 
+@pytest.mark.slow
 def test_a_stiff_foot_holds_as_a_clamped_hole_of_its_size(tmp_path):
     # nothing moves within a hold-down: the panel is that with a clamped hole
     foot = Circle((0.6, 0.5), 0.1, 24)
@@ -251,6 +257,7 @@ def test_a_hinged_foot_turns_and_does_not_heave(tmp_path):
     assert np.sum(frequency == 0) == 2
 
 
+@pytest.mark.slow
 def test_a_hinged_foot_of_a_thin_plate_turns_about_its_middle(tmp_path):
     # red: w.x[0] * v → w.x[0] / v, w.x[0] → w.x[1] in `RIGID_LOADS` of `thin`
     foot = Circle((0.6, 0.4), 0.1, 24)
@@ -397,6 +404,7 @@ def test_rigid_motions_have_the_mass_and_the_moments_of_inertia_of_a_slab():
 SKEW = Polygon(((0, 0), (1, 0), (1.5, 0.8), (0.5, 0.8)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["clamped", "free"])
 def test_a_thin_solid_does_not_lock(tmp_path, kind):
     # beside quintics of a thin plate; at 0.5 mm shear takes (k t)²/7 = 1e-5 of a frequency

@@ -8,10 +8,10 @@ import meshio
 import numpy as np
 import pytest
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import read_mesh
 from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
-from pidpanel.polygon import Circle, Polygon, Rectangle
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)

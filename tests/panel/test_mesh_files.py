@@ -4,13 +4,13 @@ import gmsh
 import numpy as np
 import pytest
 
+from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.flat_mesh import read_gmsh
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Circle, Polygon, Rectangle
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 SANDWICH = SandwichSection((FACE,), (FACE,), Core(186e6, 90e6, 32.0, 24.4e-3))

@@ -134,6 +134,7 @@ def carried_out(panel, frequency, folder):
     return basis
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ACCEPTED)
 def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
     # red: LEAST_MODES = 0; ELEMENTS_ACROSS = 0.01; `values_at` without its slack
@@ -143,6 +144,7 @@ def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
         assert np.linalg.eigvalsh(overlap)[-1] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_an_odd_panel_that_the_stage_cannot_carry_out_is_refused_in_one_line(tmp_path, name):
     # red: without `check_fit` or `check_feet` in `StudiedPanel.check`

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 
+from pidpanel.geometry.polygon import Polygon
 from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.polygon import Polygon
 
 A, B = 1.5, 1.0
 OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))

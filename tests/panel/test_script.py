@@ -8,8 +8,8 @@ import xarray as xr
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.mesh import read_mesh
-from pidpanel.panel.modes import LEAST_MODES
 from pidpanel.panel.navier import thin_plate_frequency
+from pidpanel.panel.shapes import LEAST_MODES
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import load_study
 from tests.jobs import make_panel

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.response.stress import QUANTITIES
+from pidpanel.solve.stress import QUANTITIES
 
 
 def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):

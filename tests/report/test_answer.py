@@ -10,6 +10,7 @@ from coupled_study import coupled_results
 from pidpanel.report import answer, answer_section, answer_text
 from pidpanel.report.answer import AtPoint
 from pidpanel.report.html import Picture
+from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import CARRIED, judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
@@ -25,7 +26,9 @@ def answered(study, respond, error_db=0.2, **changes):
     one = study.model_copy(
         update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
     )
-    return answer.answer_of(one, judged(one, summary, None))
+    return answer.answer_of(
+        one, judged(scenarios_of(one), summary, None, one.damping.coupled.relative_error)
+    )
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
@@ -139,7 +142,16 @@ def test_caveats_are_three_at_most_and_the_gravest_first(inputs, respond):
     summary["displacement_rms_mm"] = 7.0
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
     said = answer_text.caveats(
-        one, answer.answer_of(inputs.study, judged(inputs.study, summary, None))
+        one,
+        answer.answer_of(
+            inputs.study,
+            judged(
+                scenarios_of(inputs.study),
+                summary,
+                None,
+                inputs.study.damping.coupled.relative_error,
+            ),
+        ),
     )
     assert len(said) == 3
     assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
@@ -151,7 +163,16 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respon
     summary, psd = respond(SCALE, error_db=0.2)
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
     picture = answer_section.psd_block(
-        one, answer.answer_of(inputs.study, judged(inputs.study, summary, None))
+        one,
+        answer.answer_of(
+            inputs.study,
+            judged(
+                scenarios_of(inputs.study),
+                summary,
+                None,
+                inputs.study.damping.coupled.relative_error,
+            ),
+        ),
     )
     assert isinstance(picture, Picture)
     (chart,) = picture.charts
@@ -192,7 +213,10 @@ def test_coupled_runs_answer_as_any_reading_does(coupled):
     # red: "coupled" not the first of PREFERRED; without " in one time integration"
     study = coupled.study
     assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
-    found = answer.answer_of(study, judged(study, coupled.summary, None))
+    found = answer.answer_of(
+        study,
+        judged(scenarios_of(study), coupled.summary, None, study.damping.coupled.relative_error),
+    )
     assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
     table = answer_section.answer_table(coupled, found)
@@ -212,7 +236,15 @@ def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_tru
         summary, _ = respond_to(coupled.study, {}, error_db=error_db)
         of = summary["point"] == "middle"
         summary.loc[of, "acceleration_rms_error_g"] /= 10
-        found = answer.answer_of(coupled.study, judged(coupled.study, summary, None))
+        found = answer.answer_of(
+            coupled.study,
+            judged(
+                scenarios_of(coupled.study),
+                summary,
+                None,
+                coupled.study.damping.coupled.relative_error,
+            ),
+        )
         doubts = {one.doubts for one in found.candidates}
         expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
         assert doubts == {expected}
@@ -225,7 +257,15 @@ def test_what_was_not_run_itself_is_not_trusted(coupled):
     label = "A_r0.1_150dB"
     results = coupled_results(coupled.study, carried=[label])
     run = set(results.summary["scenario"])
-    found = answer.answer_of(coupled.study, judged(coupled.study, coupled.summary, run))
+    found = answer.answer_of(
+        coupled.study,
+        judged(
+            scenarios_of(coupled.study),
+            coupled.summary,
+            run,
+            coupled.study.damping.coupled.relative_error,
+        ),
+    )
     doubts = {one.scenario.label: one.doubts for one in found.candidates}
     assert doubts.pop(label) == (CARRIED,) and set(doubts.values()) == {()}
     said = answer_text.caveats(dataclasses.replace(coupled, coupled=results), found)

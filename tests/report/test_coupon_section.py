@@ -8,21 +8,21 @@ import pytest
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_section
-from pidpanel.report.evidence import Record, Spheres
-from pidpanel.report.inputs import Coupon
-from pidpanel.study.coupon import Cell, Sweep
-from pidpanel.study.coupon import Coupon as Asked
+from pidpanel.report.evidence import DrawnSpheres, RunRecord
+from pidpanel.report.inputs import CouponResults
+from pidpanel.study.coupon import Cell, Coupon
+from pidpanel.study.sweep import Sweep
 
 
 @pytest.fixture
 def coupon(cases):
     sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
-    case = cases_of(Asked(cell=Cell(count=1), sweep=sweep))[0]
+    case = cases_of(Coupon(cell=Cell(count=1), sweep=sweep))[0]
     place, size, speed = np.array([[0.0, 0.0, 0.003]]), np.array([0.002]), np.array([0.2])
-    spheres = Spheres(case.point, case.label, place, size, speed, 12)
+    spheres = DrawnSpheres(case.point, case.label, place, size, speed, 12)
     cases.loc[2, "status"] = "NotSteady"
-    record = Record("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
-    return Coupon(cases, [[record]], spheres)
+    record = RunRecord("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
+    return CouponResults(cases, [[record]], spheres)
 
 
 def pictures(section):

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
@@ -15,7 +16,6 @@ from pidpanel.report import damping_figures, style
 from pidpanel.report.damping_section import damping_section, rounds_table
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
-from pidpanel.round import Round
 
 TRUE = np.array([np.log(20.0), 0.8, -0.3, 1.9, -0.2, 1e-5, -5e-6])
 

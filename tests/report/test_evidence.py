@@ -11,7 +11,9 @@ from pidpanel.coupon.geometry import cell_centres
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.report import coupon_section, evidence
 from pidpanel.report.coupon_section import particles_picture
-from pidpanel.study.coupon import Cell, Coupon, Particles, Sweep
+from pidpanel.study.coupon import Cell, Coupon
+from pidpanel.study.particles import Particles
+from pidpanel.study.sweep import Sweep
 
 
 @pytest.fixture
@@ -58,7 +60,7 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     run = dataclasses.replace(case.point, bed=bed_of_many)
     centres = cell_centres(packing.across_flats, 70)
     places = np.column_stack([centres + 1e-3, np.full(70, 0.004)])
-    spheres = evidence.Spheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
+    spheres = evidence.DrawnSpheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
     drawn = []
 
     def picture(positions, diameters, speed, limits, *, count, **_):

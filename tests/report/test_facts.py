@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pidpanel.report import facts
-from pidpanel.report.inputs import Coupon
+from pidpanel.report.inputs import CouponResults
 
 
 def test_the_level_of_the_sound_is_named_where_the_study_sets_it(study):
@@ -57,7 +57,7 @@ def test_only_files_that_are_there_are_named(study, tmp_path):
 def test_a_study_without_coupons_names_no_liggghts(inputs, cases):
     # red: `if dem` left out of software_text
     assert "LIGGGHTS" not in dict(facts.study_facts(inputs))["Software"]
-    shaken = dataclasses.replace(inputs, coupons={"coupon": Coupon(cases, [], None)})
+    shaken = dataclasses.replace(inputs, coupons={"coupon": CouponResults(cases, [], None)})
     assert "LIGGGHTS 3" in dict(facts.study_facts(shaken))["Software"]
 
 

@@ -22,21 +22,21 @@ from pidpanel.report.coupon_figures import (
     FREQUENCY,
     LOSS_FACTOR,
 )
-from pidpanel.report.evidence import Record
+from pidpanel.report.evidence import RunRecord
 from pidpanel.report.html import RESOLUTION
-from pidpanel.report.response_figures import Curve, Panel, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
 LINES = np.geomspace(30, 2000, 300)
 
 
 def panel(inside=None, title="DEM"):
-    curves = [Curve("bare panel", 50 * LINES, style.BARE)]
+    curves = [PsdCurve("bare panel", 50 * LINES, style.BARE)]
     curves += [
-        Curve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside)
+        PsdCurve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside)
         for fill in (0.1, 0.5, 0.9)
     ]
-    return Panel(title, "read at Γ = 312", curves)
+    return FigurePanel(title, "read at Γ = 312", curves)
 
 
 def drawn_axes(figure):
@@ -94,7 +94,7 @@ def test_what_lies_outside_the_simulated_range_is_dashed_and_the_legend_says_so(
 
 def test_every_line_is_in_the_legend_once():
     # red: a legend of the first panel only, where the second shows more
-    more = Panel("DEM", "", [*panel().curves, Curve("PID-2", LINES, style.PLACES[1])])
+    more = FigurePanel("DEM", "", [*panel().curves, PsdCurve("PID-2", LINES, style.PLACES[1])])
     figure = response_figures.psd_figure(LINES, [panel(), more])
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
@@ -165,7 +165,7 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
 def test_steadiness_marks_where_the_transient_ends():
     # red: the mark at cycle 0
     energy = np.concatenate([[5.0, 4.0, 2.0], np.full(20, 1.0)])
-    figure = coupon_figures.steadiness_figure([[Record("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
+    figure = coupon_figures.steadiness_figure([[RunRecord("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
     dotted = [line for line in figure.axes[0].lines if line.get_linestyle() == ":"]
     assert [line.get_xdata()[0] for line in dotted] == [3.5]
     assert figure.axes[0].get_ylabel() == "$E_d$ per cycle, J/m²"
@@ -240,8 +240,8 @@ def test_room_for_labels_is_the_same_on_any_figure():
 
 def test_three_readings_stand_in_two_rows():
     # red: ACROSS = 3
-    curve = Curve("one", np.ones(3), "#123456")
-    panels = [Panel(f"reading {n}", "", [curve]) for n in range(3)]
+    curve = PsdCurve("one", np.ones(3), "#123456")
+    panels = [FigurePanel(f"reading {n}", "", [curve]) for n in range(3)]
     with style.context():
         figure = response_figures.psd_figure(np.array([50.0, 100.0, 200.0]), panels)
     figure.draw_without_rendering()

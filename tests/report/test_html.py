@@ -20,7 +20,7 @@ def page(*blocks, **changes):
         "summary": ["r = 0.1 is best"],
         "warnings": ["beware"],
         "claims": html.Table("Claims", ["claim", "verdict"], [["all is well", "does not hold"]]),
-        "sections": [html.Section("first", "First", blocks)],
+        "sections": [html.PageSection("first", "First", blocks)],
         "steps": [("Run", "make run")],
     }
     return html.Page(**{**values, **changes})

@@ -105,7 +105,7 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told, monkeypatch):
         f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
     ]
     frequency = psd["frequency"].to_numpy()
-    (axes,) = psd_figure(frequency, [response_figures.Panel("", "", drawn[0])]).axes
+    (axes,) = psd_figure(frequency, [response_figures.FigurePanel("", "", drawn[0])]).axes
     styles = [line.get_linestyle() for line in axes.get_lines()]
     labels = [curve.label for curve in drawn[0]]
     assert styles[labels.index("two: dead weight")] == ":"

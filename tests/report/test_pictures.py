@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pidpanel.cells import SHAPES
 from pidpanel.coupon import geometry
-from pidpanel.plane_mesh import boundary_edges
+from pidpanel.geometry.cells import SHAPES
+from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.report import pictures
 
 

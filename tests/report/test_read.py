@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from coupled_study import coupled_results
 
+from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report.read import read_coupled, read_damping
-from pidpanel.round import Round
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """
@@ -82,7 +82,7 @@ def test_rounds_are_read_where_the_study_has_tones(dem, folder):
 
 def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
-    with pytest.raises(StudyError, match="dem: no coupon of the name"):
+    with pytest.raises(StudyError, match="dem: no coupon named"):
         read_damping(dem.model_copy(update={"coupon": None}), "coupon", folder)
 
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from pidpanel.report.stress_section import stress_table
-from pidpanel.response.stress import CORE_QUANTITIES, QUANTITIES
 from pidpanel.response.tables import stress_rows
+from pidpanel.solve.stress import CORE_QUANTITIES, QUANTITIES
 
 FREQUENCY = np.array([100.0, 150.0, 200.0])
 """100 Hz wide: a flat PSD of s²/100 has the rms s, whatever the rule of integration."""

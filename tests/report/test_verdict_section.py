@@ -10,8 +10,8 @@ import xarray as xr
 from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.verdict_bands import band_differences, band_figure, level_psd_figure
+from pidpanel.report.verdict_files import BARE, COLUMNS
 from pidpanel.report.verdict_section import verdict_section, worst
-from pidpanel.response.verdict_files import BARE, COLUMNS
 
 
 def row(reading, point, level, difference, band, holds):

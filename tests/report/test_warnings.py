@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import warnings
-from pidpanel.report.inputs import Coupon
+from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import READINGS
 
 POINTS = ["middle", "corner"]
@@ -123,7 +123,7 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
         inputs,
         summary=inputs.summary.assign(patch=patch),
         radiation=beside.assign(radiation="one_side"),
-        coupons={"coupon": Coupon(cases, [], None)},
+        coupons={"coupon": CouponResults(cases, [], None)},
     )
     said = warnings.study_warnings(read)
     assert [

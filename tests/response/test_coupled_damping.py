@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.response.coupled_damping import CoupledDamping, read_coupled, read_errors
+from pidpanel.damping.coupled import CoupledDamping, read_coupled
+from pidpanel.response.coupled_errors import read_errors
 
 NODES = np.array([100.0, 400.0])
 BED = CoupledDamping(

@@ -8,8 +8,14 @@ import pytest
 import xarray as xr
 
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import ResponseFiles, modal_damping, read_psd, write_response
+from pidpanel.response.exports import modal_damping
+from pidpanel.response.from_study import (
+    PanelFiles,
+    ResponseFiles,
+    scenarios_of,
+    write_response,
+)
+from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
 from tests.jobs import make_panel, make_sound
 
@@ -199,7 +205,13 @@ def test_the_modal_damping_of_a_layout_is_the_sum_over_its_patches(files):
     # red: the ratio of the bare panel for every patch in modal_damping
     basis = read_basis(files.psd_nc.with_name("modes.nc"))
     study = load_study(files.psd_nc.with_name("layouts.yaml"))
-    own, ratios = modal_damping(study, basis, read_psd(files.psd_nc))
+    own, ratios = modal_damping(
+        basis,
+        study.panel.damping_ratio,
+        scenarios_of(study),
+        study.readings,
+        read_psd(files.psd_nc),
+    )
     modes = np.isin(basis.natural_frequency, own) & ~basis.is_residual
     omega = 2 * np.pi * basis.natural_frequency[modes]
     patch = basis.patch_names.index("PID-1")

@@ -3,8 +3,13 @@
 import pandas as pd
 import pytest
 
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
-from pidpanel.response.results import OutsideSimulatedRange, ResponseFiles, write_response
+from pidpanel.response.from_study import (
+    PanelFiles,
+    ResponseFiles,
+    read_panel_in_sound,
+    write_response,
+)
+from pidpanel.response.results import OutsideSimulatedRange
 from pidpanel.study import load_study
 from tests.jobs import make_panel, make_sound
 

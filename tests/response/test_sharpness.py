@@ -7,12 +7,11 @@ import xarray as xr
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.response import refinement
-from pidpanel.response.basis_error import LINES, check_basis
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.lines import line_count
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.results import ResponseFiles, write_response
-from pidpanel.response.sharpness import flanks, least_damping_ratio
+from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
+from pidpanel.solve.basis_error import LINES, check_basis
+from pidpanel.solve.lines import line_count
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.sharpness import flanks, least_damping_ratio
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
 

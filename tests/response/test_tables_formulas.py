@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from solving import panel_solver, solve_layout
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response import scenarios, tables, uncertainty
-from pidpanel.response.lines import frequency_grid
-from pidpanel.response.model import ModalBasis, Patches, Response
-from pidpanel.response.solvers import PanelInField, PanelSolver
+from pidpanel.response import tables
+from pidpanel.solve import uncertainty
+from pidpanel.solve.layout import Layout, LayoutResponse, Load
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches, Response
 
 FLAT = np.linspace(100.0, 104.0, 5)
 
@@ -17,7 +19,7 @@ def flat(displacement_psd, inside):
     psd = np.full((5, 2, 1, 1), displacement_psd + 0j)
     zero, loads = np.zeros((1, 5)), np.array([0])
     read, motion, cells = np.array([3.0]), np.array([4.0]), np.full((1, 2), np.nan)
-    return scenarios.ScenarioResponse(
+    return LayoutResponse(
         Response(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
     )
 
@@ -81,11 +83,9 @@ def panel(size):
     modes = np.array([65.0, 180.0])
     lines = frequency_grid(20.0, 300.0, 0.02, modes)
     patch = Patches(0.04 * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([0.04]))
-    in_field = PanelInField(
-        ModalBasis(modes, [1.5 * size, 1.5 * size], 0.02), patch,
-        lambda f: np.full(f.size, size**2), np.array([[0.3, 0.1], [0.1, 0.2]]),
-    )  # fmt: skip
-    return PanelSolver(in_field, lines, [[1.0, -0.4], [0.3, 1.0]], lines)
+    basis, force = ModalBasis(modes, [1.5 * size] * 2, 0.02), np.array([[0.3, 0.1], [0.1, 0.2]])
+    points = [[1.0, -0.4], [0.3, 1.0]]
+    return panel_solver(basis, patch, lines, points, force, lambda f: np.full(f.size, size**2))
 
 
 def law(size=1.0, heavier=0.0, follows=0.7):
@@ -104,9 +104,9 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     # red: where=low > 0 → where=low > 1 in `sensitivity`
     found = []
     for size in (1.0, 1e-4):
-        solver, loads = panel(size), [scenarios.Load(0, law(size))]
-        one = scenarios.solve_layout(solver, loads, 2.5)
-        got = uncertainty.sensitivity(solver, loads, one, NODES, 2.5, own_acceleration=True)
+        solver, loads = panel(size), [Load(0, law(size))]
+        one = solve_layout(solver, loads, 2.5)
+        got = uncertainty.sensitivity(solver, Layout(loads, 2.5), one, NODES)
         found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3, 0]]))
         found[-1] = np.append(found[-1], size * got.log_rms[3:])  # per kg/m² of apparent mass
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
@@ -117,15 +117,13 @@ def test_a_mass_that_follows_the_level_is_followed():
     # kg/m² at one node; the search closes to 1e-6 over 2e-3, STEP is good to 4e-4 of the scale
     # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
     solver, step = panel(1.0), 1e-3
-    loads = [scenarios.Load(0, law(follows=0))]
-    found = scenarios.solve_layout(solver, loads, 2.5)
-    got = uncertainty.sensitivity(solver, loads, found, NODES, 2.5, own_acceleration=True)
+    loads = [Load(0, law(follows=0))]
+    found = solve_layout(solver, loads, 2.5)
+    got = uncertainty.sensitivity(solver, Layout(loads, 2.5), found, NODES)
     for node in range(3):
         change = step * np.eye(3)[node]
         up, down = (
-            scenarios.solve_layout(
-                solver, [scenarios.Load(0, law(heavier=sign * change, follows=0))], 2.5
-            )
+            solve_layout(solver, [Load(0, law(heavier=sign * change, follows=0))], 2.5)
             for sign in (1, -1)
         )
         anew = np.log(up.response.acceleration_rms / down.response.acceleration_rms) / (2 * step)

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.paths import WORKFLOW
+from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import doubts, doubts_in, doubts_of_runs, judged, source_of
 from pidpanel.study import load_study
 
@@ -47,6 +48,7 @@ def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
 def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
     # red: the doubts of another scenario; the row of an unstable scenario left out
     study = load_study(WORKFLOW / "studies" / "launch.yaml")
+    accuracy = study.damping.coupled.relative_error
     labels = ["bare", "PID-1_r0.5", "PID-1_r0.9"]
     rows = [
         {**GOOD, "reading": "coupled", "scenario": label, "point": point}
@@ -54,7 +56,7 @@ def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
         for point in ("326", "189")
     ]
     rows[4]["status"] = rows[5]["status"] = "unstable"
-    found = judged(study, pd.DataFrame(rows), {"PID-1_r0.9"})
+    found = judged(scenarios_of(study), pd.DataFrame(rows), {"PID-1_r0.9"}, accuracy)
     assert found["trusted"].tolist() == ["yes", "yes", "no", "no", "no", "no"]
     assert found["doubts"].tolist()[2:] == ["carried from another level"] * 2 + ["unstable"] * 2
     assert set(found["damping_source"][:2]) == {"none"}
@@ -62,5 +64,5 @@ def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
     assert [doubts_in(row) for row in found.to_dict("records")][1:3] == [
         (), ("carried from another level",),
     ]  # fmt: skip
-    scenario = study.coupled_scenarios()[0]
+    scenario = next(one for one in scenarios_of(study) if one.is_coupled)
     assert source_of("stated", scenario) == "as stated for each damper"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.verification import SIDES, sine_panel
 from pidpanel.sound.wavenumber_table import FieldError
+from pidpanel.verification.sound import SIDES, sine_panel
 
 MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
 
@@ -38,6 +38,7 @@ def table():
     return tabulate_added_mass(20.0, sine_panel(MODES))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0.0, 1.19, 8.0, 20.0])
 def test_added_mass_is_the_double_integral_of_cos_kr_over_r(table, k):
     # the wavenumbers integrated over reach to 90 rad/m, 5 times that of (9,1); 1e-5 as found

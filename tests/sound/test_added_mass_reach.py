@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.plane_waves import condensed
+from pidpanel.geometry.plane_waves import condensed
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.wavenumber_table import FieldError
@@ -85,6 +85,7 @@ def autocorrelation(d_x, d_y):
     return (load * shapes(x, y)) @ shapes(x + d_x, y + d_y).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0.0, 6.0, 10.0])
 def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, k):
     # the integrand is smooth, its quadrature converged to 1e-6; what is left is the fall of Ā

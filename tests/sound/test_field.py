@@ -172,6 +172,7 @@ def test_shapes_even_and_odd_about_the_middle_do_not_couple(panel):
     assert abs(matrix[0, 2]) > 1e-3
 
 
+@pytest.mark.slow
 def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
     # entire in k: 47 nodes reach rounding, 1e-13 of the largest, also between the checked points
     # red: ceil(k_max L/2) → ceil(k_max L/4) in `tabulate_diffuse`

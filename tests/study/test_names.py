@@ -138,6 +138,7 @@ def test_a_name_without_quotes_is_text_as_it_is_written(refusal, name):
         check(refusal, case, name, quoted=False)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(
     case=st.sampled_from(CASES),

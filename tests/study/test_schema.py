@@ -66,7 +66,9 @@ def test_two_lists_of_a_choice_hold_no_choice(choice):
 
 def test_the_place_of_a_location_has_the_keys_of_the_file():
     # red: `types` of the whole choice in place_of
-    place = place_of(("supports", "function-after[_refuse(), Supports]", "points", "[key]"), Panel)
+    place = place_of(
+        ("supports", "function-after[_refuse(), SupportsInput]", "points", "[key]"), Panel
+    )
     assert place.keys == ("supports", "points", "[key]")
     assert place.choice == ("supports",)
     assert keys_of(place.types[0])[:2] == ["kind", "at_m"]

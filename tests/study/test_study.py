@@ -11,7 +11,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.study import load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.panel import Panel
-from pidpanel.study.section import Material
+from pidpanel.study.section import MaterialInput
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 PACKAGE = STUDIES.parents[1] / "src" / "pidpanel"
@@ -56,7 +56,7 @@ def test_the_units_of_the_panel_become_si():
     assert [ply.angle for ply in section.faces] == [0, math.radians(60), -math.radians(60)]
     assert section.materials["tape"].orthotropic_moduli == (280e9, 6.5e9, 4.5e9)
     assert section.materials["tape"].youngs_modulus is None
-    isotropic = Material(youngs_modulus_gpa=60, poissons_ratio=0.3, density_kg_m3=1600)
+    isotropic = MaterialInput(youngs_modulus_gpa=60, poissons_ratio=0.3, density_kg_m3=1600)
     assert isotropic.youngs_modulus == 60e9
 
 

@@ -7,7 +7,7 @@ from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
-from pidpanel.round import Round
+from pidpanel.coupon.round import Round
 from pidpanel.study import StudyError
 from pidpanel.study.study import NAME
 from pidpanel.workflow.configuration import has_study

@@ -1,7 +1,7 @@
 # Computed values against closed forms and published solutions, stage by stage, and their page;
 # independent of any study.
 
-# a stage's cases are the keys of CASES in pidpanel.<stage>.verification
+# a stage's cases are the keys of CASES in pidpanel.verification.<stage>
 VERIFIED = {
     "coupon": ["collision", "sliding", "ball", "slug", "floor"],
     "panel": [

@@ -2,7 +2,7 @@
 
 from pidpanel.provenance.job import Job, run
 from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.rounds import write_round
+from pidpanel.sampling.from_study import write_round
 from pidpanel.study import load_study
 
 

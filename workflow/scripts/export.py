@@ -1,7 +1,7 @@
 """Files for other programs: CSV, third octaves, Nastran TABRND1 and TABDMP1, UFF 58."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.response.results import write_export
+from pidpanel.response.from_study import write_export
 from pidpanel.study import load_study
 
 

@@ -1,7 +1,7 @@
 """Shake a poured packing loose: ``bed.json`` and its files."""
 
 from pidpanel.coupon import attempts
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.provenance.job import Job, run
 from pidpanel.provenance.requests import read_request
 

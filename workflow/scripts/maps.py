@@ -1,8 +1,7 @@
 """Rms all over the panel for some scenarios: maps.nc, and a folder for ParaView."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import write_maps
+from pidpanel.response.from_study import PanelFiles, write_maps
 from pidpanel.study import load_study
 
 

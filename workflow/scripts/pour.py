@@ -1,7 +1,7 @@
 """Pour a packing: ``packing.json`` and its files."""
 
 from pidpanel.coupon import attempts
-from pidpanel.coupon.cases import Packing
+from pidpanel.coupon.packing import Packing
 from pidpanel.provenance.job import Job, run
 from pidpanel.provenance.requests import read_request
 

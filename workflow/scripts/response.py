@@ -1,8 +1,7 @@
 """Every scenario with every damping model: PSDs, rms values, stress, radiation."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.response.from_study import PanelFiles
-from pidpanel.response.results import ResponseFiles, write_response
+from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.study import load_study
 
 

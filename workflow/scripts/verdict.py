@@ -1,7 +1,7 @@
 """How far each damping model is from the coupled runs: verdict.csv."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.response.verdict_files import write_verdict
+from pidpanel.report.verdict_files import write_verdict
 from pidpanel.study import load_study
 
 

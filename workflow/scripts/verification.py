@@ -1,7 +1,7 @@
 """The page of the verification and its figures, from the rows of all cases."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.report.write import write_verification_page
+from pidpanel.verification.page import write_verification_page
 
 
 def main(job: Job) -> None:

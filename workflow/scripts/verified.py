@@ -1,7 +1,7 @@
 """Fail where a number of the verification misses its tolerance; else count the numbers."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.verification import confirm, read_rows
+from pidpanel.verification.rows import confirm, read_rows
 
 
 def main(job: Job) -> None:

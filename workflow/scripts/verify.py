@@ -1,7 +1,7 @@
 """Compute one case of a stage that has a known reference: its rows as CSV."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.verification import verify, write_rows
+from pidpanel.verification.rows import verify, write_rows
 
 
 def main(job: Job) -> None:

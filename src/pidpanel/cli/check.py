@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def call(given: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import checked_study
-    from pidpanel.overview import overview
+    from pidpanel.cli.study_overview import overview
 
     print(overview(checked_study(given.study)))
     return 0

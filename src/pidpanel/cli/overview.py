@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pidpanel.cli.study_overview import all_cases, coupled_count, other_stages
 from pidpanel.coupon.estimate import PLAN, cpu_seconds
 from pidpanel.coupon.probe import probe
-from pidpanel.overview import all_cases, coupled_count, other_stages
 from pidpanel.study import CouponStudy, Study
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.coupon import contact, geometry, preparation
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.library import Spheres
 

@@ -11,61 +11,13 @@ no line between two levels has: what is carried is carried from neighbours.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pidpanel.arrays import Array
-
-LEAST = 0.5
-"""C_e below this many of its standard errors counts as so many, as where it is read."""
-
-
-@dataclass(frozen=True)
-class FoundBed:
-    """Of one patch at one level, by third octave.
-
-    Attributes
-    ----------
-    equivalent_damping, equivalent_damping_error
-        (bands,) C_e and its standard error [N s/m³].
-    apparent_mass, apparent_mass_error
-        (bands,) m_a and its standard error [kg/m²].
-    own_psd, own_coherence
-        (bands,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1].
-    common_error
-        Relative standard error of all C_e and m_a together [1].
-    """
-
-    equivalent_damping: Array
-    equivalent_damping_error: Array
-    apparent_mass: Array
-    apparent_mass_error: Array
-    own_psd: Array
-    own_coherence: Array
-    common_error: float = 0.0
-
-    @staticmethod
-    def of(columns: Mapping[str, Array]) -> FoundBed:
-        """Return a bed from its columns by their names here."""
-        return FoundBed(
-            columns["equivalent_damping"],
-            columns["equivalent_damping_error"],
-            columns["apparent_mass"],
-            columns["apparent_mass_error"],
-            columns["own_psd"],
-            columns["own_coherence"],
-            float(columns["common_error"][0]),
-        )
-
-    @property
-    def log_damping(self) -> Array:
-        """(bands,) ln C_e of what is resolved."""
-        found: Array = np.log(
-            np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
-        )
-        return found
+from pidpanel.damping.coupled import BandDamping
 
 
 def nearest(level: float, levels: Sequence[float], apart: float) -> tuple[int, ...]:
@@ -97,7 +49,7 @@ def nearest(level: float, levels: Sequence[float], apart: float) -> tuple[int, .
     return tuple(k for k in sides if abs(off[k]) <= 2 * apart)
 
 
-def beyond(apart: float, bed: FoundBed) -> FoundBed:
+def beyond(apart: float, bed: BandDamping) -> BandDamping:
     """Return a bed at another level, where nothing else is known.
 
     Parameters
@@ -108,13 +60,10 @@ def beyond(apart: float, bed: FoundBed) -> FoundBed:
         At the nearest level.
     """
     common = float(np.hypot(bed.common_error, abs(apart) * np.log(10) / 20))
-    return FoundBed(
-        bed.equivalent_damping, bed.equivalent_damping_error, bed.apparent_mass,
-        bed.apparent_mass_error, bed.own_psd, bed.own_coherence, common,
-    )  # fmt: skip
+    return replace(bed, common_error=common)
 
 
-def between(share: float, low: FoundBed, high: FoundBed) -> FoundBed:
+def between(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
     """Return a bed between two levels.
 
     Parameters
@@ -142,12 +91,14 @@ def between(share: float, low: FoundBed, high: FoundBed) -> FoundBed:
     own = [np.log(np.maximum(bed.own_psd, least)) for bed in (low, high)]
     change = high.log_damping - low.log_damping
     curved = share * (1 - share) * float(np.sqrt(np.mean(change**2)))
-    return FoundBed(
-        damping,
-        damping * relative,
-        mean(low.apparent_mass, high.apparent_mass),
-        error(low.apparent_mass_error, high.apparent_mass_error),
-        np.exp(mean(*own)),
-        mean(low.own_coherence, high.own_coherence),
-        float(np.hypot(curved, mean(np.array(low.common_error), np.array(high.common_error)))),
+    return BandDamping(
+        equivalent_damping=damping,
+        equivalent_damping_error=damping * relative,
+        apparent_mass=mean(low.apparent_mass, high.apparent_mass),
+        apparent_mass_error=error(low.apparent_mass_error, high.apparent_mass_error),
+        own_psd=np.exp(mean(*own)),
+        own_coherence=mean(low.own_coherence, high.own_coherence),
+        common_error=float(
+            np.hypot(curved, mean(np.array(low.common_error), np.array(high.common_error)))
+        ),
     )

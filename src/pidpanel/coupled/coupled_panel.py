@@ -11,8 +11,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.response.model import ModalBasis
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.source import PatchParts, own_force_load
 
 Impedance = Callable[[Array], Complexes]
 """Z of a patch over frequency: (nf,) [Hz] to (nf,) [N s/m³]."""
@@ -60,12 +60,7 @@ class CoupledPatch:
     def whole_load(self, own: OwnForce, frequency: Array) -> Array:
         """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴]."""
         independent = self.cell_area * self.overlap
-        return np.array(
-            [
-                c * self.parts.coherent_load(own.length / f) + (1 - c) * independent
-                for f, c in zip(frequency, own.coherence, strict=True)
-            ]
-        )
+        return own_force_load(self.parts, independent, frequency, own.coherence, own.length)
 
     def shared_area(self, length: float, frequency: Array) -> Array:
         """Return ∬ exp(−d f/λ) dA dA′ over the patch, (nf,) [m⁴], for λ [m Hz]."""
@@ -85,7 +80,7 @@ class CoupledPanel:
         (p, n) the shapes at the points [1].
     patches
         Filled ones, in the order of the cells of a record.
-    pressure_psd
+    spectrum
         S_p over frequency [Pa²/Hz].
     modal_force
         G over frequency [m⁴].
@@ -94,7 +89,7 @@ class CoupledPanel:
     modal: ModalBasis
     points: Array
     patches: Sequence[CoupledPatch]
-    pressure_psd: Callable[[Array], Array]
+    spectrum: Callable[[Array], Array]
     modal_force: Callable[[Array], Array | Complexes]
 
     def stiffness(self, frequency: Array) -> Complexes:
@@ -112,7 +107,7 @@ class CoupledPanel:
         none = Receptances.of(
             frequency, self.stiffness(frequency), np.zeros((shape.shape[1], 0)), shape
         )
-        sound = self.pressure_psd(frequency)[:, None, None]
+        sound = self.spectrum(frequency)[:, None, None]
         (psd,) = none.psds(
             [np.zeros((len(frequency), 0), complex)],
             lambda lines: sound[lines] * self.modal_force(frequency[lines]),

@@ -15,7 +15,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.provenance import durable
-from pidpanel.response.bands import band_rms, whole_third_octaves
+from pidpanel.solve.bands import band_rms, whole_third_octaves
 
 DECIBEL = 10 / np.log(10)
 """dB of ln of a mean square."""

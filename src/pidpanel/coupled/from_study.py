@@ -30,18 +30,26 @@ from pidpanel.coupled.softening import (
     usual_modulus,
 )
 from pidpanel.coupled.stations import stations_of
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
 from pidpanel.damping.from_study import reading_of_damper
+from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
-from pidpanel.response.bands import whole_third_octaves
-from pidpanel.response.basis_error import joined_shapes
-from pidpanel.response.from_study import PanelFiles, PanelInSound, read_panel_in_sound
-from pidpanel.response.source import PatchParts
+from pidpanel.solve.bands import whole_third_octaves
+from pidpanel.solve.basis_error import joined_shapes, modal_basis
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.panel import deflection_at_points
+from pidpanel.solve.source import PatchParts
+from pidpanel.sound.excitation import SoundExcitation
+from pidpanel.sound.field_files import MODAL_FORCE, read_table
+from pidpanel.sound.from_study import excitation_of, read_air
+from pidpanel.sound.radiation import Air
 from pidpanel.study import Filling, Scenario, Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import NEIGHBOURS_DB
@@ -52,6 +60,9 @@ there, for which the sound is corrected."""
 
 INTERVALS_PER_PERIOD = 60.0
 """Fewest intervals of the integration in a period of the highest frequency."""
+
+LINES_PER_BANDWIDTH = 3.0
+"""Of rms values within 1e-3."""
 
 STEP_RAYLEIGH = 0.4
 """Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
@@ -153,37 +164,68 @@ class StudiedPanel:
     ----------
     study
         The study.
-    panel
-        The panel in its sound.
+    basis
+        Modes and residual vectors of the panel.
     plate
         Its elements.
+    excitation
+        The sound, at the level of the study.
+    air
+        The air that the panel moves; None where it is left out.
     """
 
     study: Study
-    panel: PanelInSound
+    basis: PanelBasis
     plate: StoredPlate
+    excitation: SoundExcitation
+    air: Air | None
 
     @staticmethod
     def read(study: Study, files: CoupledFiles) -> StudiedPanel:
         """Read the files of the stages upstream."""
-        upstream = PanelFiles(files.modes, files.modal_force, files.air)
-        panel = read_panel_in_sound(study, upstream, study.response.radiation)
-        return StudiedPanel(study, panel, read_plate(files.plate))
+        table = read_table(files.modal_force, MODAL_FORCE)
+        return StudiedPanel(
+            study,
+            read_basis(files.modes),
+            read_plate(files.plate),
+            excitation_of(study.sound, table),
+            read_air(study, study.response.radiation, table, files.air),
+        )
+
+    @cached_property
+    def modal(self) -> ModalBasis:
+        """The shapes with the damping ratio of the bare panel."""
+        highest = self.study.response.frequency_hz[1]
+        return modal_basis(self.basis, self.study.panel.damping_ratio, highest)
+
+    @cached_property
+    def coarse_frequency(self) -> Array:
+        """(nf,) lines that give rms values within 1e-3 [Hz]."""
+        return frequency_grid(
+            *self.study.response.frequency_hz,
+            self.study.panel.damping_ratio,
+            lines_per_bandwidth=LINES_PER_BANDWIDTH,
+        )
+
+    def factor(self, scenario: Scenario) -> float:
+        """Return the PSD of the pressure of a scenario over that of the study."""
+        level = scenario.oaspl_db
+        return 1.0 if level is None else self.excitation.bands.pressure_factor(level)
 
     @cached_property
     def points(self) -> Array:
         """(p, n) the shapes at the points."""
-        return self.panel.deflection_at_points[:, 0]
+        return deflection_at_points(self.basis)
 
     @property
     def diameter(self) -> float:
         """Of the panel [m]."""
-        return float(np.hypot(*np.ptp(self.panel.basis.vertex_position, axis=0)))
+        return float(np.hypot(*np.ptp(self.basis.vertex_position, axis=0)))
 
     @cached_property
     def _vectors(self) -> Array:
         none = np.zeros((len(self.plate.shapes), 0))
-        return joined_shapes(self.panel.basis, self.plate, none).vectors
+        return joined_shapes(self.basis, self.plate, none).vectors
 
     def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
         """Return a patch with its simulated cells.
@@ -197,7 +239,7 @@ class StudiedPanel:
         shapes
             Of the panel.
         """
-        basis, keys = self.panel.basis, self.study.damping.coupled
+        basis, keys = self.basis, self.study.damping.coupled
         index = basis.patch_names.index(name)
         per_cell = len(self.plate.quadrature_weight) // len(basis.cells)
         elements = np.flatnonzero(basis.cell_in_patch[index])
@@ -222,9 +264,9 @@ class StudiedPanel:
     def shapes(self, coupled: CoupledScenario) -> LoadedShapes:
         """Return the shapes of the panel with what of a scenario is not integrated."""
         return loaded_shapes(
-            self.panel.modal,
+            self.modal,
             self.study.response.frequency_hz,
-            self.panel.air_stiffness,
+            self.air,
             [
                 self._linear(coupled, one)
                 for one in coupled.scenario.fillings
@@ -240,9 +282,9 @@ class StudiedPanel:
         reading = reading_of_damper(self.study.all_dampers[str(filling.damper)], None)
         if not self.study.response.damper_mass:
             reading = reading.without_mass()
-        index = self.panel.basis.patch_names.index(filling.patch)
-        overlap, fill = self.panel.basis.patch_overlap[index], filling.fill_fraction or 1.0
-        acceleration = self._bare_acceleration(coupled, overlap / self.panel.patch_area[index])
+        index = self.basis.patch_names.index(filling.patch)
+        overlap, fill = self.basis.patch_overlap[index], filling.fill_fraction or 1.0
+        acceleration = self._bare_acceleration(coupled, overlap / patch_areas(self.basis)[index])
         gamma = np.sqrt(2) * acceleration / STANDARD_GRAVITY
 
         def values(frequency: Array) -> tuple[Array, Array]:
@@ -253,19 +295,19 @@ class StudiedPanel:
 
     def _bare_acceleration(self, coupled: CoupledScenario, weight: Array) -> float:
         """Return the rms acceleration of the bare panel [m/s²], √ of the mean of q̈ᵀ W q̈."""
-        frequency, modal = self.panel.coarse_frequency, self.panel.modal
+        frequency, modal = self.coarse_frequency, self.modal
         inverse = 1 / modal.dynamic_stiffness(frequency)
-        sound = self.panel.pressure_factor(coupled.scenario) * self.panel.psd(frequency)
+        sound = self.factor(coupled.scenario) * self.excitation.spectrum(frequency)
         square = np.empty(len(frequency))
         for k, f in enumerate(frequency):
-            force = self.panel.force(np.array([f]))[0]
+            force = self.excitation(np.array([f]))[0]
             moved = inverse[k][:, None] * force * inverse[k].conj()
             square[k] = sound[k] * np.sum(weight * moved.T).real
         return float(np.sqrt(np.trapezoid((2 * np.pi * frequency) ** 4 * square, frequency)))
 
     def in_sound(self, coupled: CoupledScenario) -> CoupledPanel:
         """Return the panel with the patches of a scenario, at its level."""
-        factor, shapes = self.panel.pressure_factor(coupled.scenario), self.shapes(coupled)
+        factor, shapes = self.factor(coupled.scenario), self.shapes(coupled)
         return CoupledPanel(
             modal=shapes.modal,
             points=shapes.shape(self.points),
@@ -273,15 +315,15 @@ class StudiedPanel:
                 self.patch(filling.patch, bed.packing.cell_area, shapes)
                 for (filling, *_), bed in zip(coupled.fillings, coupled.beds[0], strict=True)
             ],
-            pressure_psd=lambda frequency: factor * self.panel.psd(frequency),
-            modal_force=lambda frequency: shapes.square(self.panel.force(frequency)),
+            spectrum=lambda frequency: factor * self.excitation.spectrum(frequency),
+            modal_force=lambda frequency: shapes.square(self.excitation(frequency)),
         )
 
     def moduli(self, coupled: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
         """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""
         stated, frequency = (
             self.study.damping.coupled.youngs_modulus_mpa,
-            self.panel.coarse_frequency,
+            self.coarse_frequency,
         )
         omega = 2 * np.pi * frequency
         moduli = []
@@ -370,7 +412,7 @@ class ScenarioRuns:
         frequency = np.arange(first, int(high * period) + 1) / period
         amplitude = sound_record.draw_modal_force(
             frequency,
-            panel.pressure_psd(frequency),
+            panel.spectrum(frequency),
             panel.modal_force,
             sound_record.force_nodes(low, high, study.sound.speed_m_s, self.studied.diameter),
             np.random.default_rng([number, *self.coupled.name.encode()]),
@@ -471,7 +513,7 @@ class ScenarioRuns:
     def estimate(self, records: Sequence[SettledRecord]) -> ScenarioEstimate:
         """Return what some records tell."""
         centre, edge = whole_third_octaves(*self.studied.study.response.frequency_hz)
-        frequency = self.studied.panel.coarse_frequency
+        frequency = self.studied.coarse_frequency
         return estimate(self.panel, records, frequency, centre, edge, self.bias)
 
 
@@ -537,7 +579,7 @@ def write_scenario(
             coupled.fillings, coupled.beds[0], masses, runs.softened, strict=True
         )
     ]
-    points = runs.studied.panel.basis.point_names
+    points = runs.studied.basis.point_names
     estimate_files.write_estimate(output, found, beds, points, len(records), stamp(study))
 
 
@@ -610,7 +652,7 @@ def _carried(
     """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
 
     def level(scenario: Scenario) -> float:
-        return scenario.oaspl_db or studied.panel.spectrum.oaspl
+        return scenario.oaspl_db or studied.excitation.bands.oaspl
 
     carried_tables, run = [], {scenario.label for scenario, _ in of_level}
     for scenario in studied.study.coupled_scenarios():

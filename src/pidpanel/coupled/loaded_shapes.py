@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.response.model import ModalBasis
+from pidpanel.solve.model import ModalBasis
 
 AIR_NODES = 25
 """Frequencies at which the air is looked at."""

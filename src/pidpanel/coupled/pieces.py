@@ -17,7 +17,7 @@ from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
 from pidpanel.coupled.integration import Integration, Record, Rows
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupon.attempts import bed_in_store
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
 from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
 from pidpanel.coupon.liggghts.library import load_library

@@ -19,7 +19,7 @@ import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact
-from pidpanel.coupon.cases import Bed
+from pidpanel.coupon.bed import Bed
 from pidpanel.damping.surface_cases import clear_gap
 
 CHOICES = (50e6, 200e6, 800e6, 3200e6, 12800e6, 51200e6)

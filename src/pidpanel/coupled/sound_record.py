@@ -50,7 +50,7 @@ def force_nodes(low: float, high: float, speed_of_sound: float, diameter: float)
 
 def draw_modal_force(
     frequency: Array,
-    pressure_psd: Array,
+    spectrum: Array,
     modal_force: Callable[[Array], Array | Complexes],
     nodes: Array,
     rng: np.random.Generator,
@@ -64,7 +64,7 @@ def draw_modal_force(
     ----------
     frequency
         (nf,) evenly spaced [Hz], within the nodes.
-    pressure_psd
+    spectrum
         (nf,) S_p, one-sided [Pa²/Hz].
     modal_force
         G over frequency: (k,) [Hz] to (k, n, n) [m⁴].
@@ -93,7 +93,7 @@ def draw_modal_force(
         before = after
     if found is None:
         raise ValueError("one node of the modal force: two or more are needed")
-    return found * np.sqrt(2 * pressure_psd * step)[:, None]
+    return found * np.sqrt(2 * spectrum * step)[:, None]
 
 
 def _factor(matrix: Array | Complexes) -> Array | Complexes:

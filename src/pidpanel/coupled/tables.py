@@ -6,17 +6,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from pidpanel.coupled.carried import FoundBed, between, beyond
-
-OF_A_BED = {
-    "equivalent_damping": "equivalent_damping_n_s_m3",
-    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
-    "apparent_mass": "apparent_mass_kg_m2",
-    "apparent_mass_error": "apparent_mass_error_kg_m2",
-    "own_psd": "own_force_psd_pa2_hz",
-    "own_coherence": "own_force_coherence",
-}
-"""Columns by the names of `carried.FoundBed`."""
+from pidpanel.coupled.carried import between, beyond
+from pidpanel.damping.coupled import BAND_COLUMNS, BandDamping
 
 
 def carried_impedances(
@@ -34,22 +25,22 @@ def carried_impedances(
         Levels that were run, rising, and their rows.
     """
 
-    def bed(rows: pd.DataFrame) -> FoundBed:
-        columns = {**OF_A_BED, "common_error": "common_error"}
-        return FoundBed.of({name: rows[column].to_numpy() for name, column in columns.items()})
+    def bed(rows: pd.DataFrame) -> BandDamping:
+        bands = {name: rows[column].to_numpy() for name, column in BAND_COLUMNS.items()}
+        return BandDamping(**bands, common_error=float(rows["common_error"].iloc[0]))
 
     parts = []
     for patch, like in near[0][1].groupby("patch", sort=False):
         beds = [bed(table[table["patch"] == patch]) for _, table in near]
         if len(near) == 1:
-            found = beyond(level - near[0][0], *beds)
+            carried = beyond(level - near[0][0], *beds)
         else:
             low, high = near[0][0], near[1][0]
-            found = between((level - low) / (high - low), *beds)
-        values = {column: getattr(found, name) for name, column in OF_A_BED.items()}
+            carried = between((level - low) / (high - low), *beds)
+        values = {column: getattr(carried, name) for name, column in BAND_COLUMNS.items()}
         parts.append(
             like.assign(
-                scenario=scenario, **values, common_error=found.common_error, carried_from=source
+                scenario=scenario, **values, common_error=carried.common_error, carried_from=source
             )
         )
     return pd.concat(parts)

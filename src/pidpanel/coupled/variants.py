@@ -15,8 +15,8 @@ from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.spectra import band_sums
-from pidpanel.response.bands import band_rms
-from pidpanel.response.source import between
+from pidpanel.solve.bands import band_rms
+from pidpanel.solve.source import between
 
 EXPONENT, EXPONENT_ERROR = 0.75, 0.35
 """γ of C_e ∝ v^−γ, and how far it may be off: 1 of a bed that is thrown up and caught, −1 of one
@@ -81,7 +81,7 @@ class Variants:
                 changed = z.copy()
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
-        sound = panel.pressure_psd(frequency)[:, None, None]
+        sound = panel.spectrum(frequency)[:, None, None]
         seen = np.concatenate([panel.points, panel.at_cells])
         psds = Receptances.of(frequency, panel.stiffness(frequency), felt, seen).psds(
             [values[owner].T for values, _ in sets],

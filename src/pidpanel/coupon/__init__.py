@@ -14,6 +14,6 @@ Reading it
     `rows` reads and judges a run, `summary` makes the table of cases; `records` are what is kept
     in JSON files, `coding` takes them there and back.
 Beside it
-    `estimate` says how long a sweep will take, `probe` measures what a step costs; `verification`
-    compares LIGGGHTS and the decks with closed forms.
+    `estimate` says how long a sweep will take, `probe` measures what a step costs;
+    `round` is a list of chosen cases.
 """

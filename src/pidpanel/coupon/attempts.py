@@ -22,7 +22,8 @@ from typing import TypeVar
 import numpy as np
 
 from pidpanel.coupon import coding, cycles, rows, states
-from pidpanel.coupon.cases import Bed, Case, Packing, Run, Target
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Case, Target
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import (
     BY_INPUTS,
@@ -34,6 +35,7 @@ from pidpanel.coupon.liggghts.failures import (
     SolverMissing,
 )
 from pidpanel.coupon.liggghts.process import VERSION
+from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
 from pidpanel.coupon.records import (
     OK,

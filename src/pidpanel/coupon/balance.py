@@ -50,7 +50,7 @@ class Contacts:
 
 
 @dataclass(frozen=True)
-class Spheres:
+class SphereFrames:
     """The spheres, and how they move in each frame.
 
     Attributes
@@ -74,7 +74,7 @@ class Spheres:
 
 
 @dataclass(frozen=True)
-class Material:
+class ContactMaterial:
     """One kind of contact.
 
     Attributes
@@ -90,7 +90,7 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Balance:
+class EnergyBalance:
     """Energies of one run over a window [J]; see the head of the module.
 
     Attributes
@@ -155,8 +155,8 @@ def _dot(a: Array, b: Array) -> Array:
 
 def contact_losses(
     contacts: Contacts,
-    spheres: Spheres,
-    material: Material,
+    spheres: SphereFrames,
+    material: ContactMaterial,
     normal: Array,
     overlap: Array,
     relative_radius: Array,
@@ -224,16 +224,53 @@ def contact_losses(
     )
 
 
+def _pair_losses(
+    pairs: Contacts, spheres: SphereFrames, material: ContactMaterial
+) -> tuple[Array, Array, Array, Array]:
+    i, j, f = pairs.first, pairs.second, pairs.frame
+    apart = spheres.position[f, i] - spheres.position[f, j]
+    distance = np.sqrt(_dot(apart, apart))
+    r1, r2 = spheres.radius[i], spheres.radius[j]
+    return contact_losses(
+        pairs,
+        spheres,
+        material,
+        apart / distance[:, None],
+        r1 + r2 - distance,
+        r1 * r2 / (r1 + r2),
+        with_wall=False,
+    )
+
+
+def _wall_losses(
+    touches: Contacts, spheres: SphereFrames, planes: Array, material: ContactMaterial
+) -> tuple[Array, Array, Array, Array]:
+    normal, offset = planes[touches.second, :3], planes[touches.second, 3]
+    place = spheres.position[touches.frame, touches.first]
+    radius = spheres.radius[touches.first]
+    overlap = radius + offset - _dot(place, normal)
+    return contact_losses(touches, spheres, material, normal, overlap, radius, with_wall=True)
+
+
+def _kinetic_energy(spheres: SphereFrames) -> Array:
+    """Kinetic energy of all spheres with their spin in each frame, (frames,) [J]."""
+    inertia = 0.4 * spheres.mass * spheres.radius**2
+    return 0.5 * (
+        (spheres.mass * (spheres.velocity**2).sum(axis=-1)).sum(axis=1)
+        + (inertia * (spheres.spin**2).sum(axis=-1)).sum(axis=1)
+    )
+
+
 def energy_balance(
-    spheres: Spheres,
+    spheres: SphereFrames,
     pairs: Contacts,
     touches: Contacts,
     planes: Array,
-    materials: tuple[Material, Material],
+    materials: tuple[ContactMaterial, ContactMaterial],
     acceleration: Array,
     gravity: Array,
     step: float,
-) -> Balance:
+) -> EnergyBalance:
     """Energy balance over a window of equally spaced frames, by the trapezoidal rule.
 
     Parameters
@@ -252,31 +289,8 @@ def energy_balance(
         Time between frames [s].
     """
     frames = len(spheres.position)
-    i, j, f = pairs.first, pairs.second, pairs.frame
-    apart = spheres.position[f, i] - spheres.position[f, j]
-    distance = np.sqrt(_dot(apart, apart))
-    r1, r2 = spheres.radius[i], spheres.radius[j]
-    pair = contact_losses(
-        pairs,
-        spheres,
-        materials[0],
-        apart / distance[:, None],
-        r1 + r2 - distance,
-        r1 * r2 / (r1 + r2),
-        with_wall=False,
-    )
-    normal, offset = planes[touches.second, :3], planes[touches.second, 3]
-    place = spheres.position[touches.frame, touches.first]
-    radius = spheres.radius[touches.first]
-    wall = contact_losses(
-        touches,
-        spheres,
-        materials[1],
-        normal,
-        radius + offset - _dot(place, normal),
-        radius,
-        with_wall=True,
-    )
+    pair = _pair_losses(pairs, spheres, materials[0])
+    wall = _wall_losses(touches, spheres, planes, materials[1])
 
     def per_frame(frame: Index, values: Array) -> Array:
         return np.bincount(frame, values, minlength=frames).astype(float)
@@ -285,21 +299,17 @@ def energy_balance(
         return float(np.trapezoid(per_frame(frame, values), dx=step))
 
     momentum = (spheres.mass[:, None] * spheres.velocity).sum(axis=1)
-    inertia = 0.4 * spheres.mass * spheres.radius**2
-    kinetic = 0.5 * (
-        (spheres.mass * (spheres.velocity**2).sum(axis=-1)).sum(axis=1)
-        + (inertia * (spheres.spin**2).sum(axis=-1)).sum(axis=1)
-    )
-    elastic = per_frame(f, pair[3]) + per_frame(touches.frame, wall[3])
+    kinetic = _kinetic_energy(spheres)
+    elastic = per_frame(pairs.frame, pair[3]) + per_frame(touches.frame, wall[3])
     fall = (spheres.mass[:, None] * (spheres.position[-1] - spheres.position[0])).sum(axis=0)
-    return Balance(
+    return EnergyBalance(
         work=float(np.trapezoid(acceleration * momentum[:, 2], dx=step)),
         gravity_work=float(gravity @ fall),
         kinetic_change=float(kinetic[-1] - kinetic[0]),
         elastic_change=float(elastic[-1] - elastic[0]),
-        sphere_normal=total(f, pair[0]),
-        sphere_tangential=total(f, pair[1]),
+        sphere_normal=total(pairs.frame, pair[0]),
+        sphere_tangential=total(pairs.frame, pair[1]),
         wall_normal=total(touches.frame, wall[0]),
         wall_tangential=total(touches.frame, wall[1]),
-        rolling=total(f, pair[2]) + total(touches.frame, wall[2]),
+        rolling=total(pairs.frame, pair[2]) + total(touches.frame, wall[2]),
     )

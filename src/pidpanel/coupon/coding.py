@@ -1,8 +1,8 @@
-"""Records to JSON and back: the one place where a frozen dataclass becomes text.
+"""Records to JSON and back; a record is a frozen dataclass.
 
-A record holds numbers, text, truth values, None, other records and tuples of these. What comes
-back is checked key by key: nothing is left out, nothing is added, nothing is of another kind. A
-file holds the hash of its values beside them, so that a changed digit shows too.
+A record holds numbers, text, truth values, None, other records and tuples of these. Pydantic
+checks what comes back without converting it: no key is missing or unknown, no value has another
+type. A file holds the hash of its values, which shows a changed digit.
 """
 
 from __future__ import annotations
@@ -10,11 +10,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, cast
+
+from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
 from pidpanel.provenance import durable
@@ -42,18 +43,30 @@ def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
     Raises
     ------
     RecordUnreadable
-        With the source and the key that is missing, unknown or of another kind.
+        With the source and the first key that is missing, unknown or of another type.
     """
-    if not isinstance(values, Mapping):
-        raise RecordUnreadable(f"{source}: {values!r} is not a {kind.__name__}")
-    expected = _types_of(cast(Any, kind))
-    if missing := sorted(expected.keys() - values.keys()):
-        raise RecordUnreadable(f"{source}: no key {missing[0]!r} of {kind.__name__}")
-    if unknown := sorted(values.keys() - expected.keys()):
-        raise RecordUnreadable(f"{source}: unknown key {unknown[0]!r} in {kind.__name__}")
-    return kind(
-        **{key: _value(own, values[key], f"{source}: {key}") for key, own in expected.items()}
-    )
+    try:
+        # strict JSON takes a list for a tuple and 1 for 1.0, and nothing else
+        record: Record = _adapter(cast(Any, kind)).validate_json(
+            json.dumps(values), strict=True, extra="forbid"
+        )
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"])) or kind.__name__
+        raise RecordUnreadable(f"{source}: {place}: {first['msg']}") from None
+    if _plain(encode(record)) != _plain(values):  # a default in place of a value
+        raise RecordUnreadable(f"{source}: a key of {kind.__name__} is missing")
+    return record
+
+
+@lru_cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _plain(values: Any) -> str:
+    """JSON in which whole numbers are written as others are."""
+    return json.dumps(json.loads(json.dumps(values), parse_int=float), sort_keys=True)
 
 
 DIGEST = "digest"
@@ -89,44 +102,3 @@ def read(kind: type[Record], path: Path) -> Record:
     if written != _digest(values):
         raise RecordUnreadable(f"{path}: not as it was written: its values do not give its digest")
     return record
-
-
-@lru_cache
-def _types_of(kind: Any) -> dict[str, Any]:
-    hints = get_type_hints(kind)
-    return {field.name: hints[field.name] for field in fields(kind)}
-
-
-def _meant(parts: tuple[Any, ...], value: Any, where: str) -> Any:
-    """Of the types of a union the one there is, or the record whose ``kind`` the value names."""
-    types = [part for part in parts if part is not NoneType]
-    if len(types) == 1:
-        return types[0]
-    named = value.get("kind") if isinstance(value, Mapping) else None
-    for one in types:
-        if is_dataclass(one) and named in get_args(_types_of(cast(Any, one)).get("kind")):
-            return one
-    raise RecordUnreadable(f"{where} = {value!r}: none of {', '.join(t.__name__ for t in types)}")
-
-
-def _value(kind: Any, value: Any, where: str) -> Any:
-    """A value of a field, of the type that the record gives it."""
-    origin, parts = get_origin(kind), get_args(kind)
-    if origin is Mapping or (origin is Literal and value in parts):
-        return value
-    if isinstance(kind, UnionType):
-        if value is None and NoneType in parts:
-            return None
-        return _value(_meant(parts, value, where), value, where)
-    if origin is tuple and isinstance(value, list | tuple):
-        inner = parts[:1] * len(value) if parts[1:] == (...,) else parts
-        if len(inner) == len(value):
-            pairs = enumerate(zip(inner, value, strict=True))
-            return tuple(_value(one, item, f"{where}[{i}]") for i, (one, item) in pairs)
-    elif is_dataclass(kind):
-        return decode(kind, value, where)  # type: ignore[arg-type]
-    elif kind is float and type(value) is int:
-        return float(value)
-    elif type(value) is kind:
-        return value
-    raise RecordUnreadable(f"{where} = {value!r}: not of type {getattr(kind, '__name__', kind)}")

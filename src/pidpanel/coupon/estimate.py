@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.cases import LOOSENING, Bed, Case, Packing, Run, loosening
+from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
-from pidpanel.sizes import Sizes
+from pidpanel.geometry.sizes import Sizes
 
 BULK_WIDE, BULK_PER_WIDTH = 0.60, 0.45
 """Bulk fraction of a poured bed in a wide cell [1], and what diameter over width takes of it: good

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.cases import Run
+from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.liggghts.process import Liggghts
-from pidpanel.coupon.records import State
+from pidpanel.coupon.records import RunState
 
 FRAMES_FILE = "frames.dump"
 
@@ -69,7 +69,7 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     SolverFailure
         Named after what went wrong.
     """
-    state = State.read(folder)
+    state = RunState.read(folder)
     if state is None or state.run != run.identity or not state.restart or run.deck is not None:
         return None
     if not (folder / state.restart).is_file():

@@ -10,7 +10,8 @@ from pathlib import Path
 from pidpanel.coupon import coding, rows
 from pidpanel.coupon.attempts import JUDGING_VERSION, check_sound
 from pidpanel.coupon.batches import Batch
-from pidpanel.coupon.cases import Bed, Case, Run
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts.failures import BY_INPUTS, FileDamaged, SolverFailure
 from pidpanel.coupon.records import (
     LoosenOutcome,

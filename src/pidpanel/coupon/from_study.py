@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
-from pidpanel.coupon.cases import LOOSENING, Bed, Case, Constants, Packing, Target, run_at
+from pidpanel.coupon.bed import LOOSENING, Bed, run_at
+from pidpanel.coupon.cases import Case, Target
 from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.round import Round
+from pidpanel.coupon.packing import Constants, Packing
+from pidpanel.coupon.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy

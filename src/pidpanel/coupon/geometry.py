@@ -1,6 +1,6 @@
 """Cells and spheres as arrays: where the walls are, where the spheres start, which stay.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.cases`.
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.sizes import Sizes
+from pidpanel.geometry.sizes import Sizes
 
 CELL_SPACING = 3.0
 """Distance of neighbouring cells' centres over their width [1]. The cells are closed off from each
@@ -140,8 +140,8 @@ def chimney_height(outline: Array, diameters: Array) -> float:
 def polygon_area(outline: Array) -> float:
     """Area inside a polygon with corners (k, 2), by the shoelace formula [m²].
 
-    Not `pidpanel.polygon.signed_area`: its sums are rounded otherwise, and a chimney that is higher
-    by a last digit makes another packing.
+    Not `pidpanel.geometry.polygon.signed_area`: its sums are rounded otherwise, and a
+    chimney that is higher by a last digit makes another packing.
 
     Examples
     --------

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from pidpanel.coupon import coding
-from pidpanel.coupon.cases import Bed, Packing, Run
+from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
+from pidpanel.coupon.packing import Packing
 
 NO_CASES = frozenset(("packing", "bed", "batch", "leg"))
 """Folders of ``results/coupon`` that are none of a case."""

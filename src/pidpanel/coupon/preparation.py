@@ -1,6 +1,6 @@
 """Pour a packing, shake a bed loose: what happens in ``results/coupon/packing`` and ``bed``.
 
-A change of the bits of a packing or a bed takes a new version number in `coupon.cases`.
+A change of the bits that are written takes a new version number in `packing` or `bed`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import geometry
-from pidpanel.coupon.cases import LOOSENING, POURING, Bed, Packing, loosening
+from pidpanel.coupon.bed import LOOSENING, Bed, loosening
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.liggghts.failures import NotSteady, UnderFilled
 from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.packing import POURING, Packing
 from pidpanel.coupon.records import Loosened, Poured
 
 PACKING_FILE, BED_FILE = "packing.csv", "bed.csv"

@@ -15,7 +15,8 @@ from typing import TypeVar
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import Costs, StepCost, spheres_in, travel
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import loosen, pour, read_bed, write_start

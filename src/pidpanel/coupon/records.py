@@ -1,7 +1,7 @@
 """What the steps of a coupon leave behind, as records; `coding` takes them to JSON and back.
 
 `packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/s<seed>/<target>.json` a
-`ShakeOutcome`; `<case>/s<seed>/state.json` is the `State` of a run.
+`ShakeOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pidpanel.coupon import coding
-from pidpanel.coupon.balance import Balance
-from pidpanel.coupon.cases import Bed, Packing, Run, Target
+from pidpanel.coupon.balance import EnergyBalance
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Target
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
+from pidpanel.coupon.packing import Packing
 
 OK = "ok"
 """Status of a step that did what it should; any other is the name of a failure."""
@@ -74,7 +76,7 @@ class Loosened:
 class MeasuredBalance:
     """The energy balance of a run over a window; see `window`."""
 
-    energies: Balance
+    energies: EnergyBalance
     closure: float
     """Residual over the work [1]."""
     cycles: int
@@ -200,7 +202,7 @@ class End:
 
 
 @dataclass(frozen=True)
-class State:
+class RunState:
     """What of a run's folder counts."""
 
     run: str
@@ -227,13 +229,13 @@ class State:
         """Of all legs."""
         return sum(self.legs)
 
-    def ended(self, end: End, balance_version: int) -> State:
+    def ended(self, end: End, balance_version: int) -> RunState:
         """The state with one more end; those of another version of the balance do not count."""
         kept = self.ends if self.balance_version == balance_version else ()
         others = (one for one in kept if one.cycles != end.cycles)
         return replace(self, ends=(*others, end), balance_version=balance_version)
 
-    def after(self, cycles: int, restart: str) -> State:
+    def after(self, cycles: int, restart: str) -> RunState:
         """The state after so many more cycles of the last leg; its hashes are those of before."""
         legs = (*self.legs[:-1], self.legs[-1] + cycles)
         return replace(self, legs=legs, restart=restart)
@@ -243,7 +245,7 @@ class State:
         coding.write(folder / "state.json", self)
 
     @staticmethod
-    def read(folder: Path) -> State | None:
+    def read(folder: Path) -> RunState | None:
         """State of a folder; None if it holds none.
 
         Raises
@@ -252,4 +254,4 @@ class State:
             With the file and what is wrong in it.
         """
         path = folder / "state.json"
-        return coding.read(State, path) if path.exists() else None
+        return coding.read(RunState, path) if path.exists() else None

@@ -15,7 +15,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import cycles
-from pidpanel.coupon.cases import HARD, Run
+from pidpanel.coupon.bed import HARD, Run
 from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken

@@ -17,12 +17,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from pidpanel.coupon import deadline, geometry, rows, window
-from pidpanel.coupon.cases import Run, Target
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Target
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
-from pidpanel.coupon.records import End, Shaken, State, check_files, files_of
+from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
 from pidpanel.provenance import durable
 
 AGAIN = "again"
@@ -105,7 +106,7 @@ def cycles_between_restarts(run: Run, spheres: int) -> int:
     return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
 
 
-def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, bool]:
+def _judged(run: Run, target: Target, state: RunState, folder: Path) -> tuple[int, bool]:
     """Cycles that a target takes, and whether its error is met in them.
 
     As far as rows are there: more cycles than the state has are still to be run.
@@ -124,7 +125,7 @@ def _judged(run: Run, target: Target, state: State, folder: Path) -> tuple[int, 
     return wanted, False
 
 
-def _end_at(state: State, done: int, folder: Path) -> End | None:
+def _end_at(state: RunState, done: int, folder: Path) -> End | None:
     """What the run left after so many cycles; None if it is not there or of another version."""
     if state.balance_version != window.BALANCE_VERSION:
         return None
@@ -134,7 +135,7 @@ def _end_at(state: State, done: int, folder: Path) -> End | None:
     return found if kept else None
 
 
-def _repeated(run: Run, state: State, done: int, bed_folder: Path, home: Path) -> Liggghts:
+def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path) -> Liggghts:
     """LIGGGHTS after so many cycles from nothing, in another folder.
 
     For a target that ends before the last restart, or of a deck of which a restart need not hold
@@ -150,13 +151,13 @@ def _repeated(run: Run, state: State, done: int, bed_folder: Path, home: Path) -
     return solver
 
 
-def _check_same(run: Run, state: State, done: int, folder: Path, home: Path) -> None:
+def _check_same(run: Run, state: RunState, done: int, folder: Path, home: Path) -> None:
     """Refuse a run whose rows are not those that it gives again."""
     if rows.digest(run, home, (done,), done) != rows.digest(run, folder, state.legs, done):
         raise FileDamaged(f"{folder}: run again, because its rows have changed")
 
 
-def _ended(solver: Liggghts, run: Run, state: State, done: int, home: Path, folder: Path) -> End:
+def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
     """Write the spheres as they are and measure the energy balance, after the last cycle."""
     last = last_file(done)
     solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
@@ -170,7 +171,7 @@ def _ended(solver: Liggghts, run: Run, state: State, done: int, home: Path, fold
     return End(done, balance, files_of(folder, [last])[last])
 
 
-def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State | None:
+def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> RunState | None:
     """The state of a folder from which the run can continue.
 
     Raises
@@ -178,7 +179,7 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
     FileDamaged, RecordUnreadable, LogTruncated
         If its rows or its state are not those that were written; the run is begun anew then.
     """
-    state = State.read(folder)
+    state = RunState.read(folder)
     if state is None or state.run != run.identity:
         return None
     # rows that a killed process wrote after its last restart do not count
@@ -196,7 +197,7 @@ def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> State 
     return state
 
 
-def _restore_start(run: Run, state: State, bed_folder: Path, folder: Path) -> None:
+def _restore_start(run: Run, state: RunState, bed_folder: Path, folder: Path) -> None:
     """Write the spheres and the walls of the start again where they are not what they were."""
     start = {name: state.files[name] for name in (deck.START_FILE, deck.WALLS_FILE)}
     if files_of(folder, start) != start:
@@ -208,16 +209,16 @@ def _restore_start(run: Run, state: State, bed_folder: Path, folder: Path) -> No
         check_files(folder, start)
 
 
-def _begun(run: Run, bed_folder: Path, folder: Path) -> State:
+def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
     """The state of a folder with what a run starts from."""
     spheres = read_bed(bed_folder)
     write_start(folder, run.packing, spheres, bed_folder)
     mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
     files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE))
-    return State(run.identity, len(spheres), mass, files=files)
+    return RunState(run.identity, len(spheres), mass, files=files)
 
 
-def _started(run: Run, state: State, folder: Path) -> Liggghts:
+def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
     """LIGGGHTS at the last cycle of a state, about to begin a new leg."""
     check_files(folder, state.files)
     leg = len(state.legs) + 1
@@ -227,7 +228,7 @@ def _started(run: Run, state: State, folder: Path) -> Liggghts:
     return solver
 
 
-def _continued(solver: Liggghts, run: Run, state: State, folder: Path, wanted: int) -> State:
+def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, wanted: int) -> RunState:
     """Run to a cycle and leave a restart there: the state then."""
     restart = f"at_{wanted}.restart"
     more = wanted - state.cycles

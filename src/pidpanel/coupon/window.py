@@ -7,16 +7,18 @@ Nothing here enters a label. A run whose balance was measured by another version
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import balance, cycles, geometry
-from pidpanel.coupon.cases import Packing, Run
+from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
-from pidpanel.coupon.liggghts.process import Liggghts
+from pidpanel.coupon.liggghts.process import ContactFiles, Liggghts
+from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.records import MeasuredBalance
 
 BALANCE_VERSION = 1
@@ -69,40 +71,23 @@ def _window(
     solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path, per_contact: int
 ) -> MeasuredBalance:
     drive, steps = run.drive, run.steps_per_cycle
-    impact = run.contact_time_at(run.constants.youngs_modulus)
     window = max(1, math.ceil(WINDOW * drive.frequency))
-    stride = _stride(steps, impact / per_contact / run.time_step)
-    if window * steps > ENOUGH_FRAMES * stride:
-        enough = _stride(steps, window * steps / ENOUGH_FRAMES)
-        stride = max(stride, min(enough, _stride(steps, 2 * impact / per_contact / run.time_step)))
+    stride = _frame_stride(run, window, per_contact)
+    frames = window * steps // stride + 1
     rolling = run.constants.has_rolling_friction
     first, files = solver.list_contacts(window * steps, stride, rolling=rolling)
     motion = output.read_motion(files.motion.read_bytes(), str(files.motion), spheres=spheres)
-    frames = window * steps // stride + 1
     if len(motion.position) != frames:
         raise LogTruncated(f"{files.motion}: {len(motion.position)} of {frames} frames")
     planes = wall_planes(run.packing)
-    pairs, touches = (
-        output.read_contacts(
-            path.read_text(errors="replace"),
-            str(path),
-            frames=frames,
-            ids=(spheres, partners),
-            with_wall=with_wall,
-            rolling=rolling,
-        )
-        for path, with_wall, partners in (
-            (files.pairs, False, spheres),
-            (files.touches, True, len(planes)),
-        )
-    )
+    pairs, touches = _read_contacts(files, frames, spheres, len(planes), rolling)
     for path in files:
         path.unlink()
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
     mass = geometry.masses(diameters, run.packing.density)
     phase = 2 * math.pi * (first + stride * np.arange(frames)) / steps
     found = balance.energy_balance(
-        balance.Spheres(
+        balance.SphereFrames(
             radius=diameters / 2,
             mass=mass,
             position=motion.position,
@@ -111,8 +96,8 @@ def _window(
             # the second half of velocity Verlet, taken back
             earlier_velocity=motion.velocity - 0.5 * run.time_step * motion.force / mass[:, None],
         ),
-        balance.Contacts(*pairs),
-        balance.Contacts(*touches),
+        pairs,
+        touches,
         planes,
         _materials(run),
         drive.acceleration_at(phase),
@@ -130,16 +115,45 @@ def _window(
     )
 
 
-def _materials(run: Run) -> tuple[balance.Material, balance.Material]:
+def _frame_stride(run: Run, window: int, per_contact: int) -> int:
+    """Steps from frame to frame: so many frames in an impact, half of them in a long window."""
+    steps = run.steps_per_cycle
+    impact = run.contact_time_at(run.constants.youngs_modulus)
+    stride = _stride(steps, impact / per_contact / run.time_step)
+    if window * steps > ENOUGH_FRAMES * stride:
+        enough = _stride(steps, window * steps / ENOUGH_FRAMES)
+        stride = max(stride, min(enough, _stride(steps, 2 * impact / per_contact / run.time_step)))
+    return stride
+
+
+def _read_contacts(
+    files: ContactFiles, frames: int, spheres: int, planes: int, rolling: bool
+) -> Iterator[balance.Contacts]:
+    """Yield the contacts of spheres with spheres, then with walls."""
+    for path, with_wall, partners in ((files.pairs, False, spheres), (files.touches, True, planes)):
+        text = path.read_text(errors="replace")
+        yield balance.Contacts(
+            *output.read_contacts(
+                text,
+                str(path),
+                frames=frames,
+                ids=(spheres, partners),
+                with_wall=with_wall,
+                rolling=rolling,
+            )
+        )
+
+
+def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
     """Of sphere on sphere and of sphere on wall."""
     constants = run.constants
     moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
     ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
     return (
-        balance.Material(
+        balance.ContactMaterial(
             balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
         ),
-        balance.Material(balance.effective_modulus(moduli, ratios), constants.wall_friction),
+        balance.ContactMaterial(balance.effective_modulus(moduli, ratios), constants.wall_friction),
     )
 
 

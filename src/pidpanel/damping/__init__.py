@@ -14,8 +14,8 @@
     The paper's law, as printed and corrected.
 `fit`, `forms`
     Constants of the paper's form; closed forms compared on cases left out.
-`design`
-    Which further cases reduce the variance of what is wanted most.
+`inelastic`
+    Closed forms of a perfectly inelastic slug.
 `from_study`
     The readings that a study names, and the files of the stage: the one door for the study.
 """

@@ -38,7 +38,7 @@ HALVINGS = 12
 
 
 @dataclass(frozen=True)
-class Estimate:
+class FittedValue:
     """Constants with confidence intervals.
 
     Attributes
@@ -68,7 +68,7 @@ def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, 
     return a1, gamma0 + gamma1 * r, r * (delta0 + delta1 * r)
 
 
-def fit_at_fill(frequency: Array, damping: Array, error: Array) -> Estimate:
+def fit_at_fill(frequency: Array, damping: Array, error: Array) -> FittedValue:
     """ln a₁, a₂ and a₃ of one fill.
 
     Parameters
@@ -99,7 +99,9 @@ def fit_at_fill(frequency: Array, damping: Array, error: Array) -> Estimate:
     return _estimate(constants, residual, np.diag(inverse), np.array([1.0, 1.0, 1 / scale]))
 
 
-def fit_over_fill(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> Estimate:
+def fit_over_fill(
+    frequency: Array, fill_fraction: Array, damping: Array, error: Array
+) -> FittedValue:
     """Return the constants of the structure of Eq. 6 over all fills at once.
 
     Parameters
@@ -177,12 +179,12 @@ def _weights(error: Array) -> Array:
     return np.asarray(weight / np.sqrt(np.mean(weight**2)))
 
 
-def _estimate(constants: Array, residual: Array, variance: Array, units: Array) -> Estimate:
+def _estimate(constants: Array, residual: Array, variance: Array, units: Array) -> FittedValue:
     """Student intervals from weighted residuals (…, n) and the unscaled variances (…, p)."""
     freedom = residual.shape[-1] - constants.shape[-1]
     scatter = np.sqrt((residual**2).sum(-1) / freedom)
     reach = stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter[..., None] * np.sqrt(variance)
-    return Estimate(
+    return FittedValue(
         constants * units,
         (constants - reach) * units,
         (constants + reach) * units,
@@ -191,7 +193,7 @@ def _estimate(constants: Array, residual: Array, variance: Array, units: Array) 
     )
 
 
-def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> Estimate:
+def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> FittedValue:
     """At a fill where there is one, over fill where there are several."""
     if np.ptp(fill_fraction) == 0:
         return fit_at_fill(frequency, damping, error)

@@ -23,7 +23,7 @@ from scipy.special import log_ndtr, ndtr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import matern
-from pidpanel.inelastic import LONGEST_GAP
+from pidpanel.damping.inelastic import LONGEST_GAP
 
 WHOLE = 0.5
 """W/L from which on beds were found to dissipate as the closed form of the inelastic body."""

@@ -63,6 +63,23 @@ class At:
 
 
 @dataclass(frozen=True)
+class Prospect:
+    """What further cases would tell of a surface.
+
+    Attributes
+    ----------
+    known
+        Of g_C and g_m there.
+    covariance
+        (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
+        known exactly.
+    """
+
+    known: tuple[At, At | None]
+    covariance: Array
+
+
+@dataclass(frozen=True)
 class Sides:
     """A process on each side.
 
@@ -205,3 +222,10 @@ def _more(process: GaussianProcess, point: Array, error: float) -> GaussianProce
         values=np.append(process.values, process.mean(point)),
         error=np.append(process.error, error),
     )
+
+
+def even_steps(low: float, high: float, step: float) -> Array:
+    """Even values from ``low`` to ``high``, at most ``step`` apart, at least two."""
+    if high - low < 1e-9:
+        return np.array([low, low + step])
+    return np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1))

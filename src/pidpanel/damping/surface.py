@@ -30,24 +30,23 @@ How well that predicts cases and tones left out is counted in docs/theory/dampin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping import sides
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingError, DampingValues, Point
-from pidpanel.damping.sides import NODE_STEP, At, Sides
+from pidpanel.damping.sides import NODE_STEP, At, Prospect, Sides, even_steps
+from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,
     MASS,
     VALUE,
-    Bed,
+    SurfaceBed,
     counted,
     groups,
     onset,
@@ -58,23 +57,6 @@ FREQUENCY_STEP = 0.04
 ACCELERATION_STEP = 0.05
 """Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
 them: ln C_e within 3e-3 in the paper's study away from the jump, a tenth of its standard error."""
-
-
-@dataclass(frozen=True)
-class Told:
-    """What further cases would tell of a surface.
-
-    Attributes
-    ----------
-    known
-        Of g_C and g_m there.
-    covariance
-        (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
-        known exactly.
-    """
-
-    known: tuple[At, At | None]
-    covariance: Array
 
 
 class DampingSurface:
@@ -97,7 +79,7 @@ class DampingSurface:
     def __init__(
         self,
         cases: pd.DataFrame,
-        bed: Bed,
+        bed: SurfaceBed,
         damping: Sides,
         mass: Sides | None,
         jump: Jump | None = None,
@@ -112,16 +94,16 @@ class DampingSurface:
         known = with_mass and np.isfinite(bed.mass_per_fill)
         self._rest_mass = bed.mass_per_fill if known else 0.0
         axes = cases[list(AXES)].to_numpy(float)
-        self.low, self.high = axes.min(axis=0), axes.max(axis=0)
+        self.simulated = SimulatedRange(axes)
+        self.low, self.high = self.simulated.low, self.simulated.high
         self.depends_on_acceleration = bool(self.high[2] > self.low[2])
-        self._facets = _facets(_logarithmic(axes))
         share = cases[VALUE].to_numpy() / (axes[:, 0] * axes[:, 1])
         self.bound = max(8 * bed.mass_per_fill, float(share.max()))  # 4 ω/π = 8 f
         if not np.isfinite(bed.mass_per_fill):
             self.bound = np.inf
         nodes = np.log(self.low[1:]), np.log(self.high[1:])
-        self.log_frequency = _even(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
-        self.log_acceleration = _even(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
+        self.log_frequency = even_steps(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
+        self.log_acceleration = even_steps(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
         self._slices: dict[float, tuple[Array, Array, Array]] = {}
 
     @property
@@ -141,15 +123,7 @@ class DampingSurface:
         return self.jump.probability(points[:, :2], self.bed.reached(points))
 
     def known(self, points: Array, crossing: Array | None = None) -> tuple[At, At | None]:
-        """Return what is known of g_C and g_m at `groups` (n, 3).
-
-        Parameters
-        ----------
-        points
-            (n, 3)
-        crossing
-            (n,) where it is not `crossing` of the points.
-        """
+        """Return what is known of g_C and g_m at `groups` (n, 3), with `crossing` (n,) there."""
         if crossing is None:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
@@ -175,16 +149,11 @@ class DampingSurface:
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
         and ln Γ.
         """
-        asked = np.stack(
-            np.broadcast_arrays(
-                *(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g))
-            ),
-            axis=1,
-        )
+        asked = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         held = np.clip(asked, self.low, self.high)
         log_damping, relative, share = self._read(groups(*held.T))
         return self._values(held[:, 0], held[:, 1], asked[:, 2], log_damping, relative, share,
-                            self.inside(asked))  # fmt: skip
+                            self.simulated.contains(asked))  # fmt: skip
 
     def _read(self, points: Array) -> tuple[Array, Array, Array]:
         """g_C, its standard error and g_m at `groups` (n, 3)."""
@@ -209,16 +178,6 @@ class DampingSurface:
     def without_mass(self) -> DampingSurface:
         """Return the same damping with m_a = 0, known exactly."""
         return DampingSurface(self.cases, self.bed, self.damping, None, self.jump, with_mass=False)
-
-    def inside(self, points: Array) -> Flags:
-        """Return (n,) whether points (n, 3) of r, f, Γ are in the convex hull of the cases."""
-        within = np.all(
-            (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
-        )
-        spread, normals, offsets = self._facets
-        away = _logarithmic(points)[:, spread] @ normals.T + offsets
-        result: Flags = within & (away <= 1e-6).all(axis=1)
-        return result
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float, outside: str = "mark"
@@ -255,20 +214,13 @@ class DampingSurface:
             for values in self._slice(float(fill_fraction))
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
-        inside = self.inside(
-            np.stack([np.full(len(frequency), float(fill_fraction)), frequency,
-                      np.full(len(frequency), gamma)], axis=1)
-        )  # fmt: skip
+        inside = self.simulated.contains(_points(float(fill_fraction), frequency, gamma))
         if outside == "refuse" and not inside.all():
             worst = frequency[~inside]
             raise DampingError(
                 f"acceleration_g = {gamma:.3g} at fill_fraction {fill_fraction:g}, "
-                f"{worst.min():g} to {worst.max():g} Hz: outside the simulated range ("
-                + ", ".join(
-                    f"{axis} {low:g} to {high:g}"
-                    for axis, low, high in zip(AXES, self.low, self.high, strict=True)
-                )
-                + ", within the convex hull of the cases)"
+                f"{worst.min():g} to {worst.max():g} Hz: outside the simulated range "
+                f"({self.simulated}, within the convex hull of the cases)"
             )
         return self._values(
             fill, held, np.full(len(frequency), gamma), log_damping, relative, share, inside
@@ -286,7 +238,7 @@ class DampingSurface:
     @property
     def nodes(self) -> Array:
         """(n,) nodes of the covariance [Hz], even in ln f; between them it is nearly linear."""
-        return np.exp(_even(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
+        return np.exp(even_steps(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at frequencies (n,) [Hz].
@@ -306,15 +258,10 @@ class DampingSurface:
         second, other_scale = self._held(frequency, *other)
         return self._joint(self.known(first), self.known(second), scale, other_scale, noise=True)
 
-    def told_by(self, cases: Array, relative_error: float) -> Told:
-        """Return what further cases would tell.
+    def told_by(self, cases: Array, relative_error: float) -> Prospect:
+        """Return what further cases (k, 3) of r, f [Hz], Γ would tell, C_e with such an error.
 
-        Parameters
-        ----------
-        cases
-            (k, 3) r, f [Hz], Γ.
-        relative_error
-            Of their C_e; their m_a is taken to be as well known as those of the cases there are.
+        Their m_a is taken to be as well known as those of the cases there are.
         """
         known = self.known(groups(*cases.T))
         damping, mass = known
@@ -324,10 +271,10 @@ class DampingSurface:
             covariance[1, 1] = self.mass_error**2 + self.mass.variance(mass)
             shared = damping.crossing * (1 - damping.crossing) * damping.step * mass.step
             covariance[0, 1] = covariance[1, 0] = shared
-        return Told(known, covariance)
+        return Prospect(known, covariance)
 
     def covariance_with(
-        self, told: Told, frequency: Array, fill_fraction: float, acceleration_g: float
+        self, prospect: Prospect, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> Array:
         """Return the covariance (2n, 2k) of what is read with what further cases would tell.
 
@@ -335,7 +282,7 @@ class DampingSurface:
         What is taken for noise is left out: no case tells of that of others.
         """
         point, scale = self._held(frequency, fill_fraction, acceleration_g)
-        return self._joint(self.known(point), told.known, scale, 1.0, noise=False)
+        return self._joint(self.known(point), prospect.known, scale, 1.0, noise=False)
 
     def _joint(
         self,
@@ -363,8 +310,7 @@ class DampingSurface:
         """Return the groups of points held within the cases, and m_a per g_m there."""
         if not self.depends_on_acceleration:
             gamma = float(self.low[2])
-        asked = np.stack([np.full(len(frequency), fill), frequency,
-                          np.full(len(frequency), gamma)], axis=1)  # fmt: skip
+        asked = _points(fill, frequency, gamma)
         held = np.clip(asked, self.low, self.high)
         return groups(*held.T), float(held[0, 0] * onset(gamma, self.onset_g))
 
@@ -384,14 +330,9 @@ class DampingSurface:
         return self.cases.assign(log_error=error, log_standard_error=size)
 
     def with_case(self, case: Array, relative_error: float) -> DampingSurface:
-        """Return the surface as it will be once a further case is run, at the value expected.
+        """Return the surface after a further case (1, 3) of r, f [Hz], Γ, with the value expected.
 
-        Parameters
-        ----------
-        case
-            (1, 3) r, f [Hz], Γ.
-        relative_error
-            Of its C_e; its m_a is taken to be as well known as the cases are that there are.
+        C_e has such an error; m_a is as well known as that of the cases there are.
         """
         points = groups(*case.T)
         damping, mass = self.known(points)
@@ -438,31 +379,12 @@ class DampingSurface:
             If a column is missing, a point is duplicated or no row counts.
         """
         cases, mass_per_fill = counted(frame, onset_g)
-        bed = Bed(onset_g, mass_per_fill, depth)
+        bed = SurfaceBed(onset_g, mass_per_fill, depth)
         data = taught(cases, bed)
         mass = data.mass_sides() if (cases[MASS] != 0).any() else None
         return DampingSurface(cases, bed, data.damping_sides(), mass, data.jump())
 
 
-def _even(low: float, high: float, step: float) -> Array:
-    """Even values from ``low`` to ``high``, at most ``step`` apart, at least two."""
-    if high - low < 1e-9:
-        return np.array([low, low + step])
-    return np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1))
-
-
-def _logarithmic(points: Array) -> Array:
-    """(n, 3) r, f, Γ → r, ln f, ln Γ."""
-    return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
-
-
-def _facets(points: Array) -> tuple[Flags, Array, Array]:
-    """Axes along which points (n, 3) spread, and normals and offsets of their convex hull."""
-    spread = np.ptp(points, axis=0) > 1e-9
-    of = points[:, spread]
-    if of.shape[1] < 2:  # the lowest and highest value are all there is to a hull
-        return spread, np.zeros((1, of.shape[1])), np.full(1, -1.0)
-    # joggled, so that cases in one plane have a hull (of no volume) and no error
-    flat = np.linalg.matrix_rank(of - of[0], tol=1e-6) < of.shape[1]
-    hull = ConvexHull(of, qhull_options="QJ" if flat else "")
-    return spread, hull.equations[:, :-1], hull.equations[:, -1]
+def _points(*axes: ArrayLike) -> Array:
+    """(n, 3) r, f, Γ; each may be one value."""
+    return np.stack(np.broadcast_arrays(*axes), axis=1)

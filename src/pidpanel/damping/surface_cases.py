@@ -12,11 +12,11 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
+from pidpanel.damping.inelastic import LONGEST_GAP, slug
 from pidpanel.damping.jump import WHOLE, Jump, reach
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.thinned import MOST_CASES, spread_out
-from pidpanel.inelastic import LONGEST_GAP, slug
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
@@ -93,7 +93,7 @@ def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Arr
 
 
 @dataclass(frozen=True)
-class Bed:
+class SurfaceBed:
     """What all cases of a surface have in common.
 
     Attributes
@@ -162,7 +162,7 @@ class Taught:
         (n,) g_m and its error.
     """
 
-    bed: Bed
+    bed: SurfaceBed
     points: Array
     side: Array
     log_damping: Array
@@ -232,7 +232,7 @@ class Taught:
         )
 
 
-def taught(cases: pd.DataFrame, bed: Bed) -> Taught:
+def taught(cases: pd.DataFrame, bed: SurfaceBed) -> Taught:
     """Return what the rows of `counted` teach.
 
     C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).

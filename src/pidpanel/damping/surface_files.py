@@ -17,8 +17,8 @@ from pidpanel.damping.surface_cases import (
     MASS,
     MASS_ERROR,
     VALUE,
-    Bed,
     Constants,
+    SurfaceBed,
     taught,
 )
 
@@ -84,7 +84,7 @@ def from_dataset(dataset: xr.Dataset) -> DampingSurface:
     cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in names})
     attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
     try:
-        bed = Bed(*(float(dataset.attrs[name]) for name in attrs))
+        bed = SurfaceBed(*(float(dataset.attrs[name]) for name in attrs))
         data = taught(cases, bed)
         damping = data.damping_sides(_constants(dataset, "damping"))
     except KeyError as error:

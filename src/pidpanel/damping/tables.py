@@ -168,7 +168,7 @@ def to_frame(
         np.unique(np.geomspace(surface.low[2], surface.high[2], accelerations)),
     )
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
-    points = points[surface.inside(points)]
+    points = points[surface.simulated.contains(points)]
     values = surface.at(*points.T)
     frame = pd.DataFrame(points, columns=list(AXES))
     frame[VALUE], frame[ERROR] = values.equivalent_damping, values.equivalent_damping_error

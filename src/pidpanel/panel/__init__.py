@@ -27,6 +27,4 @@ the waves and how heavy the patches can be.
     Closed forms for rectangles; how fine a mesh must be.
 `basis_files`, `plate_files`, `tables`
     Files of the basis and of the plate's matrices; tables of modes and section.
-`verification`
-    Natural frequencies compared with published values.
 """

@@ -7,10 +7,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.polygon import Position
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.supports import vertex_spacing
-from pidpanel.polygon import Position
 
 # Gauss points on each piece of a line mass; pieces are a quarter of an element long.
 LINE_POINTS = np.polynomial.legendre.leggauss(3)

@@ -8,10 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.modes import Plate, Shapes, on_patch, panel_shapes
+from pidpanel.panel.modes import Plate
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.plane_mesh import cell_areas
+from pidpanel.panel.shapes import Shapes, on_patch, panel_shapes
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
-"""The face of a panel as its sound needs it: condensed for plane waves (`pidpanel.plane_waves`)."""
+"""The face of a panel as its sound needs it, condensed by `pidpanel.geometry.plane_waves`."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from pidpanel.geometry.plane_waves import condensed
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.plane_waves import condensed
 
 REACH = 2.0
 """Largest wavenumber of the face over the larger of those of the sound and of the shapes.

@@ -8,6 +8,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.polygon import Circle, Shape, show, signed_area
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
@@ -19,7 +20,6 @@ from pidpanel.panel.supports import (
     held_vertices,
     vertex_at,
 )
-from pidpanel.polygon import Circle, Shape, show, signed_area
 
 # Of the extent of the panel: as the vertices at supports are looked for.
 SLACK = 1e-6
@@ -48,7 +48,7 @@ def narrowest(outline: Shape) -> float:
 
     Examples
     --------
-    >>> from pidpanel.polygon import Polygon
+    >>> from pidpanel.geometry.polygon import Polygon
     >>> round(narrowest(Polygon(((0, 0), (4, 3), (3.94, 3.08), (-0.06, 0.08)))), 12)
     0.1
     """

@@ -17,9 +17,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
+from pidpanel.geometry.polygon import Position, Shape, location, show, signed_area
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas, gmsh_session
-from pidpanel.plane_mesh import cell_areas, edge_lengths
-from pidpanel.polygon import Position, Shape, location, show, signed_area
 
 GMSH_CORNERS = {2: 3, 3: 4}
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.

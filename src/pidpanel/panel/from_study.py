@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pidpanel.geometry.plane_mesh import edge_lengths
+from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import PanelBasis, basis_of
@@ -27,20 +29,19 @@ from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
-from pidpanel.panel.modes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import write_plate
 from pidpanel.panel.resolution import check_resolution
 from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.plane_mesh import edge_lengths
-from pidpanel.polygon import Position, Rectangle, Shape, check_panel
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
-from pidpanel.study.panel import EXTENT, Node, Panel
-from pidpanel.study.section import Material, Ply
+from pidpanel.study.panel import EXTENT, Panel
+from pidpanel.study.section import MaterialInput, PlyInput
+from pidpanel.study.supports import Node
 
 # Elements across a panel that is narrower than its elements should be long.
 ELEMENTS_ACROSS = 2
@@ -66,7 +67,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
     materials = {name: _material(material) for name, material in spec.materials.items()}
     shear_l, shear_w, density = spec.core.properties
 
-    def face(plies: tuple[Ply, ...]) -> tuple[layup.Ply, ...]:
+    def face(plies: tuple[PlyInput, ...]) -> tuple[layup.Ply, ...]:
         return tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
 
     return layup.SandwichSection(
@@ -83,7 +84,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
     )
 
 
-def _material(spec: Material) -> layup.Material:
+def _material(spec: MaterialInput) -> layup.Material:
     if spec.youngs_modulus is not None and spec.poissons_ratio is not None:
         return layup.Material.isotropic(
             spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import gmsh
 
+from pidpanel.geometry.polygon import Rectangle, show
 from pidpanel.panel.mesh import (
     PANEL_GROUP,
     PanelMesh,
@@ -15,7 +16,6 @@ from pidpanel.panel.mesh import (
     read_mesh,
     write_mesh,
 )
-from pidpanel.polygon import Rectangle, show
 
 
 def check_grid(

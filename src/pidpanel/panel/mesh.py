@@ -20,8 +20,8 @@ import meshio
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.plane_mesh import cell_areas
-from pidpanel.polygon import Shape, signed_area
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.polygon import Shape, signed_area
 
 PANEL_GROUP = "panel"
 CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}

@@ -12,9 +12,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import boundary_edges, edge_lengths
+from pidpanel.geometry.polygon import Position, signed_area
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.plane_mesh import boundary_edges, edge_lengths
-from pidpanel.polygon import Position, signed_area
 
 POINT_KINDS = ("hinge", "hold_down")
 EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")

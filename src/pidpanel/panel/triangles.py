@@ -8,6 +8,7 @@ import gmsh
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel.mesh import (
     PANEL_GROUP,
     PanelMesh,
@@ -19,7 +20,6 @@ from pidpanel.panel.mesh import (
     write_mesh,
 )
 from pidpanel.panel.supports import SMOOTH_TURN
-from pidpanel.polygon import Position, Shape, check_panel, signed_area
 
 # Element edges grow by this times the distance from a re-entrant corner.
 GROWTH = 0.5

@@ -6,7 +6,7 @@ From files to a page:
     One function a page: reads, builds, writes.
 `read`, `inputs`, `evidence`
     What the stages left, as records; single runs of the coupon.
-`study_page`, `coupon_page`, `verification_page`
+`study_page`, `coupon_page`
     Which parts a page has, in which order.
 `comparison`, `comparison_page`
     What differs between two studies, and its page.
@@ -40,13 +40,15 @@ The parts of a page, each a function ``<part>_section``:
     What was put in, and the coupon.
 `damping_section`, `coupled_section`, `layouts_section`, `response_section`, `radiation_section`
     The surface and its laws, coupled runs, explicit layouts, families of scenarios, the air.
-`verdict_section`, `verdict_bands`, `maps_section`, `summary_section`, `stress_section`
-    Readings beside coupled runs, fields over the panel, all scenarios, strain and stress.
+`verdict`, `verdict_files`, `verdict_section`, `verdict_bands`
+    Readings beside coupled runs.
+`maps_section`, `summary_section`, `stress_section`
+    Fields over the panel, all scenarios, strain and stress.
 
 Figures, from arrays and frames:
 
 `panel_figures`, `sound_figures`, `coupon_figures`, `damping_figures`, `response_figures`, \
-`maps_figures`, `verification_figures`
+`maps_figures`
     Figures of matplotlib.
 `pictures`, `films`
     Rendered scenes; a shaken cell in motion.

@@ -87,7 +87,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Answer:
+class StudyAnswer:
     """The bare panel and all scenarios at one level in one reading.
 
     Attributes
@@ -171,7 +171,7 @@ def is_gain(at: AtPoint) -> bool | None:
     return at.reduction > APART * at.reduction_error
 
 
-def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
+def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
     """Return what a study answers in its `main_reading` at its `main_level`.
 
     Parameters
@@ -200,7 +200,7 @@ def answer_of(study: Study, summary: pd.DataFrame) -> Answer | None:
     found = candidates_of(of, reading, steady, points)
     found.sort(key=lambda one: -one.at[points[0]].reduction)
     own = [by_key[bare.label, point] for point in points]
-    return Answer(
+    return StudyAnswer(
         reading=reading,
         oaspl=float(own[0]["oaspl_db"]),
         points=tuple(points),
@@ -274,7 +274,7 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
     )
 
 
-def shown(answer: Answer, count: int = ROWS) -> list[Candidate]:
+def shown(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
     """Return the scenarios of the first table: the best of each place and damper, then the rest.
 
     Parameters

@@ -18,8 +18,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.tri import Triangulation
 
 from pidpanel.arrays import Array, Flags, Index
-from pidpanel.plane_mesh import boundary_edges
-from pidpanel.polygon import Position
+from pidpanel.geometry.plane_mesh import boundary_edges
+from pidpanel.geometry.polygon import Position
 from pidpanel.report import style
 
 WIDTH = 5.0

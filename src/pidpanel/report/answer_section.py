@@ -10,7 +10,7 @@ from pidpanel.arrays import Flags
 from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import response_figures, style
-from pidpanel.report.answer import Answer, AtPoint, Candidate, shown
+from pidpanel.report.answer import AtPoint, Candidate, StudyAnswer, shown
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import Drawing, Mark, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
@@ -18,14 +18,14 @@ from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Picture, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.psds import inside_of, log_error_of
-from pidpanel.report.response_figures import Curve, Panel
+from pidpanel.report.response_figures import FigurePanel, PsdCurve
 from pidpanel.report.text import READINGS, number, value_text
 
 POINTS_SHOWN = 4
 """Points with a column of their own in the first table, those of most motion."""
 
 
-def answer_blocks(inputs: Inputs, answer: Answer) -> list[Block]:
+def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:
     """Return what a page shows below its first sentence.
 
     Parameters
@@ -44,7 +44,7 @@ def answer_blocks(inputs: Inputs, answer: Answer) -> list[Block]:
     return blocks
 
 
-def answer_table(inputs: Inputs, answer: Answer) -> Table:
+def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
     """Return the bare panel and the scenarios of `shown`: mass, acceleration, reduction, trust."""
     points = answer.points[:POINTS_SHOWN]
     rows = []
@@ -79,7 +79,7 @@ def answer_table(inputs: Inputs, answer: Answer) -> Table:
     )  # fmt: skip
 
 
-def _damping(answer: Answer) -> str:
+def _damping(answer: StudyAnswer) -> str:
     """Say what the damping of the scenarios is."""
     how = ", in one time integration" if answer.is_coupled else ""
     return READINGS[answer.reading] + how
@@ -125,7 +125,7 @@ def drawing_of(inputs: Inputs) -> Drawing:
     )
 
 
-def drawing_block(inputs: Inputs, answer: Answer) -> Picture:
+def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the panel with supports, masses, patches and points over the worst map."""
     mapped = worst_map(inputs)
     figure = panel_figure(drawing_of(inputs), None if mapped is None else mapped[1])
@@ -142,7 +142,7 @@ def drawing_block(inputs: Inputs, answer: Answer) -> Picture:
     return Picture("panel", style.png(figure), f"{caption}.")
 
 
-def psd_block(inputs: Inputs, answer: Answer) -> Picture:
+def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
     point, reading = answer.worst, answer.reading
     psd = inputs.psd.sel(reading=reading, point=point)
@@ -154,16 +154,16 @@ def psd_block(inputs: Inputs, answer: Answer) -> Picture:
         return f"{one.name}: {value_text(at.rms, at.rms_error)} g rms"
 
     values = psd["acceleration_psd"].sel(scenario=one.scenario.label).to_numpy()
-    curves = [Curve(label(one), values, style.BARE, width=0.7)]
+    curves = [PsdCurve(label(one), values, style.BARE, width=0.7)]
     for best in answer.candidates[:1]:
         name = best.scenario.label
         inside: Flags | None = inside_of(inputs.psd, reading, name)
         values = psd["acceleration_psd"].sel(scenario=name).to_numpy()
         log_error = log_error_of(inputs.psd, reading, name, point)
         look = style.PLACES[0], inside
-        curves.append(Curve(label(best), values, *look, width=1.8, log_error=log_error))
+        curves.append(PsdCurve(label(best), values, *look, width=1.8, log_error=log_error))
     figure = response_figures.psd_figure(
-        frequency, [Panel("", "", curves)], width=NARROW, height=3.7
+        frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7
     )
     banded = any(curve.log_error is not None for curve in curves)
     what = "bare panel and largest reduction" if len(curves) > 1 else "bare panel"
@@ -173,7 +173,7 @@ def psd_block(inputs: Inputs, answer: Answer) -> Picture:
 
 
 def mass_block(
-    answer: Answer, weighed: Sequence[Candidate], patches: Sequence[str] = ()
+    answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str] = ()
 ) -> Picture:
     """Return the reduction at the worst point against the mass of the dampers.
 

@@ -10,9 +10,9 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
-    Answer,
     AtPoint,
     Candidate,
+    StudyAnswer,
     are_apart,
     is_gain,
     main_level,
@@ -21,8 +21,8 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.scenario_list import together
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
-from pidpanel.response.bands import reduction
 from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
+from pidpanel.solve.bands import reduction
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
 
@@ -33,19 +33,19 @@ CAVEATS = 3
 """Caveats at the head of a page."""
 
 
-def headline(answer: Answer) -> str:
+def headline(answer: StudyAnswer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
     return _result(answer) + _untrusted(answer)
 
 
-def _untrusted(answer: Answer) -> str:
+def _untrusted(answer: StudyAnswer) -> str:
     """Say why the result is not to be trusted, where none of its numbers is."""
     shown = answer.best or (answer.bare,)
     doubts = [[doubt for doubt in one.doubts if doubt != NO_ERROR] for one in shown]
     return f" Caution: {', '.join(doubts[0])}." if all(doubts) else ""
 
 
-def _result(answer: Answer) -> str:
+def _result(answer: StudyAnswer) -> str:
     bare = answer.bare.at[answer.worst].rms
     if not answer.candidates:
         said = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
@@ -79,7 +79,7 @@ def _result(answer: Answer) -> str:
     )
 
 
-def _then(answer: Answer, one: Candidate) -> str:
+def _then(answer: StudyAnswer, one: Candidate) -> str:
     """Say which point moves most with a damper, where it is another one, beyond errors."""
     now = max(one.at, key=lambda point: one.at[point].rms)
     if now == answer.worst:
@@ -130,8 +130,14 @@ def _value(text: str) -> float:
     return float(text.replace("−", "-"))
 
 
-def caveats(inputs: Inputs, answer: Answer) -> list[str]:
+def caveats(inputs: Inputs, answer: StudyAnswer) -> list[str]:
     """Return what a reader must know before he uses the answer, a line each, `CAVEATS` at most."""
+    said = [*_doubts(inputs, answer), *_omissions(inputs, answer)]
+    return [one for one in said if one][:CAVEATS]
+
+
+def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
+    """Lines on scenarios whose response is doubtful."""
     study = inputs.study
     said = []
     if answer.lost:
@@ -172,6 +178,12 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         named = [one for one in doubted if any(own.startswith(doubt) for own in one.doubts)]
         if named:
             said.append(f"{_of(named, answer)}: {text}.")
+    return said
+
+
+def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
+    """Lines on what points, errors, masses, sound and air leave out."""
+    said = []
     if found := worst_map(inputs):
         label, rms = found
         bare = answer.bare.at[answer.worst].rms
@@ -192,12 +204,12 @@ def caveats(inputs: Inputs, answer: Answer) -> list[str]:
         )
     if inputs.radiation is not None and answer.candidates:
         said.append(_air(inputs, answer))
-    elif study.response.radiation == "none" and answer.candidates:
+    elif inputs.study.response.radiation == "none" and answer.candidates:
         said.append(
             "Radiation damping is not included, so reductions are overestimated "
             "(response.radiation_beside)."
         )
-    return [one for one in said if one][:CAVEATS]
+    return said
 
 
 def reads_dem(inputs: Inputs, reading: str) -> bool:
@@ -205,7 +217,7 @@ def reads_dem(inputs: Inputs, reading: str) -> bool:
     return reading in ("dem", "stated") and bool(inputs.study.surfaces)
 
 
-def _of(some: Sequence[Candidate], answer: Answer) -> str:
+def _of(some: Sequence[Candidate], answer: StudyAnswer) -> str:
     """Name scenarios, or say how many they are."""
     count = len(answer.candidates) + 1
     if len(some) == count:
@@ -215,7 +227,7 @@ def _of(some: Sequence[Candidate], answer: Answer) -> str:
     return f"{len(some)} of {count} scenarios"
 
 
-def _extrapolated(inputs: Inputs, answer: Answer) -> str:
+def _extrapolated(inputs: Inputs, answer: StudyAnswer) -> str:
     of = inputs.summary[inputs.summary["reading"] == answer.reading]
     labels = [one.scenario.label for one in answer.candidates]
     share = of.loc[of["scenario"].isin(labels), "outside_run_points_share"]
@@ -224,7 +236,7 @@ def _extrapolated(inputs: Inputs, answer: Answer) -> str:
     return low if low == high else f"{low.removesuffix(' %')} to {high}"
 
 
-def _air(inputs: Inputs, answer: Answer) -> str:
+def _air(inputs: Inputs, answer: StudyAnswer) -> str:
     """Say what the air on one or two sides changes at the worst point."""
     if inputs.radiation is None:
         return ""

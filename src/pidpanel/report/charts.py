@@ -7,18 +7,17 @@ from collections.abc import Sequence
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
-from pidpanel.report.html import Chart
-from pidpanel.report.html import Curve as ChartCurve
-from pidpanel.report.response_figures import Curve
+from pidpanel.report.html import Chart, PageCurve
+from pidpanel.report.response_figures import PsdCurve
 
 PIXELS = 1.6
 """Width of a curve on a screen over that in a figure [pixel/pt]."""
 
 
-def chart_of(title: str, frequency: Array, curves: Sequence[Curve]) -> Chart:
+def chart_of(title: str, frequency: Array, curves: Sequence[PsdCurve]) -> Chart:
     """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
     drawn = [
-        ChartCurve(
+        PageCurve(
             curve.label,
             curve.values / STANDARD_GRAVITY**2,
             curve.colour,

@@ -9,7 +9,7 @@ allow, in each reading of the damping; `claims_table` shows the verdicts.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,13 +18,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.plane_mesh import cell_areas
 from pidpanel.report.answer import APART
 from pidpanel.report.claims_table import Finding, Verdict
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
-from pidpanel.response.bands import reduction
+from pidpanel.solve.bands import reduction
 from pidpanel.study import Study
 
 ALIKE = 1.0
@@ -284,6 +284,30 @@ def verdicts(
     ]
 
 
+def _patch_verdicts(
+    verdict: Callable[[str, Finding | None], Verdict],
+    rms: pd.DataFrame,
+    error: pd.DataFrame,
+    bare: pd.DataFrame,
+    distance: pd.DataFrame,
+    whole: bool,
+) -> Iterator[Verdict]:
+    away = distance.loc[list(rms.index), list(rms.columns)]
+    gained = pd.DataFrame(
+        reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
+    )
+    if len(rms) > 1:
+        yield verdict(
+            "At each point the nearest damper gives the lowest response",
+            nearest_damper_is_best(rms, error, away) if whole else None,
+        )
+    if len(rms.columns) > 1:
+        yield verdict(
+            "Each damper reduces the response most at the point nearest to it",
+            own_point_gains_most(gained, error, away) if whole else None,
+        )
+
+
 def _family_verdicts(
     study: Study,
     name: str,
@@ -333,20 +357,7 @@ def _family_verdicts(
                 fills_are_alike(rms, error) if whole else None,
             )
     elif varied == "patch":
-        away = distance.loc[list(rms.index), points]
-        gained = pd.DataFrame(
-            reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
-        )
-        if len(rms) > 1:
-            yield verdict(
-                "At each point the nearest damper gives the lowest response",
-                nearest_damper_is_best(rms, error, away) if whole else None,
-            )
-        if len(points) > 1:
-            yield verdict(
-                "Each damper reduces the response most at the point nearest to it",
-                own_point_gains_most(gained, error, away) if whole else None,
-            )
+        yield from _patch_verdicts(verdict, rms, error, bare, distance, whole)
     elif len(rms) > 1:
         oaspl = np.array([s.oaspl_db for s in scenarios], float)
         yield verdict(

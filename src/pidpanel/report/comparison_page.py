@@ -20,9 +20,9 @@ from pidpanel.report.comparison import (
     outcome,
     rows_of,
 )
-from pidpanel.report.html import Page, Paragraph, Picture, Section, Table, render
+from pidpanel.report.html import Page, PageSection, Paragraph, Picture, Table, render
 from pidpanel.report.maps_figures import map_figure, scale_ends
-from pidpanel.report.response_figures import Curve, Panel, psd_figure
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
 from pidpanel.report.text import READINGS
 
 COLOURS = ("#0072B2", "#D55E00")
@@ -59,9 +59,9 @@ def comparison_page(one: Side, other: Side) -> Page:
         warnings=(),
         claims=None,
         sections=[
-            Section("psd", "Acceleration PSDs", _psds(one, other, found)),
+            PageSection("psd", "Acceleration PSDs", _psds(one, other, found)),
             *_maps(one, other),
-            Section("values", "All values", [Table("Rms accelerations of both", columns,
+            PageSection("values", "All values", [Table("Rms accelerations of both", columns,
                                                    rows_of(found)), *missing]),
         ],
     )  # fmt: skip
@@ -88,7 +88,7 @@ def _psds(one: Side, other: Side, found: list[Difference]) -> list[Picture]:
             at = [d for d in found if d.key[0] == reading and d.key[2] == point]
             drawn = [d for d in at if d.key[1] == BEST] + [d for d in at if _is_bare(one, d)][:1]
             curves = [
-                Curve(
+                PsdCurve(
                     f"{side.name}, {value.scenario}",
                     _on(side, value.reading, value.scenario, point, both),
                     colour,
@@ -100,7 +100,7 @@ def _psds(one: Side, other: Side, found: list[Difference]) -> list[Picture]:
                 )
             ]
             if curves:
-                panel = Panel(READINGS.get(reading, reading), f"point {point}", curves)
+                panel = FigurePanel(READINGS.get(reading, reading), f"point {point}", curves)
                 caption = f"Acceleration PSD at point {point}; bare panels dotted."
                 chart = chart_of(panel.title, both, curves)
                 image = style.png(psd_figure(both, [panel]))
@@ -121,7 +121,7 @@ def _on(side: Side, reading: str, scenario: str, point: str, frequency: Array) -
     return np.interp(frequency, own, psd.to_numpy(), left=np.nan, right=np.nan)
 
 
-def _maps(one: Side, other: Side) -> list[Section]:
+def _maps(one: Side, other: Side) -> list[PageSection]:
     """Return the maps of both with the same colours for the same values."""
     if one.maps is None or other.maps is None:
         return []
@@ -136,4 +136,4 @@ def _maps(one: Side, other: Side) -> list[Section]:
         image = style.png(map_figure(side.maps, side.cell_in_patch, titles, tops))
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
         blocks.append(Picture(f"maps_{number}", image, caption))
-    return [Section("maps", "Maps", blocks)]
+    return [PageSection("maps", "Maps", blocks)]

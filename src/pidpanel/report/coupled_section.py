@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.layout import WIDTH, few_of, frequency_axis
 from pidpanel.report.text import number, plain, signed
@@ -27,7 +27,7 @@ WHAT = (
 
 def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
-) -> Section:
+) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency.
 
     Parameters
@@ -50,7 +50,7 @@ def coupled_section(
             "A negative C_e is not drawn.",
         ),
     ]
-    return Section("coupled", "Panel and particles together", blocks)
+    return PageSection("coupled", "Panel and particles together", blocks)
 
 
 def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:

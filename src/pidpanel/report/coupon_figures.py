@@ -11,17 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from matplotlib import ticker
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
-from pidpanel.report.evidence import Record
+from pidpanel.report.evidence import RunRecord
 from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room, swept
 
 
-def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
+def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
     """Draw dissipated energy per cycle against the cycle, one case in each of the axes.
 
     Parameters
@@ -69,7 +70,7 @@ def steadiness_figure(records: Sequence[Sequence[Record]]) -> Figure:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class AxisQuantity:
     """A column of ``coupon/cases.csv`` as an axis.
 
     Attributes
@@ -93,24 +94,64 @@ class Quantity:
     symbol: str = ""
 
 
-EQUIVALENT_DAMPING = Quantity(
+EQUIVALENT_DAMPING = AxisQuantity(
     "equivalent_damping_n_s_m3", "$C_e$, N s/m³", True, "equivalent_damping_error_n_s_m3"
 )
-LOSS_FACTOR = Quantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
-MASS_SHARE = Quantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
+LOSS_FACTOR = AxisQuantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
+MASS_SHARE = AxisQuantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
                       "apparent_mass_share_error")  # fmt: skip
-FREQUENCY = Quantity("frequency_hz", "frequency, Hz", True, symbol="f")
-ACCELERATION = Quantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
+FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
+ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
 FEW_TICKS = 6
 """Values of a sweep that are all told on the axis, at most."""
 
 
+def _draw_fill(
+    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, y: AxisQuantity, fill: float, marker: str,
+    bound: str | None,
+) -> None:  # fmt: skip
+    rows = cases[cases["fill_fraction"] == fill].sort_values(x.column)
+    colour = style.fill_colour(fill)
+    places = rows[x.column].to_numpy(float)
+    axes.errorbar(
+        places, rows[y.column],
+        yerr=rows[y.error] if y.error else None,
+        color=colour, marker=marker, capsize=1.8, elinewidth=0.7, capthick=0.7,
+    )  # fmt: skip
+    if bound:
+        axes.plot(places, rows[bound], color=colour, ls=":", lw=0.8)
+
+
+def _draw_law(
+    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, fill: float, value: float,
+    law: Callable[[Array, float], Array],
+) -> None:  # fmt: skip
+    """Draw the law over frequency, or at the frequency ``value`` over the other axis."""
+    low, high = cases[x.column].min(), cases[x.column].max()
+    places = np.geomspace(low, high, 60) if x is FREQUENCY else np.array([low, high])
+    damping = law(places if x is FREQUENCY else np.full(2, value), fill)
+    axes.plot(places, damping, color=style.fill_colour(fill), ls="--", lw=0.8)
+
+
+def _scale_x(axes: Axes, cases: pd.DataFrame, x: AxisQuantity) -> None:
+    if x is FREQUENCY:
+        low, high = cases[x.column].min(), cases[x.column].max()
+        frequency_axis(axes, low / 1.25, high * 1.25)
+    else:
+        ticks = swept(cases[x.column])
+        axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
+        if len(ticks) <= FEW_TICKS:
+            axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
+            axes.set_xticks([], minor=True)
+        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+
+
 def sweep_figure(
     cases: pd.DataFrame,
-    x: Quantity,
-    y: Quantity,
-    panel: Quantity,
+    x: AxisQuantity,
+    y: AxisQuantity,
+    panel: AxisQuantity,
     *,
     law: Callable[[Array, float], Array] | None = None,
     bound: str | None = None,
@@ -140,44 +181,20 @@ def sweep_figure(
     for axes in grid.flat[len(values) :]:
         axes.set_visible(False)
     for axes, value in zip(grid.flat, values, strict=False):
+        of_panel = cases[cases[panel.column] == value]
         for number, fill in enumerate(fills):
-            rows_of = cases[(cases[panel.column] == value) & (cases["fill_fraction"] == fill)]
-            one = rows_of.sort_values(x.column)
-            colour = style.fill_colour(fill)
-            at = one[x.column].to_numpy(float)
-            axes.errorbar(
-                at, one[y.column],
-                yerr=one[y.error] if y.error else None,
-                color=colour, marker=style.MARKERS[number % len(style.MARKERS)],
-                capsize=1.8, elinewidth=0.7, capthick=0.7,
-            )  # fmt: skip
-            if bound:
-                axes.plot(at, one[bound], color=colour, ls=":", lw=0.8)
-            if law and len(one):
-                fine = np.geomspace(
-                    cases[FREQUENCY.column].min(), cases[FREQUENCY.column].max(), 60
-                )
-                if x is FREQUENCY:
-                    axes.plot(fine, law(fine, fill), color=colour, ls="--", lw=0.8)
-                else:
-                    reach = np.array([cases[x.column].min(), cases[x.column].max()])
-                    axes.plot(reach, law(np.full(2, value), fill), color=colour, ls="--", lw=0.8)
+            _draw_fill(
+                axes, of_panel, x, y, fill, style.MARKERS[number % len(style.MARKERS)], bound
+            )
+            if law and (of_panel["fill_fraction"] == fill).any():
+                _draw_law(axes, cases, x, fill, value, law)
         axes.set_title(_constant(panel, value), loc="left")
         axes.set_xscale("log" if x.log else "linear")
         if y.log:
             axes.set_yscale("log")
         else:
             axes.axhline(0, color="#888888", lw=0.6)
-        if x is FREQUENCY:
-            low, high = cases[x.column].min(), cases[x.column].max()
-            frequency_axis(axes, low / 1.25, high * 1.25)
-        else:
-            at = swept(cases[x.column])
-            axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
-            if len(at) <= FEW_TICKS:
-                axes.set_xticks(at, [f"{value:g}" for value in at])
-                axes.set_xticks([], minor=True)
-            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+        _scale_x(axes, cases, x)
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
@@ -195,7 +212,7 @@ def sweep_figure(
     return figure
 
 
-def _constant(quantity: Quantity, value: float) -> str:
+def _constant(quantity: AxisQuantity, value: float) -> str:
     """Return the title of axes in which a quantity is constant."""
     unit = quantity.label.rsplit(", ", 1)[-1]
     return f"{quantity.symbol} = {value:g}" + (f" {unit}" if unit != "–" else "")

@@ -11,7 +11,7 @@ from pidpanel.report.coupon_text import coupon_finding, coupon_text
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import Block, Page, Paragraph
-from pidpanel.report.inputs import Coupon
+from pidpanel.report.inputs import CouponResults
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.varied_section import varied_findings, varied_keys, varied_section
 from pidpanel.report.warnings import coupon_warnings
@@ -19,7 +19,10 @@ from pidpanel.study import CouponStudy
 
 
 def coupon_page(
-    study: CouponStudy, stamp: Mapping[str, str], coupon: Coupon, steps: Sequence[tuple[str, str]]
+    study: CouponStudy,
+    stamp: Mapping[str, str],
+    coupon: CouponResults,
+    steps: Sequence[tuple[str, str]],
 ) -> Page:
     """Return the whole page; call it within `style.context`.
 

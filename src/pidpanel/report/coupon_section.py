@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
-from pidpanel.cells import SHAPES
+from pidpanel.geometry.cells import SHAPES
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.coupon_figures import (
     ACCELERATION,
@@ -20,11 +20,11 @@ from pidpanel.report.coupon_figures import (
     steadiness_figure,
     sweep_figure,
 )
-from pidpanel.report.evidence import Spheres
+from pidpanel.report.evidence import DrawnSpheres
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
-from pidpanel.report.inputs import Coupon
+from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture, Table
+from pidpanel.report.inputs import CouponResults
 from pidpanel.report.layout import swept
 from pidpanel.report.text import counted, number, percent, records, with_error
 
@@ -43,8 +43,8 @@ BARS = (
 
 
 def coupon_section(
-    coupon: Coupon, *, law: Law | None = None, varied: Sequence[str] = ()
-) -> Section:
+    coupon: CouponResults, *, law: Law | None = None, varied: Sequence[str] = ()
+) -> PageSection:
     """Return the particles, how steady the runs are, the sweep and all cases.
 
     Parameters
@@ -75,7 +75,7 @@ def coupon_section(
         *([] if varied else sweep_blocks(good, law)),
         case_table(cases, varied),
     ]
-    return Section("coupon", "Coupon", blocks)
+    return PageSection("coupon", "Coupon", blocks)
 
 
 def states_paragraph(cases: pd.DataFrame) -> list[Paragraph]:
@@ -173,7 +173,7 @@ def _left_out(count: int) -> str:
     return f" {counted(count, 'case')} between those of the sweep are only in the table."
 
 
-def particles_picture(spheres: Spheres) -> Picture:
+def particles_picture(spheres: DrawnSpheres) -> Picture:
     """Return a picture of the particles of one run in its first cells."""
     packing = spheres.run.packing
     shown = min(packing.count, CELLS_SHOWN)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pandas as pd
 
-from pidpanel.cells import SHAPES
+from pidpanel.geometry.cells import SHAPES
 from pidpanel.report.text import counted, number, percent, value_text
-from pidpanel.study.coupon import Binary, Coupon, Mono, Normal
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.particles import Binary, Mono, Normal
 
 DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
 

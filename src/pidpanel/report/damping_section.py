@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
+from pidpanel.coupon.round import Round
 from pidpanel.damping import forms
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5, paper_constants
 from pidpanel.report import damping_figures, style
-from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
 from pidpanel.report.text import number, percent, records
-from pidpanel.round import Round
 
 FORM_NAMES = {
     "paper_corrected": "the paper's law, corrected: Eq. 5 and 6, |a₁|, f in Hz, its constants",
@@ -33,7 +33,7 @@ SHARES = (("normal_share", "normal"), ("tangential_share", "tangential (friction
 """Columns of ``coupon/cases.csv`` with the shares of the loss, and their names."""
 
 
-def damping_section(results: DampingResults) -> Section:
+def damping_section(results: DampingResults) -> PageSection:
     """Return the surface, the law and the forms."""
     surface = results.surface
     left = surface.leave_one_out()
@@ -92,7 +92,7 @@ def damping_section(results: DampingResults) -> Section:
                 "direction (friction).",
             )
         )
-    return Section("damping", "Damping law", blocks)
+    return PageSection("damping", "Damping law", blocks)
 
 
 def rounds_table(rounds: Sequence[Round]) -> Table:

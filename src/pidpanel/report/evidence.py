@@ -10,7 +10,8 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import coding, cycles, rows, runs
-from pidpanel.coupon.cases import Case, Run
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome
@@ -21,7 +22,7 @@ PICTURED = (0.5, 158.0, 10.0)
 
 
 @dataclass(frozen=True)
-class Spheres:
+class DrawnSpheres:
     """The particles of one run at its end.
 
     Attributes
@@ -57,7 +58,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Record:
+class RunRecord:
     """The cycles of one run.
 
     Attributes
@@ -119,7 +120,7 @@ def _title(case: Case, with_size: bool) -> str:
     return "\n".join([title, ", ".join(more)]) if more else title
 
 
-def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[Record]:
+def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[RunRecord]:
     """Read the energy per cycle of each seed of a case whose run succeeded.
 
     Parameters
@@ -144,7 +145,7 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
             for value in (found.mean, found.error, damping)
         )
         records.append(
-            Record(
+            RunRecord(
                 _title(case, with_size),
                 run.packing.seed,
                 np.asarray(energy),
@@ -156,7 +157,7 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
     return records
 
 
-def read_spheres(case: Case, folder: Path) -> Spheres:
+def read_spheres(case: Case, folder: Path) -> DrawnSpheres:
     """Read the particles of the first seed of a case at its end.
 
     Parameters
@@ -172,4 +173,4 @@ def read_spheres(case: Case, folder: Path) -> Spheres:
     ]
     diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
-    return Spheres(run, case.label, state[:, :3], diameters, speed, found.cycles)
+    return DrawnSpheres(run, case.label, state[:, :3], diameters, speed, found.cycles)

@@ -45,7 +45,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
-class Curve:
+class PageCurve:
     """One curve of a `Chart`.
 
     Attributes
@@ -92,7 +92,7 @@ class Chart:
     title: str
     frequency: Array
     unit: str
-    curves: Sequence[Curve]
+    curves: Sequence[PageCurve]
 
     @property
     def json(self) -> str:
@@ -243,7 +243,7 @@ Block = Paragraph | Picture | Table | Fold
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A heading and the blocks below it.
 
     Attributes
@@ -268,7 +268,7 @@ class Section:
         """Return all pictures in order."""
         return [block for block in unfolded(self.blocks) if isinstance(block, Picture)]
 
-    def of(self, what: str) -> Section:
+    def of(self, what: str) -> PageSection:
         """Return the section as one of several, each of something else.
 
         Examples
@@ -277,7 +277,7 @@ class Section:
         Section(name='coupon-steel', title='Coupon: steel', blocks=[], folded=False)
         """
         blocks = [_of(block, what) for block in self.blocks]
-        return Section(f"{self.name}-{what}", f"{self.title}: {what}", blocks, self.folded)
+        return PageSection(f"{self.name}-{what}", f"{self.title}: {what}", blocks, self.folded)
 
 
 def _of(block: Any, what: str) -> Any:
@@ -331,7 +331,7 @@ class Page:
     summary: Sequence[str]
     warnings: Sequence[str]
     claims: Table | None
-    sections: Sequence[Section]
+    sections: Sequence[PageSection]
     steps: Sequence[tuple[str, str]] = field(default=())
     answer: str = ""
     first: Sequence[Block] = ()

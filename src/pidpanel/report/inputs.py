@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 import pandas as pd
 import xarray as xr
 
+from pidpanel.coupon.round import Round
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report.evidence import Record, Shot, Spheres
-from pidpanel.round import Round
+from pidpanel.report.evidence import DrawnSpheres, RunRecord, Shot
 from pidpanel.study import Study
 
 
 @dataclass(frozen=True)
-class Coupon:
+class CouponResults:
     """What the coupon stage left.
 
     Attributes
@@ -32,8 +32,8 @@ class Coupon:
     """
 
     cases: pd.DataFrame
-    records: Sequence[Sequence[Record]]
-    spheres: Spheres
+    records: Sequence[Sequence[RunRecord]]
+    spheres: DrawnSpheres
     shot: Shot | None = None
 
 
@@ -121,7 +121,7 @@ class Inputs:
     section: pd.DataFrame
     bands: pd.DataFrame
     printed: pd.DataFrame
-    coupons: Mapping[str, Coupon]
+    coupons: Mapping[str, CouponResults]
     stress: pd.DataFrame
     radiation: pd.DataFrame | None = None
     maps: xr.Dataset | None = None

@@ -11,11 +11,11 @@ import pandas as pd
 
 from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
-from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section, Table
+from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import names_of
 from pidpanel.report.psds import inside_of, log_error_of
-from pidpanel.report.response_figures import Curve, Panel, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import READINGS, does_not_move, number, percent, records, with_error
 from pidpanel.study import Scenario
@@ -32,7 +32,7 @@ DEAD_WEIGHT = (
 )
 
 
-def layouts_section(inputs: Inputs) -> Section:
+def layouts_section(inputs: Inputs) -> PageSection:
     """Return the explicit layouts: masses and reductions, PSDs, what the patches do.
 
     Parameters
@@ -58,7 +58,7 @@ def layouts_section(inputs: Inputs) -> Section:
         if found:
             blocks.append(Fold(f"Point {point}", found))
     blocks.append(patch_table(inputs, scenarios))
-    return Section("layouts", "Layouts", blocks)
+    return PageSection("layouts", "Layouts", blocks)
 
 
 def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) -> Table:
@@ -212,7 +212,7 @@ def _psd_picture(
     of = inputs.psd.sel(reading=reading, point=point)
     bare = dict.fromkeys(s.bare.label for s in scenarios)
     curves = [
-        Curve(
+        PsdCurve(
             "bare panel" if len(bare) == 1 else label,
             of["acceleration_psd"].sel(scenario=label).to_numpy(),
             style.BARE,
@@ -226,9 +226,9 @@ def _psd_picture(
         label, colour = scenario.label, colours[scenario.label]
         weight = of["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
         if np.isfinite(weight).all():
-            dead.append(Curve(f"{label}: dead weight", weight, colour, width=0.7, dotted=True))
+            dead.append(PsdCurve(f"{label}: dead weight", weight, colour, width=0.7, dotted=True))
         own.append(
-            Curve(
+            PsdCurve(
                 label,
                 of["acceleration_psd"].sel(scenario=label).to_numpy(),
                 colour,
@@ -241,7 +241,7 @@ def _psd_picture(
             )
         )
     frequency = inputs.psd["frequency"].to_numpy()
-    panel = Panel(READINGS[reading], "", [*curves, *dead, *own])
+    panel = FigurePanel(READINGS[reading], "", [*curves, *dead, *own])
     caption = (
         f"One-sided acceleration PSD at point {point}: bare panel, layouts, and the same "
         "masses as dead weight (dotted)."

@@ -7,11 +7,11 @@ import pandas as pd
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
 from pidpanel.report.coupon_figures import losses_figure
-from pidpanel.report.html import Paragraph, Picture, Section
+from pidpanel.report.html import PageSection, Paragraph, Picture
 from pidpanel.report.text import percent
 
 
-def losses_section(cases: pd.DataFrame) -> Section:
+def losses_section(cases: pd.DataFrame) -> PageSection:
     """Return shares of the losses and errors of the energy balance.
 
     Parameters
@@ -22,7 +22,7 @@ def losses_section(cases: pd.DataFrame) -> Section:
     closure = cases["closure"].dropna().abs()
     if closure.empty:
         text = "No run listed its contacts, so the energy balance is unknown."
-        return Section("losses", "Energy balance of the coupon", [Paragraph(text)])
+        return PageSection("losses", "Energy balance of the coupon", [Paragraph(text)])
     caption = (
         "Left: share of the losses in the normal direction of the contacts (damping of the Hertz "
         "contact); the rest is friction, the second integral of the paper's Eq. 3. Right: error of "
@@ -33,4 +33,4 @@ def losses_section(cases: pd.DataFrame) -> Section:
         "about 1 % is missing at a fifth of the Rayleigh time, and less with shorter steps."
     )
     picture = Picture("losses", style.png(losses_figure(cases)), caption)
-    return Section("losses", "Energy balance of the coupon", [picture])
+    return PageSection("losses", "Energy balance of the coupon", [picture])

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.plane_mesh import boundary_edges, cell_areas
+from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 
 SHOWN = {
     "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),

@@ -8,12 +8,12 @@ import xarray as xr
 
 from pidpanel.arrays import Flags
 from pidpanel.report import style
-from pidpanel.report.html import Picture, Section
+from pidpanel.report.html import PageSection, Picture
 from pidpanel.report.maps_figures import BEYOND, map_figure
 from pidpanel.report.text import READINGS, percent
 
 
-def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> Section:
+def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
     """Return the maps of rms acceleration and stress.
 
     Parameters
@@ -42,4 +42,4 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
         "exceeds, because plate theory has unbounded stress at re-entrant corners and point "
         "supports."
     )
-    return Section("maps", "Maps", [Picture("maps", style.png(figure), caption)])
+    return PageSection("maps", "Maps", [Picture("maps", style.png(figure), caption)])

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Flags, Index
-from pidpanel.plane_mesh import boundary_edges
+from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.report import style
 from pidpanel.report.layout import WIDTH
 

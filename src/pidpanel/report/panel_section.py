@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.plane_mesh import boundary_edges
 from pidpanel.report import panel_figures, pictures, style
-from pidpanel.report.html import Block, Picture, Section, Table
+from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import number, records, signed, unit
 from pidpanel.study import Study
 
@@ -108,7 +108,7 @@ def panel_section(
     modes: pd.DataFrame,
     section: pd.DataFrame,
     printed: pd.DataFrame,
-) -> Section:
+) -> PageSection:
     """Return mesh, section, modes, and Table 1 where the panel is the paper's.
 
     Parameters
@@ -136,7 +136,7 @@ def panel_section(
     if study.panel.section.kind != "thin":
         blocks.append(section_table(section))
     blocks.append(Picture("mesh", style.png(figure), caption))
-    return Section("panel", "Panel", blocks)
+    return PageSection("panel", "Panel", blocks)
 
 
 def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:

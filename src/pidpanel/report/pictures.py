@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.coupon import geometry
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 Image = NDArray[np.uint8]
 
@@ -24,6 +27,8 @@ ROW_PITCH = 1.35
 
 def _plotter(width: int, height: int) -> pv.Plotter:
     """Return a white scene of so many pixels that needs no display."""
+    import pyvista as pv  # half a second, for pages without a picture too
+
     # VTK looks for this when its first window is made
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     plotter = pv.Plotter(off_screen=True, window_size=[width, height])
@@ -169,6 +174,8 @@ def spheres_film(
     list of Image
         One for each frame, shape ``(height, width, 3)``.
     """
+    import pyvista as pv
+
     ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
     # seen a little from above: the height of a cell and a part of its floor
     reach = float(np.abs(lift).max())
@@ -210,6 +217,8 @@ def spheres_film(
 
 def _walls(outline: Array, across_flats: float, depth: float, count: int) -> list[pv.PolyData]:
     """Return the walls of cells in a row."""
+    import pyvista as pv
+
     sides = len(outline)
     side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
     ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
@@ -256,6 +265,8 @@ def mode_pictures(
     list of Image
         One for each mode, shape ``(height, width, 3)``.
     """
+    import pyvista as pv
+
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     rise = 0.1 * float(np.min(high - low))
     faces = np.hstack([np.full((len(cells), 1), cells.shape[1]), cells]).ravel()

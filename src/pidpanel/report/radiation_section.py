@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from pidpanel.report.html import Paragraph, Section, Table
+from pidpanel.report.html import PageSection, Paragraph, Table
 from pidpanel.report.text import READINGS, number, percent, records, signed
-from pidpanel.response.bands import reduction
+from pidpanel.solve.bands import reduction
 
 SIDES = {
     "none": "no radiation",
@@ -87,7 +87,7 @@ def radiation_section(
     points: Sequence[str],
     *,
     air_mass: bool = True,
-) -> Section:
+) -> PageSection:
     """Return the finding, and every scenario under both radiations.
 
     Parameters
@@ -120,7 +120,7 @@ def radiation_section(
         rows,
         folded=True,
     )
-    return Section(
+    return PageSection(
         "radiation",
         "Radiation into the air",
         [Paragraph(radiation_finding(both, own, points, air_mass=air_mass)), table],

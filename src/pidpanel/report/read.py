@@ -9,6 +9,7 @@ import xarray as xr
 
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon
+from pidpanel.coupon.round import read_rounds
 from pidpanel.damping import surface_files
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
@@ -16,9 +17,8 @@ from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
-from pidpanel.report.inputs import CoupledResults, Coupon, DampingResults, Inputs
+from pidpanel.report.inputs import CoupledResults, CouponResults, DampingResults, Inputs
 from pidpanel.report.known_errors import with_known_errors
-from pidpanel.round import read_rounds
 from pidpanel.study import CouponStudy, Study, StudyError
 
 STEADINESS_SHOWN = 6
@@ -98,7 +98,7 @@ def _read_dataset(path: Path) -> xr.Dataset:
         return dataset.load()
 
 
-def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> Coupon:
+def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> CouponResults:
     """Read the cases of a coupon, the cycles of a few and the particles of one.
 
     Parameters
@@ -116,7 +116,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
         If the table holds a case that the study does not.
     """
     if damper not in study.coupons:
-        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
+        raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = pd.read_csv(table)
     known = {**cases_by_coupon(study)[damper], **_tones(study, damper, cases)}
     if unknown := sorted(set(cases["case"]) - set(known)):
@@ -124,7 +124,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
     sizes = {case.point.packing.diameter for case in known.values()}
-    return Coupon(
+    return CouponResults(
         cases,
         [
             evidence.read_records(known[label], folder, with_size=len(sizes) > 1)
@@ -155,7 +155,7 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
         Results of the study, ``results/<study>``.
     """
     if damper not in study.coupons:
-        raise StudyError(f"{study.name}: no coupon of the name {damper!r}")
+        raise StudyError(f"{study.name}: no coupon named {damper!r}")
 
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)

@@ -30,7 +30,7 @@ DECADES = 9
 
 
 @dataclass(frozen=True)
-class Curve:
+class PsdCurve:
     """One line of a response figure.
 
     Attributes
@@ -97,15 +97,15 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Panel:
+class FigurePanel:
     """One of the axes side by side: a title, a note under it, and its curves."""
 
     title: str
     note: str
-    curves: Sequence[Curve]
+    curves: Sequence[PsdCurve]
 
 
-def _draw(axes: Axes, x: Array, curve: Curve) -> None:
+def _draw(axes: Axes, x: Array, curve: PsdCurve) -> None:
     """Draw the curve, solid within the simulated range and dashed outside it, with its band.
 
     The bare panel lies over all others: it is the measure of them.
@@ -142,7 +142,7 @@ def _draw(axes: Axes, x: Array, curve: Curve) -> None:
     )
 
 
-def _heading(axes: Axes, panel: Panel) -> None:
+def _heading(axes: Axes, panel: FigurePanel) -> None:
     if not panel.title:
         return
     axes.set_title(f"{panel.title}\n", loc="left", fontweight="bold")
@@ -164,7 +164,7 @@ def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes
     return axes[:count]
 
 
-def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
+def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
     """Add one legend below all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
     dashed = False
@@ -182,7 +182,7 @@ def _panel_legend(figure: Figure, panels: Sequence[Panel]) -> None:
 
 
 def psd_figure(
-    frequency: Array, panels: Sequence[Panel], *, width: float = WIDTH, height: float = 4.4
+    frequency: Array, panels: Sequence[FigurePanel], *, width: float = WIDTH, height: float = 4.4
 ) -> Figure:
     """Draw acceleration PSDs, the readings of the damping side by side on one scale.
 
@@ -240,7 +240,9 @@ def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
     return figure
 
 
-def damping_figure(frequency: Array, damping: Sequence[Panel], mass: Sequence[Panel]) -> Figure:
+def damping_figure(
+    frequency: Array, damping: Sequence[FigurePanel], mass: Sequence[FigurePanel]
+) -> Figure:
     """Draw C_e and m_a with which the responses were computed, one column per reading.
 
     Parameters

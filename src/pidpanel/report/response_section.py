@@ -8,14 +8,14 @@ import numpy as np
 
 from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
-from pidpanel.report.html import Block, Fold, Paragraph, Picture, Section
+from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import mass_table
 from pidpanel.report.psds import inside_of
-from pidpanel.report.response_figures import Curve, Panel, Steps, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, Steps, nested_width
 from pidpanel.report.rms import band_rms_of, moving_points
 from pidpanel.report.text import READINGS, does_not_move, number
-from pidpanel.response.bands import reduction, third_octaves
+from pidpanel.solve.bands import reduction, third_octaves
 from pidpanel.study import Scenario
 from pidpanel.study.damping import COUPLED
 
@@ -25,7 +25,7 @@ READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated accelera
 """Where C_e is read, by ``damping.level.kind``."""
 
 
-def response_section(inputs: Inputs, name: str) -> Section:
+def response_section(inputs: Inputs, name: str) -> PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping.
 
     Parameters
@@ -40,7 +40,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
     readings = stable_readings(inputs, name)
     if not readings:
         text = "No damping model gives a steady response, because C_e is negative."
-        return Section(f"response-{name}", title, [Paragraph(text)])
+        return PageSection(f"response-{name}", title, [Paragraph(text)])
     frequency = psd["frequency"].to_numpy()
     text = acceleration_text(inputs, name, readings)
     points = moving_points(inputs.summary, list(study.panel.points))
@@ -50,7 +50,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
         blocks.append(reduction_block(inputs, name, readings))
     for point in points:
         panels = [
-            Panel(
+            FigurePanel(
                 reading_title(inputs, name, reading),
                 acceleration_note(inputs, name, reading),
                 psd_curves(inputs, name, reading, point),
@@ -79,7 +79,7 @@ def response_section(inputs: Inputs, name: str) -> Section:
     if inputs.summary["added_mass_kg"].gt(0).any():
         blocks.append(mass_table(inputs, study.family_scenarios(name), layouts=False))
     blocks.append(Fold("Damping behind these responses", [damping_block(inputs, name, readings)]))
-    return Section(f"response-{name}", title, blocks)
+    return PageSection(f"response-{name}", title, blocks)
 
 
 def reduction_steps(inputs: Inputs, name: str, reading: str, point: str) -> list[Steps]:
@@ -124,15 +124,15 @@ def _known_as(inputs: Inputs, name: str, scenario: Scenario) -> tuple[str, str]:
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curve]:
+def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[PsdCurve]:
     """Return PSDs [(m/s²)²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios = inputs.study.family_scenarios(name)
     psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point)
     bare = list(dict.fromkeys(s.bare.label for s in scenarios))
     levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
     curves = [
-        Curve(levels[label] if len(bare) > 1 else "bare panel", psd.sel(scenario=label).to_numpy(),
-              style.BARE, width=0.8)
+        PsdCurve(levels[label] if len(bare) > 1 else "bare panel",
+                 psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
         for label in bare
     ]  # fmt: skip
     for index, scenario in enumerate(scenarios):
@@ -141,7 +141,7 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[Curv
         values = psd.sel(scenario=scenario.label).to_numpy()
         # no bands: those of several curves would hide them
         inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(Curve(label, values, colour, inside, width))
+        curves.append(PsdCurve(label, values, colour, inside, width))
     return curves
 
 
@@ -257,12 +257,12 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture
             at = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
             one = inputs.psd.sel(at)
             inside = inside_of(inputs.psd, reading, scenario.label)
-            above.append(Curve(label, one["equivalent_damping"].to_numpy(), colour, inside, 1.1))
-            below.append(Curve(label, one["apparent_mass"].to_numpy(), colour, inside, 1.1))
+            above.append(PsdCurve(label, one["equivalent_damping"].to_numpy(), colour, inside, 1.1))
+            below.append(PsdCurve(label, one["apparent_mass"].to_numpy(), colour, inside, 1.1))
         title = reading_title(inputs, name, reading)
         note = acceleration_note(inputs, name, reading)
-        damping.append(Panel(title, note, above))
-        mass.append(Panel(title, note, below))
+        damping.append(FigurePanel(title, note, above))
+        mass.append(FigurePanel(title, note, below))
     figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
     caption = "Equivalent damping and apparent mass used for these responses."
     return Picture(f"damping_{name}", style.png(figure), caption)

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.response.bands import band_rms, third_octaves
+from pidpanel.solve.bands import band_rms, third_octaves
 
 
 def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report import style
-from pidpanel.report.html import Picture, Section
+from pidpanel.report.html import PageSection, Picture
 from pidpanel.report.sound_figures import spectrum_figure
 
 
 def sound_section(
     bands: pd.DataFrame, spectrum: str, frequency: tuple[float, float], *, assumed: bool = False
-) -> Section:
+) -> PageSection:
     """Return the spectrum of the sound.
 
     Parameters
@@ -34,4 +34,4 @@ def sound_section(
     if assumed:
         caption += " Its shape is an assumption: the paper's Fig. 2 is not recoverable."
     picture = Picture("spectrum", style.png(spectrum_figure(bands, *frequency)), caption)
-    return Section("sound", "Sound", [picture])
+    return PageSection("sound", "Sound", [picture])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from pidpanel.report.html import Section, Table
+from pidpanel.report.html import PageSection, Table
 from pidpanel.report.text import READINGS, number, records, unit
 
 SYMBOLS = {
@@ -19,7 +19,7 @@ SYMBOLS = {
 """Symbols of the quantities of a layer in ``response/stress.csv``."""
 
 
-def stress_section(stress: pd.DataFrame) -> Section:
+def stress_section(stress: pd.DataFrame) -> PageSection:
     """Return strain and stress at every point in every scenario.
 
     Parameters
@@ -27,7 +27,7 @@ def stress_section(stress: pd.DataFrame) -> Section:
     stress
         As of `stress_table`.
     """
-    return Section("stress", "Strain and stress", [stress_table(stress)])
+    return PageSection("stress", "Strain and stress", [stress_table(stress)])
 
 
 def stress_table(stress: pd.DataFrame) -> Table:

@@ -18,7 +18,7 @@ from pidpanel.report.coupon_section import Law, coupon_section
 from pidpanel.report.coupon_text import coupon_text
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import Page, Paragraph, Section, Table
+from pidpanel.report.html import Page, PageSection, Paragraph, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
@@ -71,7 +71,7 @@ def _claims(inputs: Inputs) -> Table | None:
     return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
-def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[Section]:
+def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSection]:
     """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"] == "ok"]
@@ -83,7 +83,7 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[Section
     return found
 
 
-def _sections(inputs: Inputs) -> list[Section]:
+def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, points = inputs.study, list(inputs.study.panel.points)
     names = names_of(study)

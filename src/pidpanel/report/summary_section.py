@@ -8,13 +8,13 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.report.html import Section, Table
+from pidpanel.report.html import PageSection, Table
 from pidpanel.report.text import READINGS, number, records, with_error
 
 
 def summary_section(
     summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]
-) -> Section:
+) -> PageSection:
     """Return the table of all scenarios.
 
     Parameters
@@ -22,7 +22,7 @@ def summary_section(
     summary, scenarios, points
         As of `response_table`.
     """
-    return Section("summary", "All scenarios", [response_table(summary, scenarios, points)])
+    return PageSection("summary", "All scenarios", [response_table(summary, scenarios, points)])
 
 
 def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]) -> Table:

@@ -11,7 +11,7 @@ import pandas as pd
 from pidpanel.report import style
 from pidpanel.report.answer import APART
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
-from pidpanel.report.html import Block, Picture, Section, Table
+from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import counted, records, value_text
 from pidpanel.study import CouponStudy
 
@@ -45,7 +45,7 @@ def varied_keys(study: CouponStudy) -> list[str]:
     return [*study.coupon.vary, *sizes]
 
 
-def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Section:
+def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
     """Return C_e over each of the keys.
 
     Parameters
@@ -67,7 +67,7 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Section:
         figure = varied_figure(cases, key, LABELS.get(key, key))
         blocks.append(varied_table(cases, key, keys))
         blocks.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
-    return Section("varied", "Varied parameters", blocks)
+    return PageSection("varied", "Varied parameters", blocks)
 
 
 def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:

@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Block, Paragraph, Picture, Section, Table
+from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS, signed
+from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
 from pidpanel.report.verdict_bands import LAW, band_figure, level_psd_figure
-from pidpanel.response.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
-from pidpanel.response.verdict_files import BARE, DEAD_WEIGHT
+from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 
 DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}
 """What is no reading of the damping, in grey."""
@@ -169,7 +169,7 @@ def verdict_section(
     points: Sequence[str],
     psd: xr.Dataset | None = None,
     run: pd.DataFrame | None = None,
-) -> Section:
+) -> PageSection:
     """Return the finding, the figure over the level where there are several, and the table.
 
     With the PSDs there are figures of third octaves, and of the levels beside the paper's Figure 8.
@@ -197,7 +197,7 @@ def verdict_section(
     blocks.append(verdict_table(found))
     if psd is not None and run is not None:
         blocks += _pictures_of_psds(psd, run, points)
-    return Section("verdict", "Which damping model holds", blocks)
+    return PageSection("verdict", "Which damping model holds", blocks)
 
 
 def _pictures_of_psds(psd: xr.Dataset, run: pd.DataFrame, points: Sequence[str]) -> list[Block]:

@@ -73,7 +73,17 @@ def response_warnings(
     summary, psd, layouts
         ``response/summary.csv`` (points as text), ``response/psd.nc``, ``response/layouts.csv``.
     """
-    good, names = summary[summary["status"] == "ok"], names_of(study)
+    good = summary[summary["status"] == "ok"]
+    return [
+        *_plate_warnings(study, good),
+        *_damping_warnings(study, good, psd, layouts),
+        *_solution_warnings(study, summary),
+    ]
+
+
+def _plate_warnings(study: Study, good: pd.DataFrame) -> list[str]:
+    """Where linear plate theory does not hold."""
+    names = names_of(study)
     warnings = []
     beyond = good[good["beyond_linear_plate"].astype(bool)]
     if len(beyond):
@@ -88,6 +98,15 @@ def response_warnings(
             f"{worst['point']}). A real panel becomes stiffer there through membrane stress, "
             "which is not modelled."
         )
+    return warnings
+
+
+def _damping_warnings(
+    study: Study, good: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
+) -> list[str]:
+    """Where C_e is extrapolated, or goes with several motions or with none."""
+    names = names_of(study)
+    warnings = []
     for reading in dict.fromkeys(good["reading"]):
         one = good[good["reading"] == reading].drop_duplicates("scenario")
         outside = one[one["outside_run_points_share"] > 0]
@@ -125,6 +144,13 @@ def response_warnings(
                 f"{'; '.join(rough['scenario'].map(names))}: it differs from the resulting "
                 f"motion by up to {percent(rough['motion_residual'].max(), 1)}."
             )
+    return warnings
+
+
+def _solution_warnings(study: Study, summary: pd.DataFrame) -> list[str]:
+    """Where the power, the basis or the stability says that a solution is not right."""
+    good, names = summary[summary["status"] == "ok"], names_of(study)
+    warnings = []
     balance = good["power_balance_error"].max()
     if balance > POWER_BALANCE:
         warnings.append(

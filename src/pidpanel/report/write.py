@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from pidpanel.paths import SECTION
@@ -14,15 +13,13 @@ from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.html import Page, render
 from pidpanel.report.read import read_coupon, read_inputs
 from pidpanel.report.study_page import study_page
-from pidpanel.report.verification_page import verification_page
 from pidpanel.study import load_any_study, load_study
-from pidpanel.verification import read_rows
 
 
 def write_study_page(
     study_file: Path, folder: Path, coupon: Path, file: Path, figures: Path
 ) -> None:
-    """Write the page and the figures of a study with a panel.
+    """Write ``report.html`` and ``report/*`` of a study with a panel.
 
     Parameters
     ----------
@@ -73,29 +70,6 @@ def write_coupon_page(
     files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
     with style.context():
         page = coupon_page(study, stamp(study), inputs, [run_step(study_file), (files, "")])
-    write_page(page, file, figures)
-
-
-def write_verification_page(rows: Iterable[Path], file: Path, figures: Path) -> None:
-    """Write the page and the figures of the verification.
-
-    Parameters
-    ----------
-    rows
-        Files of `pidpanel.verification.write_rows`, in the order of the page.
-    file, figures
-        The page, and the folder of its figures.
-    """
-    steps = [
-        ("From the root of the project:", "make verification"),
-        (
-            "The numbers of this report are in results/verification/<stage>/<case>.csv, one "
-            "row each; figures are in results/verification/figures/.",
-            "",
-        ),
-    ]
-    with style.context():
-        page = verification_page([row for path in rows for row in read_rows(path)], steps)
     write_page(page, file, figures)
 
 

@@ -13,8 +13,8 @@ import pyuff
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.bands import band_rms, reduction, third_octaves
 from pidpanel.response.nastran import large_field_table
+from pidpanel.solve.bands import band_rms, reduction, third_octaves
 
 PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 """Codes of Universal File 58: function type, kind of abscissa and of ordinate."""

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Index
-from pidpanel.response.stress import QUANTITIES
+from pidpanel.solve.stress import QUANTITIES
 
 UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
     name: {"1": "1", "Pa": "Pa"}[unit] for name, unit in QUANTITIES.items()

@@ -11,8 +11,17 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.panel.plate_files import StoredPlate, read_plate
-from pidpanel.response.basis_error import (
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.response.cases import (
+    CasePlan,
+    Scenario,
+    SolvedCase,
+    plan_cases,
+    resolving,
+)
+from pidpanel.response.dampers import DampingModels
+from pidpanel.response.panel import PanelInSound, widened
+from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
     PatchDampers,
@@ -20,17 +29,10 @@ from pidpanel.response.basis_error import (
     joined_shapes,
     lines_to_try,
 )
-from pidpanel.response.from_study import (
-    Asked,
-    PanelInSound,
-    Readings,
-    SolvedScenario,
-    widened,
-)
-from pidpanel.response.model import UnstableDamping
-from pidpanel.response.scenarios import ScenarioResponse, Solver
-from pidpanel.response.sharpness import flanks
-from pidpanel.sound.from_study import modal_force_at
+from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.sharpness import flanks
+from pidpanel.solve.solvers import PanelSolver
 
 ATTEMPTS = 4
 """Bases that are tried: each further one holds what the one before left out."""
@@ -58,13 +60,18 @@ class CheckedResponses:
     """
 
     panel: PanelInSound
-    solver: Solver
-    cases: Sequence[SolvedScenario]
+    solver: PanelSolver
+    cases: Sequence[SolvedCase]
     basis_error: Array
     left_out: Array
 
 
-def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> CheckedResponses:
+def checked_responses(
+    panel: PanelInSound,
+    plate: StoredPlate,
+    scenarios: Sequence[Scenario],
+    models: DampingModels,
+) -> CheckedResponses:
     """Return every scenario, in a basis whose error is within `basis_error.ALLOWED`.
 
     Parameters
@@ -72,30 +79,30 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
     panel
         With the basis of the panel stage.
     plate
-        ``panel/plate.nc``.
-    readings
+        Its elements.
+    scenarios, models
         Of the study.
 
     Notes
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
-    stored, panel = read_plate(plate), panel.resolving(readings)
-    left_out = np.zeros((stored.shapes.shape[0], 0))
+    panel = resolving(panel, plan_cases(panel, scenarios, models, dead_weight=False))
+    left_out = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
-        wider = widened(panel, stored, left_out)
-        asked = wider.asked(readings)
-        columns = len(asked.layouts) * len(panel.basis.point_names)
+        wider = widened(panel, plate, left_out)
+        plan = plan_cases(wider, scenarios, models)
+        columns = len(plan.layouts) * len(panel.basis.point_names)
         lines = lines_to_try(
-            panel.study.response.frequency_hz, stored.stiffness.shape[0], columns, attempt
+            panel.settings.frequency_range, plate.stiffness.shape[0], columns, attempt
         )
         # the search for the motions is done here, once for all lines
-        solver, alone = wider.solver(rms_only=True), asked.response_alone()
+        solver, alone = wider.solver(rms_only=True), plan.response_alone()
         if wider.resolved_ratio < SHARP:
             lines = _with_flanks(lines, wider, solver, alone)
         few = solver.on(lines, wider.deflection_at_points)
-        tried = wider.solved(few, alone)
-        check, of_case = _check(panel, wider, stored, left_out, tried, lines)
+        tried = alone.solved(few)
+        check, of_case = _check(panel, wider, plate, left_out, tried, lines)
         if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
             break
         print(
@@ -103,26 +110,25 @@ def checked_responses(panel: PanelInSound, plate: Path, readings: Readings) -> C
             file=sys.stderr,
         )
         left_out = np.hstack([left_out, check.left_out])
-    worst = np.array([check.largest[of].max() if of else np.nan for of in of_case])
+    worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
     if np.nanmax(worst, initial=0.0) > ALLOWED:
         print(
             f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
             file=sys.stderr,
         )
     solver = few.on(wider.frequency, wider.motion_at_points)
-    return CheckedResponses(wider, solver, wider.solved(solver, asked), worst, left_out)
+    return CheckedResponses(wider, solver, plan.solved(solver), worst, left_out)
 
 
-def _with_flanks(lines: Array, panel: PanelInSound, solver: Solver, asked: Asked) -> Array:
+def _with_flanks(lines: Array, panel: PanelInSound, solver: PanelSolver, plan: CasePlan) -> Array:
     """Return the lines with as many on the flanks of resonances."""
-    found = panel.solved(solver, asked)
     answers = [
-        one.response.acceleration_psd
-        for case in found
-        for one in (case.found, case.bare, case.dead_weight)
-        if isinstance(one, ScenarioResponse)
+        answer.response.acceleration_psd
+        for case in plan.solved(solver)
+        for answer in (case.response, case.bare, case.dead_weight)
+        if isinstance(answer, LayoutResponse)
     ]
-    beside = flanks(solver.frequency, answers, panel.resolved_ratio, len(lines))
+    beside = flanks(solver.panel.frequency, answers, panel.resolved_ratio, len(lines))
     return np.unique(np.concatenate([lines, beside]))
 
 
@@ -145,23 +151,23 @@ def _check(
     wider: PanelInSound,
     plate: StoredPlate,
     left_out: Array,
-    cases: Sequence[SolvedScenario],
+    cases: Sequence[SolvedCase],
     lines: Array,
 ) -> tuple[BasisCheck, list[list[int]]]:
     """Return the check of all that was solved, and of each case the rows that count for it."""
-    found: dict[int, int] = {}
-    answers: list[ScenarioResponse] = []
+    rows: dict[int, int] = {}
+    answers: list[LayoutResponse] = []
 
-    def row(one: ScenarioResponse | UnstableDamping | None) -> list[int]:
-        if one is None or isinstance(one, UnstableDamping):
+    def row(answer: LayoutResponse | UnstableDamping | None) -> list[int]:
+        if answer is None or isinstance(answer, UnstableDamping):
             return []
-        if id(one) not in found:
-            found[id(one)] = len(answers)
-            answers.append(one)
-        return [found[id(one)]]
+        if id(answer) not in rows:
+            rows[id(answer)] = len(answers)
+            answers.append(answer)
+        return [rows[id(answer)]]
 
     of_case = [
-        row(case.found) + row(case.bare) + row(case.dead_weight) if row(case.found) else []
+        row(case.response) + row(case.bare) + row(case.dead_weight) if row(case.response) else []
         for case in cases
     ]
     shapes = plate.shapes
@@ -172,24 +178,23 @@ def _check(
         plate,
         shapes,
         wider.modal,
-        wider.force,
-        lambda frequency, face: modal_force_at(panel.study.sound, frequency, face),
-        panel.study.panel.damping_ratio,
+        wider.excitation,
+        panel.sound.force_at,
+        panel.settings.damping_ratio,
         panel.cutoff,
         lines,
-        [_on_patches(wider, one) for one in answers],
+        [_on_patches(wider, answer) for answer in answers],
     )
     return check, of_case
 
 
-def _on_patches(panel: PanelInSound, one: ScenarioResponse) -> PatchDampers:
+def _on_patches(panel: PanelInSound, response: LayoutResponse) -> PatchDampers:
     """C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
-    area = panel.load_area(one)
-    count = one.response.frequency.size
+    area, count = panel.load_area(response), response.response.frequency.size
     values = np.zeros((2, len(panel.basis.patch_names), count))
-    patch = panel.carriers[one.loads]
-    for load, own in enumerate(patch.tolist()):
-        share = area[load] / area[patch == own].sum()
-        for index, of in enumerate((one.equivalent_damping, one.apparent_mass)):
-            values[index, own] += share * of[load]
+    patches = panel.carriers[response.loads]
+    for load, patch in enumerate(patches.tolist()):
+        share = area[load] / area[patches == patch].sum()
+        values[0, patch] += share * response.equivalent_damping[load]
+        values[1, patch] += share * response.apparent_mass[load]
     return PatchDampers(*values)

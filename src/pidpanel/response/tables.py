@@ -9,15 +9,15 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.bands import reduction
-from pidpanel.response.lines import root_mean_square
-from pidpanel.response.model import Response
-from pidpanel.response.scenarios import ScenarioResponse
+from pidpanel.solve.bands import reduction
+from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.lines import root_mean_square
+from pidpanel.solve.model import Response
 
 
 def summary_rows(
-    found: ScenarioResponse,
-    bare: ScenarioResponse,
+    found: LayoutResponse,
+    bare: LayoutResponse,
     points: Sequence[str],
     *,
     thickness: float,
@@ -72,7 +72,7 @@ def summary_rows(
 
 
 def dead_weight_columns(
-    bare: ScenarioResponse, dead: ScenarioResponse | None, masses: Array, panel_mass: float
+    bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
 ) -> list[dict[str, float]]:
     """Columns of a scenario's mass, and of what the same mass does without damping, by point.
 
@@ -104,7 +104,7 @@ def dead_weight_columns(
 
 
 def beside_rows(
-    found: ScenarioResponse, bare: ScenarioResponse, points: Sequence[str], read_at_g: float
+    found: LayoutResponse, bare: LayoutResponse, points: Sequence[str], read_at_g: float
 ) -> list[dict[str, Any]]:
     """Rms acceleration of a scenario under another assumption, a row per point.
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.study import Scenario, Study
-from pidpanel.study.damping import COUPLED
+from pidpanel.damping.coupled import COUPLED
+from pidpanel.response.cases import Scenario
 
 POWER_BALANCE = 1e-3
 """Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
@@ -44,19 +44,26 @@ TRUST = ["trusted", "doubts", "damping_source"]
 STATED, NONE = "as stated for each damper", "none"
 
 
-def judged(study: Study, summary: pd.DataFrame, run: Collection[str] | None) -> pd.DataFrame:
+def judged(
+    scenarios: Sequence[Scenario],
+    summary: pd.DataFrame,
+    run: Collection[str] | None,
+    coupled_accuracy: float,
+) -> pd.DataFrame:
     """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
 
     Parameters
     ----------
-    study
-        The study.
+    scenarios
+        Of the study.
     summary
         Its rows, a point each.
     run
         Labels of the scenarios that coupled runs are of; None for all.
+    coupled_accuracy
+        Wanted relative standard error of coupled rms accelerations [1].
     """
-    by_label = {scenario.label: scenario for scenario in study.all_scenarios()}
+    by_label = {scenario.label: scenario for scenario in scenarios}
     said: dict[Hashable, list[str]] = {}
     for key, rows in summary.groupby(["reading", "scenario"], sort=False):
         reading, scenario = str(key[0]), by_label[str(key[1])]
@@ -66,10 +73,9 @@ def judged(study: Study, summary: pd.DataFrame, run: Collection[str] | None) -> 
             said[key] = [str(found[0]["status"])]
             continue
         said[key] = doubts(moving, is_bare=scenario.is_bare)
-        if reading == COUPLED and scenario in study.coupled_scenarios():
+        if reading == COUPLED and scenario.is_coupled:
             is_carried = run is not None and scenario.label not in run
-            wanted = study.damping.coupled.relative_error
-            said[key] += doubts_of_runs(moving, wanted, is_carried=is_carried)
+            said[key] += doubts_of_runs(moving, coupled_accuracy, is_carried=is_carried)
     keys = list(zip(summary["reading"], summary["scenario"], strict=True))
     return summary.assign(
         trusted=["no" if said[key] else "yes" for key in keys],

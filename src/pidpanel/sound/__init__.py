@@ -11,12 +11,10 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     the modal forces is S_p(f) G(k).
 `face`
     Shapes at quadrature points; the face folded by parity under plane waves.
-`added_mass`
-    The mass of the air that moves with the panel.
+`added_mass`, `radiation`
+    The mass of the air that moves with the panel; its dynamic stiffness.
 `wavenumber_table`
     Matrices tabulated over the wavenumber and interpolated.
 `field_files`
     The NetCDF files of these tables.
-`verification`
-    Modal force and added mass compared with independent integrals.
 """

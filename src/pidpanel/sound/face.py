@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.plane_waves import condensed
+from pidpanel.geometry.plane_waves import condensed
 from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
 
 
@@ -24,7 +24,7 @@ class PanelQuadrature:
         (nq, n) values of the n shapes φ [1] at the points.
     wavenumber
         Largest κ [rad/m] for which Σ w φ exp(iκ·x) stands for the integral: that of a condensed
-        face (`pidpanel.plane_waves`); ∞ for values of the shapes at points of the mesh.
+        face (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh.
     overlap
         (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
 

@@ -17,15 +17,15 @@ where γ is the coherence of the field and k = 2πf/c₀ the wavenumber [rad/m].
 
 The panel is given by a quadrature: positions (nq, 2) [m], weights (nq,) [m²] and the values of
 the n shapes there, (nq, n). Order 5 on elements that resolve the shapes is enough; tables condense
-it to the Gauss points of the box round the panel (`pidpanel.plane_waves`), where plane waves are
-products and their means over direction cost a quarter.
+it to the Gauss points of the box round the panel (`pidpanel.geometry.plane_waves`), where plane
+waves are products and their means over direction cost a quarter.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.plane_mesh import cell_areas
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.progress import tracked
 from pidpanel.sound.face import FoldedFace, PanelQuadrature
 from pidpanel.sound.wavenumber_table import (

@@ -15,13 +15,24 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.provenance.digests import stamp
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.face import PanelQuadrature
-from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, write_tables
+from pidpanel.sound.field_files import (
+    ADDED_VOLUME,
+    DIFFUSE,
+    MODAL_FORCE,
+    read_table,
+    write_tables,
+)
+from pidpanel.sound.radiation import Air
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study import Study
+from pidpanel.study.response import Radiation
 from pidpanel.study.sound import Sound
+
+WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
 
 def spectrum_of(sound: Sound) -> BandSpectrum:
@@ -64,6 +75,56 @@ def band_table(sound: Sound) -> pd.DataFrame:
             "band_spl_db": spectrum.band_spl,
             "surface_pressure_psd_pa2_hz": psd,
         }
+    )
+
+
+def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
+    """Return the sound of a study on a panel.
+
+    Parameters
+    ----------
+    sound
+        The section ``sound`` of a study.
+    table
+        G over wavenumber (`modal_force_tables`).
+    """
+    return SoundExcitation(
+        spectrum_of(sound), table, sound.speed_m_s, sound.pressure_reference, sound.loaded_sides
+    )
+
+
+def read_air(
+    study: Study, radiation: Radiation, modal_force: WavenumberTable, path: Path | None
+) -> Air | None:
+    """Read the air on the panel of a study; None where it is left out.
+
+    Parameters
+    ----------
+    study
+        The study.
+    radiation
+        Sides that radiate into the air.
+    modal_force
+        G of the field of the study.
+    path
+        ``sound/air.nc``.
+
+    Raises
+    ------
+    ValueError
+        Where the file is not given though it counts.
+    """
+    if radiation == "none":
+        return None
+    if path is None:
+        raise ValueError(f"radiation = {radiation}: the file of the air is required")
+    sound = study.sound
+    return Air(
+        sound.air_density_kg_m3,
+        sound.speed_m_s,
+        WETTED_SIDES[radiation],
+        modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE),
+        read_table(path, ADDED_VOLUME) if study.response.air_mass else None,
     )
 
 

@@ -21,9 +21,10 @@ file, the line, the key, the value and what is allowed (`StudyError`).
 """
 
 from pidpanel.study.base import StudyError
+from pidpanel.study.coupon_study import CouponStudy
 from pidpanel.study.reading import load_any_study, load_study
 from pidpanel.study.scenarios import Family, Filling, Layout, Scenario
-from pidpanel.study.study import CouponStudy, Study
+from pidpanel.study.study import Study
 
 __all__ = [
     "CouponStudy",

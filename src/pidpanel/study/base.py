@@ -15,7 +15,7 @@ class StudyError(ValueError):
     """Mistakes in a study file; each is one line that a user can act on."""
 
 
-class Model(BaseModel):
+class SectionModel(BaseModel):
     """A frozen section of a study that refuses unknown keys."""
 
     model_config = ConfigDict(

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pidpanel.constants import MOST_LOSS_FACTOR
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model
+from pidpanel.study.base import SectionModel
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
@@ -49,7 +49,7 @@ ALLOWED: Mapping[Kind, tuple[str, ...]] = {
 """Kinds of a damper, by the key that makes it one, and the keys that may stand beside it."""
 
 
-class Damper(Model):
+class Damper(SectionModel):
     """One damper: a coupon, a law, a table, an impedance, constants, or a loss factor.
 
     Exactly one of ``coupon``, ``law``, ``table``, ``impedance``, ``equivalent_damping_n_s_m3`` and

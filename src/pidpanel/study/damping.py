@@ -1,4 +1,4 @@
-"""The section ``damping`` of a study: the readings of C_e and m_a, and tones beside a sweep."""
+"""The section ``damping`` of a study: the readings of C_e and m_a, and the target of a sweep."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Model, RelativeError
-from pidpanel.study.coupon import Gamma, Modulus
+from pidpanel.study.base import RelativeError, SectionModel
 from pidpanel.study.dampers import Interpolation
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, Mistakes
+from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
+from pidpanel.study.sweep import Gamma
 
 Reading = Literal[
     "stated",
@@ -33,7 +34,7 @@ REMOVED = ("random", "random_with_source")
 """Readings of coupons driven at random, which there were before."""
 
 
-class Level(Model):
+class Level(SectionModel):
     """The acceleration amplitude Γ for C_e(r, f, Γ): a fixed value, or that of the patch."""
 
     kind: Literal["patch", "stated"] = "patch"
@@ -56,7 +57,7 @@ class Level(Model):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
-class Tones(Model):
+class Tones(SectionModel):
     """Further cases at the motions of the scenarios.
 
     After the sweep, rounds of at most ``batch`` tones follow at the fills and accelerations of the
@@ -75,7 +76,7 @@ class Tones(Model):
     """Maximum tones in total."""
 
 
-class Coupled(Model):
+class Coupled(SectionModel):
     """Coupled integration of panel and particles, for the damping model ``coupled``.
 
     Every scenario is run once, with its own packings and sound, for ``settle_s`` and then
@@ -113,7 +114,7 @@ class Coupled(Model):
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
 
 
-class Damping(Model):
+class Damping(SectionModel):
     """Damping models, the sources of C_e and m_a. The PSDs are computed with each of them."""
 
     readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None

@@ -12,7 +12,8 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from pidpanel.study.study import CouponStudy, Study
+from pidpanel.study.coupon_study import CouponStudy
+from pidpanel.study.study import Study
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 

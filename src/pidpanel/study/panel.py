@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from pidpanel.polygon import (
+from pidpanel.geometry.polygon import (
     Circle,
     Polygon,
     Rectangle,
@@ -19,18 +19,14 @@ from pidpanel.polygon import (
     show,
     signed_area,
 )
-from pidpanel.study.base import Coordinate, Model, Size, Text
+from pidpanel.study.base import SectionModel, Size, Text
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.quantity import METRES, PERCENT, Quantity, whole
 from pidpanel.study.section import Section
+from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
-Position = tuple[Coordinate, Coordinate]
-"""(x, y) [m]."""
-EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-Number = Annotated[int, Quantity(1, whole=True)]
-"""Number of a node in a mesh file."""
 EXTENT = Quantity(0.01, 30, units=METRES)
 """Of a panel [m]."""
 Length = Annotated[float, EXTENT]
@@ -48,7 +44,7 @@ def _of_known_suffix(file: Path) -> Path:
     return file
 
 
-class Mesh(Model):
+class Mesh(SectionModel):
     """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
 
     kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
@@ -90,7 +86,7 @@ def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
         yield Mistake(("corner_radius_m" if of_radius else key,), str(error))
 
 
-class Area(Model):
+class Area(SectionModel):
     """A rectangle (centre_m, size_m), a circle (centre_m, diameter_m) or a polygon (corners_m)."""
 
     centre_m: Position | None = None
@@ -155,84 +151,7 @@ class Patch(Area):
         return tuple(round(float(v), 12) for v in (x0, x1, y0, y1))  # type: ignore[return-value]
 
 
-class Node(Model):
-    """A node of a mesh file, by its number there."""
-
-    grid: Number
-    """Number of the node in the mesh file."""
-
-
-class PointSupport(Model):
-    """Support at a point: hinge (w = 0), hold_down (w = 0, no slope), or a spring to ground."""
-
-    kind: Literal["hinge", "hold_down", "spring"]
-    """``hinge``: w = 0; ``hold_down``: w = 0 and no slope; ``spring``: a spring to ground."""
-    at_m: Position | None = None
-    """Position (x, y) [m]."""
-    grid: Number | None = None
-    """Node of a mesh file, in place of ``at_m``."""
-    radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
-    """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
-    stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
-    """Stiffness of a spring [N/m]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield two places or none, and keys that the kind lacks or does not have."""
-        if (self.at_m is None) == (self.grid is None):
-            yield Mistake((), "must have either at_m, or grid (a node of a mesh file)")
-        if (self.kind == "spring") != (self.stiffness_n_m is not None):
-            yield Mistake(("stiffness_n_m",), "required for kind: spring, not allowed otherwise")
-        if self.kind == "spring" and self.radius_m:
-            yield Mistake(("radius_m",), "only allowed for kind: hinge or hold_down")
-
-
-class EdgeSupport(Model):
-    """A different support on a straight part of the boundary."""
-
-    from_m: Position
-    """Start (x, y) of the part [m], on the boundary."""
-    to_m: Position
-    """End (x, y) of the part [m], on the same straight edge."""
-    kind: EdgeKind
-    """Its support; kinds are those of ``supports``."""
-
-
-class Supports(Model):
-    """Supports of the panel: outline, rims of holes, parts of edges, points."""
-
-    outline: EdgeKind
-    """Support of the outer edge; kinds are those of ``panel.supports``."""
-    holes: EdgeKind = "free"
-    """Support of the rims of all holes."""
-    edges: tuple[EdgeSupport, ...] = ()
-    """Straight parts of the boundary with another support."""
-    points: Mapping[str, PointSupport] = {}
-    """Supports at points, by name."""
-
-
-class Mass(Model):
-    """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
-
-    mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]
-    """Mass [kg]."""
-    at_m: Position | None = None
-    """Position (x, y) of a mass at a point [m]."""
-    grid: Number | None = None
-    """Node of a mesh file, in place of ``at_m``."""
-    from_m: Position | None = None
-    """Start (x, y) of a mass along a line [m]."""
-    to_m: Position | None = None
-    """End (x, y) of a mass along a line [m]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield two places or none."""
-        if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
-            yield Mistake(
-                (), "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
-            )
-
-
-class Panel(Model):
+class Panel(SectionModel):
     """The panel, its patches, and the points at which its response is computed."""
 
     outline_m: (
@@ -245,7 +164,7 @@ class Panel(Model):
     """Cut-outs, by name."""
     section: Section
     """Mass and stiffness through the thickness."""
-    supports: EdgeKind | Supports = "simply_supported"
+    supports: EdgeKind | SupportsInput = "simply_supported"
     """Support of the whole outline, or supports of its parts. ``simply_supported``: w = 0 and
     no rotation along the edge; ``simply_supported_soft``: w = 0; ``clamped``: w = 0 and no
     slope; ``free``."""
@@ -282,13 +201,13 @@ class Panel(Model):
                 return Polygon(tuple((x, y) for x, y in corners), self.corner_radius_m)
 
     @property
-    def held(self) -> Supports:
+    def held(self) -> SupportsInput:
         """The supports, written out."""
         if isinstance(self.supports, str):
-            return Supports(outline=self.supports)
+            return SupportsInput(outline=self.supports)
         return self.supports
 
-    def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupport | Mass]]:
+    def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
         """Yield all that has a position, or a node of a mesh file, with the way to it."""
         yield from ((("points", name), point) for name, point in self.points.items())
         for name, support in self.held.points.items():
@@ -428,7 +347,7 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
             yield f"point {name!r}", ("supports", "edges", index, end)
     for keys, place in panel.places():
         name = str(keys[-1])
-        if isinstance(place, PointSupport):
+        if isinstance(place, PointSupportInput):
             yield f"point {f'support {name}'!r}", (*keys, "at_m")
             yield f"patch {f'foot of {name}'!r}", (*keys, "radius_m")
         elif isinstance(place, Mass):

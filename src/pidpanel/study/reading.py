@@ -11,8 +11,9 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from pidpanel.study.base import Model, StudyError
+from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.dampers import Damper
 from pidpanel.study.damping import Damping
 from pidpanel.study.document import Document
@@ -22,9 +23,9 @@ from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
 from pidpanel.study.scenarios import Compared
 from pidpanel.study.sound import Sound
-from pidpanel.study.study import RESERVED, CouponStudy, Study
+from pidpanel.study.study import Study
 
-Section = TypeVar("Section", bound=Model)
+Section = TypeVar("Section", bound=SectionModel)
 
 
 def load_study(path: str | Path) -> Study:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pidpanel.study.base import Model, Text
+from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import KILOHERTZ, Quantity
 
@@ -14,7 +14,7 @@ Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
 Radiation = Literal["none", "one_side", "two_sides"]
 
 
-class Response(Model):
+class Response(SectionModel):
     """The frequencies of the response, and the terms of the panel's equation of motion."""
 
     frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
@@ -22,7 +22,8 @@ class Response(Model):
     damper_mass: bool = True
     """Whether the apparent mass of the particles is added to the panel."""
     modal_damping: Literal["full", "diagonal"] = "full"
-    """``full``: the whole modal damping matrix; ``diagonal``: the paper's Eq. 9–12."""
+    """``full``: the whole modal damping matrix; ``diagonal``: the paper's Eq. 9–12, with
+    the damping at the motion of the full matrix."""
     radiation: Radiation = "none"
     """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
     radiation_beside: Radiation = "none"

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from pidpanel.study.base import Fill, Level, Model, Text
+from pidpanel.study.base import Fill, Level, SectionModel, Text
 from pidpanel.study.mistakes import Mistake
 
 MOST_SCENARIOS = 1000
@@ -16,7 +16,7 @@ MOST_SCENARIOS = 1000
 Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 
-class Family(Model):
+class Family(SectionModel):
     """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
 
     patch: Text | tuple[Text, ...]
@@ -56,7 +56,7 @@ class Family(Model):
         return [key for key in keys if isinstance(getattr(self, key), tuple)]
 
 
-class Filled(Model):
+class Filled(SectionModel):
     """Damper on a patch of a layout."""
 
     damper: Text | None = None
@@ -65,7 +65,7 @@ class Filled(Model):
     """Required unless the damper needs none, such as constants."""
 
 
-class Layout(Model):
+class Layout(SectionModel):
     """A single scenario with any number of patches, each with its damper and fill fraction."""
 
     layout: Annotated[Mapping[str, Filled], Field(min_length=1)]
@@ -89,7 +89,7 @@ Compared = Annotated[
 """An entry of ``scenarios``."""
 
 
-class Filling(Model):
+class Filling(SectionModel):
     """A patch and what it is filled with.
 
     Attributes
@@ -108,7 +108,7 @@ class Filling(Model):
     fill_fraction: float | None
 
 
-class Scenario(Model):
+class Scenario(SectionModel):
     """One response: a layout of filled patches, or the bare panel, at one level.
 
     Attributes

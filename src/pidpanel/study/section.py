@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Density, Model, PoissonsRatio, Text
+from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
 from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import (
     CORE_DENSITY,
@@ -41,7 +41,7 @@ HEAVIEST = 22600.0
 """Density of osmium [kg/m³]."""
 
 
-class ThinSection(Model):
+class ThinSectionInput(SectionModel):
     """A thin (Kirchhoff) plate, by its mass per area and its bending stiffness."""
 
     kind: Literal["thin"] = "thin"
@@ -77,7 +77,7 @@ class ThinSection(Model):
             yield Mistake(("bending_stiffness_n_m",), says)
 
 
-class SolidSection(Model):
+class SolidSectionInput(SectionModel):
     """A thick plate of one isotropic material, with transverse shear and rotary inertia."""
 
     kind: Literal["solid"]
@@ -102,7 +102,7 @@ class SolidSection(Model):
         return self.thickness_mm * 1e-3
 
 
-class Material(Model):
+class MaterialInput(SectionModel):
     """A ply's material: isotropic (E, ν), or orthotropic (E1, E2, G12, ν12)."""
 
     density_kg_m3: Density
@@ -147,7 +147,7 @@ class Material(Model):
             )
 
 
-class Ply(Model):
+class PlyInput(SectionModel):
     """A layer of a face."""
 
     material: Text
@@ -168,7 +168,7 @@ class Ply(Model):
         return math.radians(self.angle_deg)
 
 
-class Core(Model):
+class CoreInput(SectionModel):
     """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
 
     thickness_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)]
@@ -231,20 +231,20 @@ def core_grades() -> dict[str, tuple[float, float, float]]:
         }
 
 
-class SandwichSection(Model):
+class SandwichSectionInput(SectionModel):
     """Two laminated faces on a honeycomb core, with its shear."""
 
     kind: Literal["sandwich"]
     """Two faces on a core."""
-    materials: Annotated[Mapping[str, Material], Field(min_length=1)]
+    materials: Annotated[Mapping[str, MaterialInput], Field(min_length=1)]
     """Materials of the plies, by name."""
-    faces: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    faces: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of both faces, the outermost first."""
-    top: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    top: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of the upper face (+z), the outermost first; with ``bottom``, in place of ``faces``."""
-    bottom: Annotated[tuple[Ply, ...], Field(min_length=1)] | None = None
+    bottom: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of the lower face (−z), the outermost first."""
-    core: Core
+    core: CoreInput
     """The honeycomb core."""
     extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, units=MASS_PER_AREA)] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
@@ -269,7 +269,7 @@ class SandwichSection(Model):
                     "mm: faces must be thinner than the core",
                 )
 
-    def plies(self, side: Literal["top", "bottom"]) -> tuple[Ply, ...]:
+    def plies(self, side: Literal["top", "bottom"]) -> tuple[PlyInput, ...]:
         """Return the plies of a face, the outermost first."""
         return self.faces or getattr(self, side)
 
@@ -290,7 +290,7 @@ def _of_default_kind(data: Any) -> Any:
 
 
 Section = Annotated[
-    ThinSection | SolidSection | SandwichSection,
+    ThinSectionInput | SolidSectionInput | SandwichSectionInput,
     Field(discriminator="kind"),
     BeforeValidator(_of_default_kind),
 ]

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Level, Model
+from pidpanel.study.base import Level, SectionModel
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
 
-class Sound(Model):
+class Sound(SectionModel):
     """The acoustic field: a band spectrum, its level, its coherence, where it was measured."""
 
     spectrum: Annotated[Path, file_in(DATA / "spl")]

@@ -8,10 +8,12 @@ from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
 from pidpanel.paths import SECTION
-from pidpanel.study.base import Model, Text, as_tuple
+from pidpanel.study.base import as_tuple
+from pidpanel.study.coupled import mistakes_of_coupled
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB, Damping
+from pidpanel.study.damping import COUPLED, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
@@ -28,54 +30,8 @@ from pidpanel.study.sound import Sound
 
 T = TypeVar("T")
 
-NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
-NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
-"""Of what names folders: studies and dampers."""
-
-RESERVED = ("coupon", "verification")
-"""Folders of the results that belong to all studies."""
-
-FEWEST_LINES = 10
-"""Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e."""
-
-FEWEST_PERIODS = 10
-"""Of the lowest frequency in a record: both of its halves then resolve a third octave there."""
-
 BARE = "bare"
 """The only reading of a study without scenarios: there is nothing to read."""
-
-
-class CouponStudy(Model):
-    """A study of the coupon alone: what the particles dissipate, and on what it depends."""
-
-    name: Text
-    """Name of the results folder; by default the name of the file."""
-    title: Text = ""
-    """Title of the report."""
-    assumptions: tuple[Text, ...] = ()
-    """Assumptions where the source gives no value; printed in the report."""
-    coupon: Coupon | None = None
-    """The honeycomb coupon that LIGGGHTS shakes."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a name that cannot be that of a folder, and a study without any section."""
-        if not re.fullmatch(NAME, self.name):
-            yield Mistake(("name",), f"must be {NAME_WORDS}")
-        elif self.name in RESERVED:
-            says = f"must be another name; results/{self.name} is shared by all studies"
-            yield Mistake(("name",), says)
-        if self.coupon is None and type(self) is CouponStudy:
-            yield Mistake((), "must have a section coupon, panel, or both")
-
-    @property
-    def coupons(self) -> Mapping[str, Coupon]:
-        """Coupons to simulate by name, that of the section first."""
-        return {SECTION: self.coupon} if self.coupon else {}
-
-    @property
-    def is_coupled(self) -> bool:
-        """Whether panel and particles are integrated together; see `Study`."""
-        return False
 
 
 class Study(CouponStudy):
@@ -159,12 +115,12 @@ class Study(CouponStudy):
         if self.damping.readings is not None:
             return tuple(self.damping.readings)
         is_full = self.response.modal_damping == "full"
-        if self._has_filled_coupon and is_full and not self.damping.is_of_tones:
+        if self.has_filled_coupon and is_full and not self.damping.is_of_tones:
             return (COUPLED,)
         return ("stated",) if self.dampers else ("dem",)
 
     @property
-    def _has_filled_coupon(self) -> bool:
+    def has_filled_coupon(self) -> bool:
         """Whether a scenario names a damper with a coupon."""
         fillings = (
             filled
@@ -229,46 +185,9 @@ class Study(CouponStudy):
             yield Mistake(
                 ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
             )
-        yield from self._mistakes_of_lines()
-        yield from self._mistakes_of_coupled()
+        yield from mistakes_of_coupled(self)
         if self.damping.tones is not None and "dem" not in self.readings:
             yield Mistake(("damping", "tones"), "only allowed with the damping model 'dem'")
-
-    def _mistakes_of_lines(self) -> Iterator[Mistake]:
-        """Yield records that have too few lines in the range of the response, 1/T apart."""
-        low, high = self.response.frequency_hz
-        least = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
-        if self.is_coupled and self.damping.coupled.duration_s < least:
-            says = f"must be at least {least:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
-            yield Mistake(("damping", "coupled", "duration_s"), says)
-
-    def _mistakes_of_coupled(self) -> Iterator[Mistake]:
-        """Yield what panel and particles cannot be integrated with."""
-        if not self.is_coupled:
-            return
-        keys = ("damping", "readings")
-        if self.response.modal_damping != "full":
-            yield Mistake(
-                keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
-            )
-        if not self._has_filled_coupon:
-            says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
-            yield Mistake(keys, says)
-        filled = {one.label: one for one in self.coupled_scenarios()}
-        run = self.damping.coupled.scenarios or tuple(filled)
-        at = ("damping", "coupled", "scenarios")
-        for label in run:
-            if label not in filled:
-                yield Mistake(at, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
-        for label, one in filled.items():
-            levels = [
-                filled[other].oaspl_db
-                for other in run
-                if other in filled and filled[other].fillings == one.fillings
-            ]
-            if not any(_are_neighbours(one.oaspl_db, level) for level in levels):
-                says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
-                yield Mistake(at, says)
 
     def _mistakes_of_tones(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""
@@ -459,8 +378,3 @@ def _items(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
         yield from (((key, index), item) for index, item in enumerate(value))
     else:
         yield (key,), value
-
-
-def _are_neighbours(one: float | None, other: float | None) -> bool:
-    """Whether what is found at a level may be carried to another; None is that of the spectrum."""
-    return one is None or other is None or abs(one - other) <= NEIGHBOURS_DB + 1e-9

@@ -13,12 +13,14 @@ from pathlib import Path
 from pidpanel.coupon import finished
 from pidpanel.coupon.attempts import JUDGING_VERSION
 from pidpanel.coupon.batches import Batch, Part, batches_of, parts_of
-from pidpanel.coupon.cases import Bed, Case, Packing, Run
+from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import run_memory
 from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct
+from pidpanel.coupon.packing import Packing
+from pidpanel.coupon.round import Round
 from pidpanel.paths import COUPON, SECTION
 from pidpanel.provenance import requests
-from pidpanel.round import Round
 from pidpanel.study import CouponStudy
 from pidpanel.workflow.requests import Requests
 

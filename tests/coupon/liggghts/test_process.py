@@ -168,7 +168,7 @@ def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impati
         solver.read_deck((folder / "deck").read_text())
         os.kill(solver._process.pid, signal.SIGSTOP)
         with pytest.raises(
-            failures.RunHung, match=r"shake\.log: silent for .* s in 'run 20'; ended"
+            failures.RunHung, match=r"shake\.log: no output for .* s in 'run 20'; ended"
         ):
             solver.run(20)
         assert solver._process.wait() == -signal.SIGKILL

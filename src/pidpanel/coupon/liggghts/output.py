@@ -161,7 +161,7 @@ _BINARY_HEADER = np.dtype(
 """What LIGGGHTS 3.8.0 writes before the values of a frame of a binary dump on one rank."""
 
 
-class Motion(NamedTuple):
+class SphereMotion(NamedTuple):
     """How every sphere moves in each frame.
 
     Attributes
@@ -200,7 +200,7 @@ class ContactList(NamedTuple):
     torque: Array | None
 
 
-def read_motion(content: bytes, source: str, *, spheres: int) -> Motion:
+def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
     """Read the binary dump of the energy balance.
 
     Raises
@@ -208,7 +208,7 @@ def read_motion(content: bytes, source: str, *, spheres: int) -> Motion:
     LogTruncated, NotFinite, ParticlesLost
     """
     table = read_binary_dump(content, source, atoms=spheres, columns=1 + len(MOTION))
-    return Motion(table[:, :, 1:4], table[:, :, 4:7], table[:, :, 7:10], table[:, :, 10:13])
+    return SphereMotion(table[:, :, 1:4], table[:, :, 4:7], table[:, :, 7:10], table[:, :, 10:13])
 
 
 def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:

@@ -325,20 +325,7 @@ class Liggghts:
     # -------------------------------------------------------------- how it is told
 
     def _lines(self, what: str, steps: int = 0) -> Iterator[str]:
-        """Lines that the process prints, to their end.
-
-        Parameters
-        ----------
-        what
-            What it is doing, for the message.
-        steps
-            That it was told to run.
-
-        Raises
-        ------
-        RunHung
-            If the next line does not come within `_patience`; the process is killed.
-        """
+        """Yield the lines that the process prints; after a silence of `_patience` it is killed."""
         limit = self._patience(steps)
         while True:
             for _ in range(math.ceil(limit / TICK)):
@@ -358,24 +345,7 @@ class Liggghts:
         return QUIET + step * min(steps, self._report_steps)
 
     def _execute(self, commands: str, value: str = "0", steps: int = 0) -> Instant:
-        """Send commands, wait until they are done, and read the step that is reached.
-
-        Parameters
-        ----------
-        commands
-            Lines of LIGGGHTS' language.
-        value
-            An expression of LIGGGHTS evaluated afterwards.
-        steps
-            That the commands run.
-
-        Raises
-        ------
-        RunStopped, ParticlesLost
-            If the process ended instead, with its exit status and its last words.
-        RunHung
-            If it neither ended nor went on.
-        """
+        """Send commands that run so many steps, then evaluate an expression of LIGGGHTS."""
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
         self._deck.flush()

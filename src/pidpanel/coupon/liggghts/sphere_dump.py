@@ -1,6 +1,6 @@
 """Spheres as LIGGGHTS dumped them.
 
-Packings and beds are read by this code, so it enters their labels; see `pidpanel.coupon.cases`.
+Packings and beds are read by this code, so it enters their labels; see `pidpanel.coupon.packing`.
 """
 
 from __future__ import annotations

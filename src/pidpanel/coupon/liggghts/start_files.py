@@ -1,6 +1,6 @@
 """What LIGGGHTS starts from, as text: the data file of the spheres, the STL of the walls.
 
-A change of what is written takes a new `cases.PLACEMENT_VERSION`.
+A change of the bits that are written takes a new version number in `packing` or `bed`.
 """
 
 from __future__ import annotations

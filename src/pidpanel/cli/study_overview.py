@@ -1,0 +1,318 @@
+"""What an engineer checks before a run: mass, first modes, level, points, cases, time."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pidpanel.cli.stage_costs import COUPON_COSTS, Cost, panel_costs, shape_count
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.estimate import bulk_fraction, cpu_seconds
+from pidpanel.coupon.from_study import distinct_cases
+from pidpanel.study import CouponStudy, Filling, Study
+
+if TYPE_CHECKING:  # slow to import, and a study of the coupon alone needs none of it
+    from pidpanel.arrays import Array
+    from pidpanel.panel.mesh import PanelMesh
+    from pidpanel.study.panel import Panel
+
+MODES = 6
+"""First natural frequencies that are told."""
+MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
+"""Elements that are solved in about four seconds, by section and kind."""
+MOST_OF_OTHERS = 8000
+COARSER = 2.0
+"""Edge length of a coarser mesh over that of the one before."""
+CORNERS = 20.0
+"""Edge length at re-entrant corners of a coarser mesh over that by default."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The panel meshed and solved for its first modes.
+
+    Attributes
+    ----------
+    mesh
+        Of the study itself.
+    coordinates
+        Free coordinates of the mesh that was solved, scaled by elements to that of the study.
+    rigid
+        Number of rigid-body modes.
+    frequency
+        (n,) first natural frequencies [Hz]; None where nothing was solved.
+    elements
+        Of the mesh that was solved.
+    """
+
+    mesh: PanelMesh
+    coordinates: int
+    rigid: int
+    frequency: Array | None
+    elements: int
+
+
+def overview(study: CouponStudy, results: Path = Path("results")) -> str:
+    """Return what a study is and takes, a line for each thing that is checked first.
+
+    Parameters
+    ----------
+    study
+        One that is right (`check.checked_study`).
+    results
+        Folder of the results: what is there already is not counted.
+    """
+    lines = [summary(study)]
+    costs = [*_coupon_cost(study, results)]
+    if isinstance(study, Study):
+        solved = solve(study.panel)
+        lines += _of_panel(study, solved)
+        costs += _panel_costs(study, solved)
+    if costs:
+        lines.append(_line("time", "; ".join(_of_cost(cost) for cost in costs) + _of_all(costs)))
+    return "\n".join(lines)
+
+
+def other_stages(study: Study) -> str:
+    """Return about what the stages from the panel to the report take."""
+    costs = _panel_costs(study, solve(study.panel))
+    return "; ".join(_of_cost(cost) for cost in costs)
+
+
+def summary(study: CouponStudy) -> str:
+    """Return how many cases, runs and scenarios a study has."""
+    cases = all_cases(study)
+    said = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
+    if isinstance(study, Study):
+        if not study.scenarios:
+            return f"{said}; the bare panel alone"
+        readings = ", ".join(study.readings)
+        said += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+        if study.is_coupled:
+            said += f"; panel and particles together in {coupled_count(study)}"
+        unused = [name for name in study.dampers if name not in study.used_dampers]
+        if unused:
+            said += f"; not used: dampers {', '.join(unused)}"
+    return said
+
+
+def coupled_count(study: Study) -> int:
+    """Return how many scenarios panel and particles are integrated together for."""
+    run = study.damping.coupled.scenarios
+    return sum(run is None or one.label in run for one in study.coupled_scenarios())
+
+
+def solve(panel: Panel) -> Solved:
+    """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
+    from pidpanel.panel.first import first_frequencies
+    from pidpanel.panel.from_study import StudiedPanel
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "panel.msh"
+        studied = StudiedPanel(panel)
+        own = mesh = studied.mesh(file)
+        most = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
+        while len(mesh.cells) > most and panel.mesh.size_m is not None:
+            size = COARSER * panel.mesh.size_m
+            if size > 30:
+                break
+            corner = min(size, CORNERS * 2e-3 * size)
+            coarse = panel.mesh.model_copy(update={"size_m": size, "corner_size_m": corner})
+            panel = panel.model_copy(update={"mesh": coarse})
+            studied = StudiedPanel(panel)
+            mesh = studied.mesh(file)
+        if len(mesh.cells) > 2 * most:
+            return Solved(own, 9 * len(own.cells), 0, None, 0)
+        plate = studied.plate(mesh)
+    rigid, frequency = first_frequencies(plate, MODES + 3)
+    share = len(own.cells) / len(mesh.cells)
+    coordinates = round(plate.stiffness.shape[0] * share)
+    return Solved(own, coordinates, rigid, frequency[:MODES], len(mesh.cells))
+
+
+def _of_panel(study: Study, solved: Solved) -> Iterator[str]:
+    """Yield the lines of a study with a panel."""
+    from pidpanel.geometry.plane_mesh import cell_areas
+    from pidpanel.panel.from_study import section_of
+
+    mesh = solved.mesh
+    area = abs(cell_areas(mesh.vertices, mesh.cells))
+    mass = section_of(study.panel).mass_per_area * float(area.sum())
+    others = sum(one.mass_kg for one in study.panel.masses.values())
+    carried = f", plus {others:.3g} kg attached" if others else ""
+    yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
+    yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
+                        f"{solved.coordinates} coordinates")  # fmt: skip
+    yield _line("modes", _of_modes(study, solved))
+    of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
+    yield _line("points", "; ".join(_of_points(mesh)))
+    for label, weights in _damper_masses(study, of_patch).items():
+        shares = [100 * weight / (mass + others) for weight in weights]
+        yield _line(
+            "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
+        )
+    yield _line("sound", _of_sound(study))
+
+
+def _of_modes(study: Study, solved: Solved) -> str:
+    if solved.frequency is None:
+        return "not computed here: the mesh is too large for a quick look"
+    rigid = f"{solved.rigid} rigid-body modes, then " if solved.rigid else ""
+    found = ", ".join(f"{f:.4g}" for f in solved.frequency)
+    whose = "the study's mesh"
+    if solved.elements != len(solved.mesh.cells):
+        whose = f"a coarser mesh of {solved.elements} elements"
+    high = study.response.frequency_hz[1]
+    note = ""
+    if solved.frequency.size and solved.frequency[0] > high:
+        note = f"; none below {high:g} Hz, where the response is quasi-static"
+    return f"{rigid}{found} Hz on {whose}{note}"
+
+
+def _of_points(mesh: PanelMesh) -> Iterator[str]:
+    """Yield each response point with the patches that it lies on."""
+    for name, vertex in mesh.point_vertices.items():
+        on = [patch for patch, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
+        yield f"{name} on {' and '.join(on) or 'no patch'}"
+
+
+def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[float]]:
+    """Return the masses [kg] by patches and dampers, of all fills; none where they are not known.
+
+    What a law of the paper weighs is not known, nor is a table without that column.
+    """
+    fills: dict[tuple[tuple[str, str | None], ...], dict[tuple[Filling, ...], float]] = {}
+    for scenario in study.all_scenarios():
+        if not scenario.is_bare:
+            total = sum(area[f.patch] * _mass_per_area(study, f) for f in scenario.fillings)
+            key = tuple((f.patch, f.damper) for f in scenario.fillings)
+            fills.setdefault(key, {})[scenario.fillings] = total
+    found = {}
+    for key, masses in fills.items():
+        known = [mass for mass in masses.values() if not math.isnan(mass)]
+        if known:
+            parts = [" ".join(part for part in one if part is not None) for one in key]
+            of = [f.fill_fraction for one in masses for f in one if f.fill_fraction is not None]
+            fill = f", r = {_range(of)}" if of else ""
+            found[" + ".join(parts) + fill] = known
+    return found
+
+
+def _range(values: Sequence[float]) -> str:
+    """Return the least and the greatest of some values, or the only one.
+
+    Examples
+    --------
+    >>> _range([0.3, 0.1]), _range([2.0])
+    ('0.1 to 0.3', '2')
+    """
+    low, high = f"{min(values):.2g}", f"{max(values):.2g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _mass_per_area(study: Study, filling: Filling) -> float:
+    """Return about what a damper weighs [kg/m²]; NaN where it is not known."""
+    from pidpanel.damping.from_study import reading_of, reading_of_damper
+
+    fill = math.nan if filling.fill_fraction is None else filling.fill_fraction
+    damper = study.all_dampers.get(filling.damper or "")
+    if damper is None:
+        if "table" not in study.readings:
+            return math.nan
+        return float(reading_of("table", study, None).mass_per_area(fill))
+    if damper.coupon is None:
+        return float(reading_of_damper(damper, None).mass_per_area(fill))
+    coupon = damper.coupon
+    diameter = coupon.diameters[0]
+    bulk = bulk_fraction(diameter, coupon.cell.across_flats)
+    return bulk * coupon.particles.effective_density(diameter) * coupon.cell.depth * fill
+
+
+def _of_sound(study: Study) -> str:
+    """Return the levels of a study: overall, in its range, and as tabulated."""
+    from pidpanel.sound.from_study import spectrum_of
+    from pidpanel.sound.table import read_spl_table
+
+    sound, (low, high) = study.sound, study.response.frequency_hz
+    spectrum = spectrum_of(sound)
+    edges, levels = spectrum.edge_frequency, spectrum.band_spl
+    within = sum(
+        10 ** (level / 10) * max(0.0, min(high, upper) - max(low, lower)) / (upper - lower)
+        for lower, upper, level in zip(edges[:-1], edges[1:], levels, strict=True)
+    )
+    in_range = 10 * math.log10(within)
+    others = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
+    others = [level for level in others if level != sound.oaspl_db]
+    scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in others)} dB" if others else ""
+    return (
+        f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
+        f"{read_spl_table(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
+    )
+
+
+def all_cases(study: CouponStudy) -> list[Case]:
+    """Return every case of all coupons of a study once."""
+    return [case for cases in distinct_cases(study).values() for case in cases]
+
+
+def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
+    """Yield the cost of the LIGGGHTS runs that are left."""
+    folder = results / "coupon"
+    left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
+    if left:
+        yield Cost("coupon", cpu_seconds(left, COUPON_COSTS, folder), 200e6)
+    if isinstance(study, Study) and study.is_coupled:
+        from pidpanel.coupled.from_study import estimated_cpu_seconds
+
+        yield Cost("coupled", estimated_cpu_seconds(study), 500e6)
+
+
+def _panel_costs(study: Study, solved: Solved) -> list[Cost]:
+    from pidpanel.geometry.plane_mesh import cell_areas
+    from pidpanel.panel.from_study import section_of
+    from pidpanel.panel.resolution import half_wave
+    from pidpanel.panel.shapes import MODES_BEYOND
+    from pidpanel.solve.lines import line_count
+
+    low, high = study.response.frequency_hz
+    half = half_wave(section_of(study.panel), MODES_BEYOND * high)
+    area = float(abs(cell_areas(solved.mesh.vertices, solved.mesh.cells)).sum())
+    shapes = min(solved.coordinates, shape_count(area, half, len(study.panel.patches)))
+    in_air = [study.response.radiation, study.response.radiation_beside]
+    # every layout once more as dead weight
+    solves = len(study.all_scenarios()) * len(study.readings) * 2
+    solves *= 2 if in_air[1] != "none" else 1
+    return panel_costs(
+        solved.coordinates, shapes, line_count(low, high, study.panel.damping_ratio), solves
+    )
+
+
+def _of_cost(cost: Cost) -> str:
+    return f"{cost.stage} {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB"
+
+
+def _of_all(costs: list[Cost]) -> str:
+    total = sum(cost.seconds for cost in costs)
+    measured = "; pidpanel estimate measures the runs" if costs[0].stage == "coupon" else ""
+    return f"; in all about {_duration(total)} of CPU time{measured}"
+
+
+def _duration(seconds: float) -> str:
+    """Return a time in words.
+
+    Examples
+    --------
+    >>> _duration(42), _duration(1260), _duration(9000)
+    ('42 s', '21 min', '2.5 h')
+    """
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def _line(what: str, says: str) -> str:
+    return f"  {what:8} {says}"

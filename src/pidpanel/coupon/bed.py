@@ -1,0 +1,352 @@
+"""Beds that are shaken loose, and runs of a bed under a drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon.drive import Drive, Tone
+from pidpanel.coupon.liggghts import deck, process, trust
+from pidpanel.coupon.liggghts.failures import DeckRefused
+from pidpanel.coupon.packing import Constants, Packing, identity_digest
+from pidpanel.paths import TEMPLATES
+
+LOOSEN_VERSION = 1
+"""Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
+`packing.PLACEMENT_VERSION`."""
+
+
+@dataclass(frozen=True)
+class Loosening:
+    """How a poured bed is shaken loose.
+
+    A bed settled under drag is denser than any shaken one and takes 0.1 to 0.2 s to loosen,
+    whatever the frequency; begun from a bed that was shaken loose at low frequency, where that is
+    cheap, a run is steady after 0.03 s (measured at 700 Hz, 3 g: 20 cycles in place of 85, the
+    same C_e).
+
+    Attributes
+    ----------
+    drive
+        How it is shaken.
+    cycles
+        How long.
+    frames
+        Frames of the last cycle, of which the one with the least overlap is kept.
+    time_step_rayleigh
+        Time step over the Rayleigh time of the smallest sphere [1].
+    samples_per_cycle
+        Of the cycle rows, which nobody reads.
+    """
+
+    drive: Drive
+    cycles: int = 20
+    frames: int = 20
+    time_step_rayleigh: float = 0.15
+    samples_per_cycle: int = 100
+
+
+HARD, HARD_CYCLES = 2.5, 20
+"""A start from the other side: so many times the acceleration of the drive, for so many cycles.
+Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest."""
+
+MOST_CELLS = 24
+"""Most cells of which each has rows of its own: LIGGGHTS has 32 groups."""
+
+LOOSENING = Loosening(drive=Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY))
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What is left of a packing at a fill fraction, shaken loose once for all runs.
+
+    Attributes
+    ----------
+    packing
+        Where it comes from.
+    fill_fraction
+        r = N/N_full [1].
+    gravity
+        [m/s²]
+    gravity_direction
+        Unit vector.
+    constants
+        Of the contacts while it is shaken loose.
+    """
+
+    packing: Packing
+    fill_fraction: float
+    gravity: float
+    gravity_direction: tuple[float, float, float]
+    constants: Constants
+
+    def stroke_per_gap(self, drive: Drive) -> float:
+        """W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
+        gap = (1 - self.fill_fraction) * self.packing.depth
+        return drive.amplitude / gap if gap > 0 else math.inf
+
+    def deepening(self, drive: Drive) -> float:
+        """How much more it is biased by long contacts than at half fill [1]; 1 where it crosses.
+
+        See `contact.deepening`.
+        """
+        if self.stroke_per_gap(drive) >= contact.CROSSING:
+            return 1.0
+        layers = self.fill_fraction * self.packing.depth / self.packing.diameter
+        return contact.deepening(layers, drive.acceleration / STANDARD_GRAVITY)
+
+    @cached_property
+    def identity(self) -> str:
+        """Hash of all that the bed depends on; gravity and constants are in the deck."""
+        return identity_digest(
+            self.packing.identity,
+            self.fill_fraction,
+            coding.encode(LOOSENING),
+            loosening(self).deck_digest(),
+            process.RUN,
+            process.VERSION,
+            LOOSEN_VERSION,
+        )
+
+    @property
+    def label(self) -> str:
+        """Folder below ``results/coupon/bed``."""
+        return f"r{self.fill_fraction:g}_{self.packing.name}_{self.identity[:8]}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON holds it; `from_dict` is the inverse."""
+        return coding.encode(self)
+
+    @staticmethod
+    def from_dict(values: Mapping[str, Any]) -> Bed:
+        """The inverse of `as_dict`."""
+        return coding.decode(Bed, values)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A bed under one drive: a case with one seed.
+
+    Attributes
+    ----------
+    bed, drive
+        What is shaken, and how.
+    constants
+        Of the contacts.
+    time_step
+        [s]
+    steps_per_cycle, samples_per_cycle
+        A whole number of each to a period.
+    deck
+        Path of a template of the user's own; None for that of the drive.
+    start
+        The bed at rest, or shaken `HARD` for `HARD_CYCLES` before the first row.
+    """
+
+    bed: Bed
+    drive: Drive
+    constants: Constants
+    time_step: float
+    steps_per_cycle: int
+    samples_per_cycle: int
+    deck: str | None = None
+    start: Literal["rest", "hard"] = "rest"
+
+    @property
+    def packing(self) -> Packing:
+        """Of the bed."""
+        return self.bed.packing
+
+    @property
+    def fill_fraction(self) -> float:
+        """Of the bed [1]."""
+        return self.bed.fill_fraction
+
+    @property
+    def cycles_before(self) -> int:
+        """Cycles before the first row."""
+        return HARD_CYCLES if self.start == "hard" else 0
+
+    @property
+    def cells_listed(self) -> int:
+        """Cells that have rows of their own; none of a single cell, or in a deck of the user's."""
+        count = self.packing.count
+        return count if self.deck is None and 1 < count <= MOST_CELLS else 0
+
+    def contact_time_at(self, youngs_modulus: float) -> float:
+        """Duration of a sphere's impact on a wall at the speed of the drive [s].
+
+        Parameters
+        ----------
+        youngs_modulus
+            [Pa]
+        """
+        return contact.wall_contact_time(
+            self.packing.sizes.smallest / 2,
+            self.packing.density,
+            youngs_modulus,
+            self.constants.poissons_ratio,
+            self.drive.speed,
+        )
+
+    def overlap_at(self, youngs_modulus: float) -> float:
+        """Deepest overlap of that impact over the radius [1].
+
+        Parameters
+        ----------
+        youngs_modulus
+            [Pa]
+        """
+        radius = self.packing.sizes.smallest / 2
+        depth = contact.wall_overlap(
+            radius,
+            self.packing.density,
+            youngs_modulus,
+            self.constants.poissons_ratio,
+            self.drive.speed,
+        )
+        return depth / radius
+
+    def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
+        """Variables of the template for the run, or a leg of it from a restart."""
+        values = {
+            **self.constants.deck_values,
+            "data_file": deck.START_FILE,
+            "walls_file": deck.WALLS_FILE,
+            "cycles_file": deck.cycles_file(leg),
+            "skin": 0.3 * self.packing.diameter,
+            "depth": self.packing.depth,
+            "gravity": self.bed.gravity,
+            "gravity_direction": " ".join(f"{part:.12g}" for part in self.bed.gravity_direction),
+            **self.drive.deck_values,
+            "time_step": self.time_step,
+            "steps_per_cycle": self.steps_per_cycle,
+            "samples_per_cycle": self.samples_per_cycle,
+            "steps_per_sample": self.steps_per_cycle // self.samples_per_cycle,
+            "first_step": self.cycles_before * self.steps_per_cycle,
+            "hard_acceleration": HARD * self.drive.acceleration,
+            "cells": tuple(map(tuple, self.packing.centres[: self.cells_listed].tolist())),
+            "cells_file": deck.cells_file(leg),
+            "reach": geometry.CELL_SPACING / 2 * self.packing.across_flats,
+        }
+        return values if restart is None else {**values, "restart_file": restart}
+
+    def deck_text(self, leg: int = 1, restart: str | None = None) -> str:
+        """Deck of the run, or of a leg of it from a restart: ours, or the user's own.
+
+        Raises
+        ------
+        jinja2.UndefinedError
+            For a variable of the user's template that `deck_values` does not hold.
+        DeckRefused
+            For a deck of the user's own that is not trusted; see `trust`.
+        """
+        own, values = self._template, self.deck_values(leg, restart)
+        text = deck.render(own.name, values, own.parent)
+        if not trust.is_trusted(own):
+            for refused in trust.refusals(text, deck.files_in(values)):
+                raise DeckRefused(f"{own}: {refused}")
+        return text
+
+    def deck_digest(self, restart: str | None = None) -> str:
+        """Hash of the deck of the run without comments: what its rows depend on.
+
+        Runs that differ in their beds alone have one deck, which is rendered once in a process.
+        """
+        own, values = self._template, self.deck_values(restart=restart)
+        return deck.digest(own.name, own.parent, tuple(values.items()))
+
+    @property
+    def _template(self) -> Path:
+        return TEMPLATES / self.drive.template if self.deck is None else Path(self.deck)
+
+    @property
+    def lists_contacts(self) -> bool:
+        """Whether the deck can list the contacts, without which there is no energy balance."""
+        return deck.lists_contacts(self._template)
+
+    @cached_property
+    def identity(self) -> str:
+        """Hash of all that the rows of the run depend on; time step and constants are in the deck.
+
+        A deck of ours enters as it starts and as it continues from a restart.
+        """
+        restarts = (None, "restart") if self.deck is None else (None,)
+        return identity_digest(
+            self.bed.identity,
+            coding.encode(self.drive),
+            [self.deck_digest(restart) for restart in restarts],
+            process.CYCLE,
+            process.VERSION,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON holds it; `from_dict` is the inverse."""
+        return coding.encode(self)
+
+    @staticmethod
+    def from_dict(values: Mapping[str, Any]) -> Run:
+        """The inverse of `as_dict`."""
+        return coding.decode(Run, values)
+
+
+def run_at(
+    bed: Bed,
+    drive: Drive,
+    constants: Constants,
+    *,
+    time_step_rayleigh: float,
+    samples_per_cycle: int,
+    own_deck: str | None = None,
+    start: Literal["rest", "hard"] = "rest",
+) -> Run:
+    """A run of a bed, with a period of a whole number of steps and of samples.
+
+    Parameters
+    ----------
+    bed, drive, constants
+        As of `Run`.
+    time_step_rayleigh
+        Longest time step over the Rayleigh time of the smallest sphere [1].
+    samples_per_cycle
+        As of `Run`.
+    own_deck
+        Path of a template of the user's own.
+    start
+        As of `Run`.
+    """
+    packing = bed.packing
+    longest = time_step_rayleigh * contact.rayleigh_time(
+        packing.sizes.smallest / 2,
+        packing.density,
+        constants.youngs_modulus,
+        constants.poissons_ratio,
+    )
+    steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)
+    return Run(
+        bed=bed,
+        drive=drive,
+        constants=constants,
+        time_step=drive.period / steps,
+        steps_per_cycle=steps,
+        samples_per_cycle=samples_per_cycle,
+        deck=own_deck,
+        start=start,
+    )
+
+
+def loosening(bed: Bed) -> Run:
+    """The run that shakes a bed loose."""
+    return run_at(
+        bed,
+        LOOSENING.drive,
+        bed.constants,
+        time_step_rayleigh=LOOSENING.time_step_rayleigh,
+        samples_per_cycle=LOOSENING.samples_per_cycle,
+    )

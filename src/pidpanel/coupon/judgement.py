@@ -1,0 +1,138 @@
+"""What the seeds of a case give, and what speaks against them.
+
+Nothing here enters a label: changed code makes the table anew from the rows that are there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from pidpanel.coupon import coding, cycles, rows
+from pidpanel.coupon.bed import Run
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.liggghts.failures import (
+    EnergyNotClosed,
+    LossesApart,
+    NotSteady,
+    SolverFailure,
+)
+from pidpanel.coupon.records import Shaken, ShakeOutcome
+from pidpanel.coupon.window import CLOSURE_LIMIT
+
+
+@dataclass(frozen=True)
+class SeedEstimate:
+    """What one seed of a case gives."""
+
+    damping: cycles.Estimate
+    """C_e [N s/m³]."""
+    apparent_mass: cycles.Estimate
+    """m_a [kg/m²]."""
+    cells: list[rows.CellEstimate]
+    """Of each cell that holds particles, or of all together."""
+    work: tuple[float, float]
+    """Least and largest work of the shaker in a cycle of the second half [J]."""
+    found: Shaken
+
+
+def read_run(run: Run, file: Path) -> SeedEstimate:
+    """Estimates of one run from the outcome in its folder.
+
+    Raises
+    ------
+    RunFailed
+        If the run ended with a failure.
+    SolverFailure
+        If the file or the rows cannot be read.
+    """
+    outcome = coding.read(ShakeOutcome, file)
+    outcome.check_run(run, file)
+    found = outcome.shaken
+    read = rows.read_shaken(run, file.parent, found)
+    cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, found), found.mass_kg)
+    work = rows.work(run, read)[len(read) // 2 :]
+    return SeedEstimate(
+        *rows.estimates(run, read, found.mass_kg),
+        cells,
+        (float(work.min()), float(work.max())),
+        found,
+    )
+
+
+LOSSES_APART = 30.0
+"""Largest ratio of what the contacts lose in the window of the energy balance, often one cycle, to
+the mean of the rows [1]. In 180 runs of the paper's study it lay between 0.145 and 2.28; a single
+cell that lands every third cycle loses next to nothing in the two between (0.01 was seen), so that
+less than nothing is the lower limit."""
+
+WORK_APART = 3.0
+"""How far the work of the window may lie outside that of the rows, over their range and size [1]: a
+bed may do next what it did not do before, but not of another order."""
+
+
+def problems_of(run: Run, read: SeedEstimate, folder: Path) -> list[SolverFailure]:
+    """What speaks against a run that came to its end."""
+    problems: list[SolverFailure] = []
+    damping, done = read.damping, read.found.cycles
+    if not rows.is_steady(damping, done):
+        problems.append(
+            NotSteady(
+                f"{folder}: transient to cycle {damping.start} of {done}, "
+                f"drift of {damping.drift:.2g} standard errors after it"
+            )
+        )
+    balance = read.found.balance
+    if balance is not None and not abs(balance.closure) <= CLOSURE_LIMIT:  # nor if it is NaN
+        problems.append(
+            EnergyNotClosed(
+                f"{folder}: {balance.closure:+.2%} of the work is missing in the energy balance"
+            )
+        )
+    if balance is not None and damping.mean > 4 * damping.error:
+        drive = run.drive
+        energy = cycles.dissipated_energy(damping.mean, drive.amplitude, drive.frequency)
+        ratio = balance.energies.dissipated / balance.cycles / (energy * run.packing.area)
+        if not -CLOSURE_LIMIT < ratio < LOSSES_APART:
+            problems.append(
+                LossesApart(
+                    f"{folder}: contacts dissipate {ratio:.3g} times the energy in the rows; "
+                    f"allowed is 0 to {LOSSES_APART:g}"
+                )
+            )
+        work = balance.energies.work / balance.cycles
+        low, high = read.work
+        margin = WORK_APART * (high - low + abs(high))
+        if not low - margin <= work <= high + margin:
+            problems.append(
+                LossesApart(
+                    f"{folder}: work of {work:.3g} J per cycle in the energy balance, "
+                    f"{low:.3g} to {high:.3g} J in the rows"
+                )
+            )
+    return problems
+
+
+def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
+    """Runs by which a case is judged, and their outcomes: with its reserve if that was run."""
+    for path in outcomes:
+        with suppress(SolverFailure):
+            if coding.read(ShakeOutcome, path).seeds > len(case.runs):
+                homes = [path.parents[1] / f"s{run.packing.seed}" for run in case.reserve]
+                outcomes = [*outcomes, *(home / path.name for home in homes)]
+                return list(zip(case.with_reserve.runs, outcomes, strict=True))
+    return list(zip(case.runs, outcomes, strict=True))
+
+
+def error_of(read: SeedEstimate) -> float:
+    """Standard error of C_e of one seed [N s/m³], with what it drifts where it is not steady.
+
+    The halves of the run differ by `drift` of the error of their difference, twice that of the
+    mean: half of it is what the mean may be off.
+    """
+    damping = read.damping
+    if rows.is_steady(damping, read.found.cycles):
+        return damping.error
+    return damping.error * max(1.0, abs(damping.drift))

@@ -1,0 +1,236 @@
+"""Packings: cells with poured spheres, and how they are poured."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon.liggghts import deck, process
+from pidpanel.geometry.cells import SHAPES, ShapeName
+from pidpanel.geometry.sizes import Sizes
+
+PLACEMENT_VERSION = 1
+"""Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
+for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
+`bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`)."""
+
+POUR_VERSION = 1
+"""Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`."""
+
+
+def identity_digest(*parts: Any) -> str:
+    """Hash of values as JSON holds them."""
+    text = json.dumps(parts, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the contacts of spheres with spheres and with walls.
+
+    Attributes
+    ----------
+    youngs_modulus, wall_youngs_modulus
+        [Pa]. Those of a run, which may be softer than the material; see `contact.softest_modulus`.
+    poissons_ratio, wall_poissons_ratio, restitution, wall_restitution
+        [1]
+    friction, wall_friction, rolling_friction, wall_rolling_friction
+        Coefficients [1].
+    """
+
+    youngs_modulus: float
+    wall_youngs_modulus: float
+    poissons_ratio: float
+    wall_poissons_ratio: float
+    restitution: float
+    wall_restitution: float
+    friction: float
+    wall_friction: float
+    rolling_friction: float
+    wall_rolling_friction: float
+
+    @property
+    def has_rolling_friction(self) -> bool:
+        """Whether anything resists rolling."""
+        return bool(self.rolling_friction or self.wall_rolling_friction)
+
+    @property
+    def deck_values(self) -> dict[str, Any]:
+        """Variables of ``templates/contacts.j2`` in SI."""
+        return {**vars(self), "contact_model": deck.contact_model(self.has_rolling_friction)}
+
+
+@dataclass(frozen=True)
+class Pouring:
+    """How a packing is poured.
+
+    Attributes
+    ----------
+    youngs_modulus
+        [Pa]; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom
+        of 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d.
+    restitution
+        [1]
+    fall_time
+        Duration of the fall from rest whose speed is the terminal speed under drag [s].
+    time_step_rayleigh
+        Time step over the Rayleigh time of the smallest sphere [1].
+    settled
+        Kinetic energy per sphere over m g d at which a poured bed is at rest [1].
+    """
+
+    youngs_modulus: float = 20e6
+    restitution: float = 0.5
+    fall_time: float = 0.2
+    time_step_rayleigh: float = 0.25
+    settled: float = 1e-6
+
+
+POURING = Pouring()
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Cells with spheres, poured higher than the cells are deep.
+
+    Attributes
+    ----------
+    shape
+        Of a cell: a key of `cells.SHAPES`.
+    across_flats, depth
+        Of a cell [m].
+    count
+        Of cells.
+    diameter
+        Nominal diameter of the spheres [m].
+    sizes
+        Distribution of their diameters.
+    density
+        [kg/m³]
+    poissons_ratio, friction, wall_friction
+        Of the pour [1].
+    seed
+        Of the random numbers.
+    """
+
+    shape: ShapeName
+    across_flats: float
+    depth: float
+    count: int
+    diameter: float
+    sizes: Sizes
+    density: float
+    poissons_ratio: float
+    friction: float
+    wall_friction: float
+    seed: int
+
+    @cached_property
+    def outline(self) -> Array:
+        """Corners of one cell round its centre, (k, 2) [m]."""
+        return SHAPES[self.shape].outline(self.across_flats)
+
+    @cached_property
+    def centres(self) -> Array:
+        """Centres of the cells, (count, 2) [m]."""
+        return geometry.cell_centres(self.across_flats, self.count)
+
+    @cached_property
+    def cell_area(self) -> float:
+        """Of one cell [m²]."""
+        return geometry.polygon_area(self.outline)
+
+    @property
+    def area(self) -> float:
+        """Of all cells [m²]."""
+        return self.count * self.cell_area
+
+    @property
+    def pour_constants(self) -> Constants:
+        """Constants of the contacts of the pour."""
+        return Constants(
+            youngs_modulus=POURING.youngs_modulus,
+            wall_youngs_modulus=POURING.youngs_modulus,
+            poissons_ratio=self.poissons_ratio,
+            wall_poissons_ratio=self.poissons_ratio,
+            restitution=POURING.restitution,
+            wall_restitution=POURING.restitution,
+            friction=self.friction,
+            wall_friction=self.wall_friction,
+            rolling_friction=0.0,
+            wall_rolling_friction=0.0,
+        )
+
+    @property
+    def pour_time_step(self) -> float:
+        """Time step of the pour [s]."""
+        return POURING.time_step_rayleigh * contact.rayleigh_time(
+            self.sizes.smallest / 2, self.density, POURING.youngs_modulus, self.poissons_ratio
+        )
+
+    def deck_text(self, *, drag: float, chunk_steps: int) -> str:
+        """Deck that pours the packing.
+
+        Parameters
+        ----------
+        drag
+            Force over speed [N s/m].
+        chunk_steps
+            Steps between two lines of the log.
+        """
+        values = {
+            **self.pour_constants.deck_values,
+            "data_file": deck.START_FILE,
+            "walls_file": deck.WALLS_FILE,
+            "skin": 0.3 * self.diameter,
+            "gravity": STANDARD_GRAVITY,
+            "drag": drag,
+            "time_step": self.pour_time_step,
+            "chunk_steps": chunk_steps,
+        }
+        return deck.render("fill.in.j2", values)
+
+    @cached_property
+    def identity(self) -> str:
+        """Hash of all that the packing depends on."""
+        # drag and the length of a chunk follow from the spheres by the code that pours
+        text = self.deck_text(drag=1.0, chunk_steps=1)
+        return identity_digest(
+            coding.encode(self),
+            # twelve digits, as LIGGGHTS is given them: more may differ between machines
+            [f"{x:.12g} {y:.12g}" for x, y in self.outline],
+            coding.encode(POURING),
+            deck.without_comments(text),
+            process.RUN,
+            process.VERSION,
+            [PLACEMENT_VERSION, POUR_VERSION],
+        )
+
+    @property
+    def name(self) -> str:
+        """The label without its hash."""
+        return (
+            f"{self.shape}{self.across_flats * 1e3:g}x{self.depth * 1e3:g}mm_n{self.count}"
+            f"_d{self.diameter * 1e3:g}mm_s{self.seed}"
+        )
+
+    @property
+    def label(self) -> str:
+        """Folder below ``results/coupon/packing``."""
+        return f"{self.name}_{self.identity[:8]}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON holds it; `from_dict` is the inverse."""
+        return coding.encode(self)
+
+    @staticmethod
+    def from_dict(values: Mapping[str, Any]) -> Packing:
+        """The inverse of `as_dict`."""
+        return coding.decode(Packing, values)

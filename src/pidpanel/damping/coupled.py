@@ -1,0 +1,180 @@
+"""C_e, m_a and own force from coupled runs, as a damping model with its errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array
+from pidpanel.damping.readings import DampingValues, Point
+
+COUPLED = "coupled"
+"""Name of this damping model in a study."""
+
+LEAST = 0.5
+"""C_e of a band below this many of its standard errors is taken as so many: what is not resolved
+must not feed the panel."""
+
+BAND_COLUMNS = {
+    "equivalent_damping": "equivalent_damping_n_s_m3",
+    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
+    "apparent_mass": "apparent_mass_kg_m2",
+    "apparent_mass_error": "apparent_mass_error_kg_m2",
+    "own_psd": "own_force_psd_pa2_hz",
+    "own_coherence": "own_force_coherence",
+}
+"""Columns of ``coupled/impedance.csv`` by the names of `BandDamping`."""
+
+SCALARS = {
+    "own_length": "own_force_length_m_hz",
+    "cell_area": "cell_area_m2",
+    "weight": "particle_mass_per_area_kg_m2",
+    "common_error": "common_error",
+}
+"""Columns with one value a patch, by the names of `CoupledDamping`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandDamping:
+    """C_e, m_a and own force of one patch at one level, by third octave.
+
+    Parameters
+    ----------
+    equivalent_damping, equivalent_damping_error
+        (n,) C_e and its standard error [N s/m³].
+    apparent_mass, apparent_mass_error
+        (n,) m_a and its standard error [kg/m²].
+    own_psd, own_coherence
+        (n,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1].
+    common_error
+        Relative standard error of all C_e and m_a together [1].
+    """
+
+    equivalent_damping: Array
+    equivalent_damping_error: Array
+    apparent_mass: Array
+    apparent_mass_error: Array
+    own_psd: Array
+    own_coherence: Array
+    common_error: float = 0.0
+
+    @property
+    def resolved_damping(self) -> Array:
+        """(n,) C_e, or `LEAST` of its standard errors where it is less [N s/m³]."""
+        damping: Array = np.maximum(self.equivalent_damping, LEAST * self.equivalent_damping_error)
+        return damping
+
+    @property
+    def log_damping(self) -> Array:
+        """(n,) ln of `resolved_damping`."""
+        return np.log(self.resolved_damping)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledDamping(BandDamping):
+    """C_e, m_a and own force of one patch at the motion that it has.
+
+    ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
+    bands. Fill and Γ are not arguments: they are those of the runs.
+
+    Parameters
+    ----------
+    frequency
+        (n,) rising nodes [Hz].
+    own_length
+        Coherence length times frequency [m Hz].
+    cell_area
+        Of a cell [m²].
+    weight
+        Of the particles [kg/m²].
+    with_mass
+        Whether m_a counts.
+    """
+
+    frequency: Array
+    own_length: float
+    cell_area: float
+    weight: float
+    with_mass: bool = True
+    depends_on_acceleration = False
+
+    @property
+    def nodes(self) -> Array:
+        """(n,) frequencies of the bands [Hz]."""
+        return self.frequency
+
+    def __call__(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> DampingValues:
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
+        frequency = np.asarray(frequency, float)
+        hats = self._hats(frequency)
+        damping = np.exp(hats @ self.log_damping)
+        variance = np.sum(hats * (hats @ self._log_covariance), axis=1)
+        mass = hats @ self.apparent_mass if self.with_mass else np.zeros(frequency.shape)
+        return DampingValues(
+            damping, damping * np.sqrt(variance), mass, np.ones(frequency.shape, np.bool_)
+        )
+
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Return the covariance (2n, 2n) of ln C_e, then of m_a, at (n,) [Hz]."""
+        hats = self._hats(np.asarray(frequency, float))
+        count = len(hats)
+        result = np.zeros((2 * count, 2 * count))
+        result[:count, :count] = hats @ self._log_covariance @ hats.T
+        if self.with_mass:
+            result[count:, count:] = hats @ self._mass_covariance @ hats.T
+        return result
+
+    def cross_covariance(self, frequency: Array, one: Point, other: Point) -> Array:
+        """Return the covariance itself: the parts of a patch have the same damper."""
+        return self.covariance(frequency, *one)
+
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return the mass of the particles [kg/m²]."""
+        return self.weight
+
+    def without_mass(self) -> CoupledDamping:
+        """Return the same damping with m_a = 0."""
+        return replace(self, with_mass=False)
+
+    def own_force(self, frequency: Array) -> tuple[Array, Array]:
+        """Return PSD [Pa²/Hz] and coherence [1] of the own force of a cell, (nf,) each."""
+        hats = self._hats(np.asarray(frequency, float))
+        psd = np.exp(hats @ np.log(np.maximum(self.own_psd, 1e-300)))
+        return psd, hats @ self.own_coherence
+
+    @property
+    def _log_covariance(self) -> Array:
+        own = np.diag((self.equivalent_damping_error / self.resolved_damping) ** 2)
+        result: Array = own + self.common_error**2
+        return result
+
+    @property
+    def _mass_covariance(self) -> Array:
+        common = self.common_error * self.apparent_mass
+        result: Array = np.diag(self.apparent_mass_error**2) + np.outer(common, common)
+        return result
+
+    def _hats(self, frequency: Array) -> Array:
+        """(nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
+        x, nodes = np.log(frequency), np.log(self.frequency)
+        return np.stack([np.interp(x, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
+
+
+def read_coupled(path: Path) -> dict[tuple[str, str], CoupledDamping]:
+    """Read ``coupled/impedance.csv``: scenario and patch → C_e, m_a and own force of its bed."""
+    table = pd.read_csv(path, dtype={"scenario": str, "patch": str})
+    beds = {}
+    for (scenario, patch), rows in table.groupby(["scenario", "patch"], sort=False):
+        columns = {"frequency": "frequency_hz", **BAND_COLUMNS}
+        values: dict[str, Any] = {
+            **{name: rows[column].to_numpy(float) for name, column in columns.items()},
+            **{name: float(rows[column].iloc[0]) for name, column in SCALARS.items()},
+        }
+        beds[str(scenario), str(patch)] = CoupledDamping(**values)
+    return beds

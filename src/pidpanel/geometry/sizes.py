@@ -1,0 +1,48 @@
+"""Diameters of particles: what a study says, and what a packing draws.
+
+The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How the diameters of the spheres are distributed by number.
+
+    Attributes
+    ----------
+    kind
+        ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle
+        and its standard deviation a quarter of the range, at whose ends it is cut.
+    smallest, largest
+        Diameters [m].
+    large_share
+        Share by number of the larger spheres among the two sizes of ``binary`` [1].
+    """
+
+    kind: str
+    smallest: float
+    largest: float
+    large_share: float = 0.0
+
+    def draw(self, count: int, rng: np.random.Generator) -> Array:
+        """Draw so many diameters, (count,) [m]."""
+        low, high = self.smallest, self.largest
+        if self.kind == "mono":
+            return np.full(count, low)
+        if self.kind == "uniform":
+            return rng.uniform(low, high, count)
+        if self.kind == "binary":
+            return np.where(rng.random(count) < self.large_share, high, low)
+        found = np.empty(0)
+        while len(found) < count:
+            drawn = rng.normal((low + high) / 2, (high - low) / 4, count)
+            found = np.concatenate([found, drawn[(drawn >= low) & (drawn <= high)]])
+        return found[:count]

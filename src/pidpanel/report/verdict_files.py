@@ -1,0 +1,109 @@
+"""``coupled/verdict.csv``: every reading of a study beside its coupled runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report.verdict import Coupled, Distance, distance
+from pidpanel.response.psd_files import is_steady, read_psd
+from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.lines import root_mean_square
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.study import Scenario, Study
+from pidpanel.study.damping import COUPLED
+
+BARE, DEAD_WEIGHT = "bare panel", "dead weight"
+"""Beside the readings: no damper, and its mass alone."""
+
+COLUMNS = (
+    "scenario", "oaspl_db", "reading", "point", "g_rms", "coupled_g_rms",
+    "coupled_g_rms_relative_error", "difference", "band_hz", "band_difference_db", "band_error_db",
+    "holds",
+)  # fmt: skip
+"""Of ``verdict.csv``: differences are of the reading from the coupled run, that of g rms relative,
+that of the third octave that is furthest off in dB."""
+
+
+def write_verdict(
+    study: Study, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
+) -> None:
+    """Write how far each reading is from the coupled run, by scenario and point.
+
+    Parameters
+    ----------
+    study
+        The study.
+    psd_nc
+        ``response/psd.nc``.
+    summary_csv, bands_csv
+        ``coupled/summary.csv`` and ``coupled/third_octaves.csv``.
+    verdict_csv
+        What to write.
+    """
+    # points may be named by numbers
+    summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
+    psd = read_psd(psd_nc)
+    rows = []
+    for scenario in study.all_scenarios():
+        of_run = summary[summary["scenario"] == scenario.label]
+        if of_run.empty:
+            continue
+        own = bands[bands["scenario"] == scenario.label]
+        for reading, accelerations in _readings(study, psd, scenario):
+            for point, run in of_run.set_index("point").iterrows():
+                here = own[own["point"] == point]
+                coupled = Coupled(
+                    float(run["g_rms"]), float(run["g_rms_error"]),
+                    here["g_rms"].to_numpy(), here["error_db"].to_numpy(),
+                )  # fmt: skip
+                one = accelerations.sel(point=point).to_numpy() / STANDARD_GRAVITY**2
+                found = _distance(study, psd["frequency"].to_numpy(), one, coupled)
+                rows.append(
+                    {
+                        "scenario": scenario.label,
+                        "oaspl_db": scenario.oaspl_db or spectrum_of(study.sound).oaspl,
+                        "reading": reading,
+                        "point": point,
+                        "g_rms": coupled.rms * (1 + found.rms),
+                        "coupled_g_rms": coupled.rms,
+                        "coupled_g_rms_relative_error": found.rms_error,
+                        "difference": found.rms,
+                        "band_hz": here["frequency_hz"].to_numpy()[found.band],
+                        "band_difference_db": found.band_db,
+                        "band_error_db": found.band_error_db,
+                        "holds": found.holds,
+                    }
+                )
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(verdict_csv, index=False, float_format="%.6g")
+
+
+def _readings(
+    study: Study, psd: xr.Dataset, scenario: Scenario
+) -> Iterator[tuple[str, xr.DataArray]]:
+    """Yield acceleration PSDs of a scenario by name: bare, dead weight and every reading."""
+    first = study.readings[0]
+    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
+    readings = [reading for reading in study.readings if reading != COUPLED]
+    for reading in readings:
+        dead = psd["dead_weight_acceleration_psd"].sel(reading=reading, scenario=scenario.label)
+        if not bool(np.isnan(dead).any()):
+            yield DEAD_WEIGHT, dead
+            break
+    for reading in readings:
+        if is_steady(psd, reading, scenario.label):
+            yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
+
+
+def _distance(study: Study, frequency: Array, psd: Array, coupled: Coupled) -> Distance:
+    low, high = study.response.frequency_hz
+    _, edge = whole_third_octaves(low, high)  # as in the tables of the coupled runs
+    return distance(
+        float(root_mean_square(frequency, psd)), band_rms(frequency, psd, edge), coupled
+    )

@@ -1,0 +1,305 @@
+"""Every scenario with every damping model: what is solved, and the responses."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.response.dampers import DampingModels, Filling, PatchDamper
+from pidpanel.response.panel import PanelInSound
+from pidpanel.solve.layout import Layout, LayoutResponse, Load, solve_layouts
+from pidpanel.solve.lines import LINES_PER_BANDWIDTH, smallest_damping_ratio
+from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.power import power_balance
+from pidpanel.solve.sharpness import least_damping_ratio
+from pidpanel.solve.solvers import PanelSolver
+
+ENOUGH_LINES = 4.0
+"""To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`."""
+
+MASS_LINES = 12
+"""Frequencies at which the mass of a damper is taken before its motion is known."""
+
+BALANCE_LINES = (2, 12)
+"""Fewest and most lines on which the power balance of each scenario is checked."""
+
+BALANCE_WORK = 1e8
+"""Shapes cubed times lines of a power balance, a dense solve each."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario of a study.
+
+    Parameters
+    ----------
+    label, bare_label
+        Its label, and that of the bare panel under the same sound.
+    oaspl_db
+        Overall level [dB].
+    factor
+        PSD of the pressure over that of the study [1].
+    fillings
+        Patches with their dampers.
+    patch, fill_fraction
+        As tables name them.
+    is_coupled
+        Whether coupled runs are wanted for it.
+    """
+
+    label: str
+    bare_label: str
+    oaspl_db: float
+    factor: float
+    fillings: tuple[Filling, ...]
+    patch: str | None
+    fill_fraction: float
+    is_coupled: bool = False
+
+    @property
+    def patches(self) -> tuple[str, ...]:
+        """Names of the patches with dampers."""
+        return tuple(filling.patch for filling in self.fillings)
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether there is no damper."""
+        return not self.fillings
+
+
+@dataclass(frozen=True)
+class SolvedCase:
+    """A scenario with a damping model, and its response.
+
+    Parameters
+    ----------
+    scenario, model
+        The scenario, and the name of the model.
+    response
+        Its response; the error where the damping feeds the panel.
+    bare
+        The bare panel under the same sound.
+    solver, layout
+        What it was computed with.
+    dampers
+        In the order of the loads.
+    dead_weight
+        The response with the same masses in the same places and no damping; None where a mass is
+        not known, and for the bare panel.
+    """
+
+    scenario: Scenario
+    model: str
+    response: LayoutResponse | UnstableDamping
+    bare: LayoutResponse
+    solver: PanelSolver
+    layout: Layout
+    dampers: Sequence[PatchDamper]
+    dead_weight: LayoutResponse | None
+
+    def masses(self, area: Array) -> Array:
+        """Return the mass [kg] of each damper on its area (n_loads,) [m²]; NaN where unknown."""
+        per_area = [damper.mass_per_area for damper in self.dampers]
+        return np.array(per_area, dtype=np.float64) * area
+
+
+@dataclass(frozen=True)
+class CasePlan:
+    """What is to be solved.
+
+    Parameters
+    ----------
+    rows
+        Scenario, name of the model and dampers of every case.
+    keys
+        Keys of its own layout, of the bare panel and of the dead weight.
+    layouts
+        By key; equal ones are there once.
+    """
+
+    rows: Sequence[tuple[Scenario, str, tuple[PatchDamper, ...]]]
+    keys: Sequence[tuple[Hashable, Hashable, Hashable]]
+    layouts: Mapping[Hashable, Layout]
+
+    def response_alone(self) -> CasePlan:
+        """Return the same without the motions of the patches and the slopes."""
+        layouts = {
+            key: replace(layout, with_motion=False, with_slope=False)
+            for key, layout in self.layouts.items()
+        }
+        return replace(self, layouts=layouts)
+
+    def solved(self, solver: PanelSolver) -> list[SolvedCase]:
+        """Return the responses."""
+        layouts = self.layouts
+        answers = dict(zip(layouts, solve_layouts(solver, list(layouts.values())), strict=True))
+        return [
+            SolvedCase(
+                scenario=scenario,
+                model=name,
+                response=answers[key],
+                bare=_steady(answers[bare]),
+                solver=solver,
+                layout=layouts[key],
+                dampers=dampers,
+                dead_weight=None if dead is None else _steady(answers[dead]),
+            )
+            for (scenario, name, dampers), (key, bare, dead) in zip(
+                self.rows, self.keys, strict=True
+            )
+        ]
+
+
+def plan_cases(
+    panel: PanelInSound,
+    scenarios: Sequence[Scenario],
+    models: DampingModels,
+    *,
+    dead_weight: bool = True,
+    only: Collection[str] | None = None,
+) -> CasePlan:
+    """Return what is to be solved for every scenario with every damping model.
+
+    Parameters
+    ----------
+    panel, scenarios, models
+        The panel, and the scenarios and damping models of the study.
+    dead_weight
+        Whether the same masses without damping are wanted too, once for each distinct set of
+        patches, masses and level.
+    only
+        Labels of the scenarios that are wanted; None for all.
+    """
+    rows = [
+        (scenario, name, _dampers(panel, scenario, models, name))
+        for scenario in scenarios
+        if only is None or scenario.label in only
+        for name in models.names
+    ]
+    # the bare panel once a level, dead weight once for each set of masses and level
+    keys: list[tuple[Hashable, Hashable, Hashable]] = []
+    layouts: dict[Hashable, Layout] = {}
+    for scenario, name, dampers in rows:
+        bare: Hashable = scenario.factor
+        key, dead = bare, None
+        layouts.setdefault(bare, Layout((), scenario.factor))
+        if dampers:
+            key = (scenario.label, name)
+            layouts[key] = _layout(panel, dampers, scenario.factor)
+            masses = tuple((damper.carrier, damper.mass_per_area) for damper in dampers)
+            if dead_weight and np.isfinite([mass for _, mass in masses]).all():
+                dead = (masses, scenario.factor)
+                layouts.setdefault(dead, _dead_weight(masses, scenario.factor))
+        keys.append((key, bare, dead))
+    return CasePlan(rows, keys, layouts)
+
+
+def resolving(panel: PanelInSound, plan: CasePlan) -> PanelInSound:
+    """Return the panel with lines for the resonances that the masses of its dampers make.
+
+    A mass that is light beside the panel leaves the lines as they are: of their eight to a
+    bandwidth `ENOUGH_LINES` do.
+    """
+    extent, damping_ratio = panel.settings.frequency_range, panel.settings.damping_ratio
+    mass, lines = np.zeros(len(panel.patch_area)), np.geomspace(*extent, MASS_LINES)
+    distinct = {
+        (damper.patch, damper.source, damper.fill_fraction): damper
+        for *_, dampers in plan.rows
+        for damper in dampers
+    }
+    for damper in distinct.values():
+        mass[damper.patch] = max(mass[damper.patch], damper.largest_mass(lines))
+    least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, extent)
+    ratio = max(
+        min(damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES),
+        smallest_damping_ratio(*extent),
+    )
+    return replace(panel, least_damping_ratio=min(ratio, damping_ratio))
+
+
+class BalanceCheck:
+    """The power balance of scenarios of a panel, on some lines."""
+
+    def __init__(self, panel: PanelInSound) -> None:
+        self._panel = panel
+        count = int(np.clip(BALANCE_WORK / len(panel.basis.modal_mass) ** 3, *BALANCE_LINES))
+        step = max(1, len(panel.frequency) // count)
+        self._lines = slice(step // 2, None, step)
+
+    @cached_property
+    def _matrices(self) -> tuple[Array | Complexes, Complexes | None]:
+        """G (n_lines, n, n) and the air."""
+        frequency, air = self._panel.frequency[self._lines], self._panel.air
+        return self._panel.excitation(frequency), None if air is None else air(frequency)
+
+    def error(self, response: LayoutResponse, factor: float) -> float:
+        """Return the largest error of the power balance of a response [1].
+
+        Parameters
+        ----------
+        response
+            The response.
+        factor
+            Factor on the PSD of the excitation.
+        """
+        panel, lines = self._panel, self._lines
+        force, air = self._matrices
+        balance = power_balance(
+            panel.frequency[lines],
+            panel.modal,
+            panel.carrier_patches.only(response.loads.tolist()),
+            factor * panel.excitation.spectrum(panel.frequency[lines]),
+            force,
+            response.equivalent_damping[:, lines],
+            response.apparent_mass[:, lines],
+            air,
+        )
+        return float(balance.error.max())
+
+
+def _dampers(
+    panel: PanelInSound, scenario: Scenario, models: DampingModels, name: str
+) -> tuple[PatchDamper, ...]:
+    dampers = []
+    for filling in scenario.fillings:
+        patch = panel.basis.patch_names.index(filling.patch)
+        dampers += [
+            models.damper(name, scenario.label, filling, patch, carrier)
+            for carrier in np.flatnonzero(panel.carriers == patch).tolist()
+        ]
+    return tuple(dampers)
+
+
+def _layout(panel: PanelInSound, dampers: Sequence[PatchDamper], factor: float) -> Layout:
+    beds = {damper.patch: damper.own_force for damper in dampers if damper.own_force is not None}
+    return Layout(
+        tuple(damper.load for damper in dampers),
+        factor,
+        panel.settings.stated_acceleration_g,
+        with_slope=any(damper.model.nodes is not None for damper in dampers),
+        force=panel.particle_force(beds) if beds else None,
+    )
+
+
+def _steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
+    """Return a response without negative damping, which cannot be unstable."""
+    if isinstance(response, UnstableDamping):
+        raise response
+    return response
+
+
+def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
+    """Return the layout of masses that do not damp."""
+
+    def load(patch: int, mass: float) -> Load:
+        def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
+            none = np.zeros(frequency.shape)
+            return none, none + mass, np.ones(frequency.shape, dtype=np.bool_)
+
+        return Load(patch, damping, depends_on_acceleration=False)
+
+    return Layout(tuple(load(*pair) for pair in masses), factor, with_motion=False)

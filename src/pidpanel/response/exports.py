@@ -1,0 +1,151 @@
+"""Files for other programs: CSV, third octaves, Nastran TABRND1 and TABDMP1, UFF 58."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.response.cases import Scenario
+from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
+from pidpanel.response.psd_files import is_steady
+from pidpanel.response.results import write_csv
+from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
+from pidpanel.response.trust import BETWEEN, TRUST, doubts_in
+
+
+def write_exports(
+    basis: PanelBasis,
+    damping_ratio: float,
+    scenarios: Sequence[Scenario],
+    models: Sequence[str],
+    psd: xr.Dataset,
+    summary: pd.DataFrame,
+    title: str,
+    folder: Path,
+) -> None:
+    """Write the files of all scenarios.
+
+    Parameters
+    ----------
+    basis, damping_ratio
+        Modes of the panel, and ζ of the bare panel [1].
+    scenarios, models
+        Of the study.
+    psd, summary
+        ``response/psd.nc`` and ``response/summary.csv``.
+    title
+        In the files.
+    folder
+        Made where it is not there.
+    """
+    folder.mkdir(exist_ok=True)
+    trust = summary.groupby(["reading", "scenario"])[TRUST].first()
+    doubts = {
+        (row.reading, row.scenario): BETWEEN.join(doubts_in({"doubts": row.doubts}))
+        for row in trust.reset_index().itertuples()
+    }
+    frequency = psd["frequency"].to_numpy()
+    points = [str(name) for name in psd["point"].to_numpy()]
+    curves, bare = [], {}
+    for reading in models:
+        for scenario in scenarios:
+            label = scenario.label
+            if not is_steady(psd, reading, label):
+                continue
+            under = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
+            for point in points:
+                bare[label, point] = under.sel(point=point).to_numpy()
+            one = psd.sel(reading=reading, scenario=label)
+            curves += _curves(one, reading, label, points, doubts[reading, label])
+            write_csv(
+                folder / f"psd_{reading}_{label}.csv", _psd_columns(one, frequency, points), 7
+            )
+    bands = third_octave_rows(frequency, curves, bare)
+    write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
+    write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
+    write_uff58(folder / "psd.uff", frequency, curves, title)
+    modes, ratios = modal_damping(basis, damping_ratio, scenarios, models, psd)
+    write_tabdmp1(folder / "tabdmp1.bdf", modes, ratios, title)
+
+
+def _curves(
+    one: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
+) -> list[Curve]:
+    psd = one["acceleration_psd"]
+    return [
+        Curve(reading, label, point, node, psd.sel(point=point).to_numpy(), doubts)
+        for node, point in enumerate(points, start=1)
+    ]
+
+
+def _psd_columns(one: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:
+    """PSDs of a scenario in the units that a person reads."""
+    columns = {"frequency_hz": frequency}
+    for point in points:
+        here = one.sel(point=point)
+        acceleration = here["acceleration_psd"].to_numpy()
+        columns |= {
+            f"acceleration_psd_g2_hz_{point}": acceleration / STANDARD_GRAVITY**2,
+            f"velocity_psd_m2_s2_hz_{point}": here["velocity_psd"].to_numpy(),
+            f"displacement_psd_mm2_hz_{point}": here["displacement_psd"].to_numpy() * 1e6,
+        }
+    return pd.DataFrame(columns)
+
+
+def modal_damping(
+    basis: PanelBasis,
+    damping_ratio: float,
+    scenarios: Sequence[Scenario],
+    models: Sequence[str],
+    psd: xr.Dataset,
+) -> tuple[Array, dict[str, Array]]:
+    """Damping ratio of every mode in every scenario that has a steady response.
+
+    Parameters
+    ----------
+    basis
+        Modes of the panel.
+    damping_ratio
+        ζ of the bare panel [1].
+    scenarios, models
+        Of the study.
+    psd
+        The dataset of ``response/psd.nc``, from which C_e is taken.
+
+    Returns
+    -------
+    frequency
+        (n,) natural frequencies within the range of the PSDs, rising [Hz].
+    ratios
+        (n,) damping ratios [1] by reading and scenario.
+    """
+    lines = psd["frequency"].to_numpy()
+    natural = basis.natural_frequency
+    modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))
+    modes = modes[np.argsort(natural[modes])]
+    ratios = {}
+    for reading in models:
+        for scenario in scenarios:
+            if not is_steady(psd, reading, scenario.label):
+                continue
+            ratio = np.full(modes.size, damping_ratio)
+            for name in scenario.patches:
+                case = {"reading": reading, "scenario": scenario.label, "patch": name}
+                ratio = modal_damping_ratio(
+                    ratio,
+                    natural[modes],
+                    basis.modal_mass[modes],
+                    basis.patch_overlap[basis.patch_names.index(name), modes, modes],
+                    np.interp(
+                        natural[modes], lines, psd["equivalent_damping"].sel(case).to_numpy()
+                    ),
+                )
+            ratios[f"{reading}, {scenario.label}"] = ratio
+    return natural[modes], ratios

@@ -1,0 +1,296 @@
+"""The panel of a study in its sound, ready for the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.damping.coupled import CoupledDamping
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.solve.basis_error import (
+    MovedFace,
+    cutoff_frequency,
+    joined_shapes,
+    modal_basis,
+    refined,
+)
+from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved import Matrices
+from pidpanel.solve.panel import Panel, deflection_at_points, fixed_points
+from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
+from pidpanel.sound.excitation import SoundExcitation
+from pidpanel.sound.radiation import Air
+
+COARSE_LINES_PER_BANDWIDTH = 3.0
+"""Of the search for Γ: rms of the patch within 1e-3."""
+
+OWN_FORCE_NODES = 25
+"""Frequencies at which the modal load of the particles' own force is computed; linear in ln f
+between them."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Values of a study that the response depends on.
+
+    Parameters
+    ----------
+    frequency_range
+        Lowest and highest frequency [Hz].
+    damping_ratio
+        ζ of the bare panel [1].
+    is_diagonal
+        Whether the dampers leave the modes uncoupled, as in the paper.
+    by_element
+        Whether each element of a patch is a damper of its own.
+    stated_acceleration_g
+        Γ at which all damping is read; None for that of the motion.
+    """
+
+    frequency_range: tuple[float, float]
+    damping_ratio: float
+    is_diagonal: bool = False
+    by_element: bool = False
+    stated_acceleration_g: float | None = None
+
+
+class SoundOfStudy(Protocol):
+    """The sound of a study on any shapes of its panel."""
+
+    def on(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
+        """Return the excitation of a basis, and the air on it where there is some."""
+        ...
+
+    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
+        """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""
+        ...
+
+
+@dataclass(frozen=True)
+class PatchElements:
+    """The elements of all patches; one that lies in two patches counts for each.
+
+    Parameters
+    ----------
+    parts
+        D and area of each.
+    patch
+        (n_elements,) index of its patch.
+    """
+
+    parts: Patches
+    patch: Index
+
+
+def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> PatchElements:
+    """Return the elements of the patches in a basis of the shapes ``vectors`` (n_free, n)."""
+    per_element = len(plate.quadrature_weight) // len(basis.cells)  # element by element
+    patch, cell = np.nonzero(basis.cell_in_patch)
+    index = (cell[:, None] * per_element + np.arange(per_element)).ravel()
+    weight = plate.quadrature_weight[index]
+    at_points = plate.at_quadrature[index]
+    used = np.unique(at_points.indices)  # a patch is a small part of the panel
+    seen = at_points[:, used] @ vectors[used].astype(np.float64)
+    rows = np.sqrt(weight)[:, None] * np.asarray(seen)
+    area = weight.reshape(-1, per_element).sum(axis=1)
+    parts = Patches.of_rows(rows, np.repeat(np.arange(len(cell)), per_element), area)
+    return PatchElements(parts, patch)
+
+
+@dataclass(frozen=True)
+class PanelInSound:
+    """A panel in its sound.
+
+    Parameters
+    ----------
+    settings
+        Values of the study.
+    basis
+        Modes and residual vectors of the panel.
+    excitation
+        The sound, at the level of the study.
+    sound
+        The same on other shapes.
+    air
+        The air that the panel moves; None where it is left out.
+    elements
+        Elements of the patches; None where they are not looked at.
+    least_damping_ratio
+        Of the resonances that the lines must resolve; None for that of the bare panel.
+    """
+
+    settings: Settings
+    basis: PanelBasis
+    excitation: SoundExcitation
+    sound: SoundOfStudy
+    air: Air | None = None
+    elements: PatchElements | None = None
+    least_damping_ratio: float | None = None
+
+    @cached_property
+    def modal(self) -> ModalBasis:
+        """The shapes with the damping ratio of the bare panel."""
+        settings = self.settings
+        return modal_basis(self.basis, settings.damping_ratio, settings.frequency_range[1])
+
+    @property
+    def cutoff(self) -> float:
+        """f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
+        return cutoff_frequency(self.settings.frequency_range[1])
+
+    @property
+    def resolved_ratio(self) -> float:
+        """ζ that the lines resolve."""
+        return self.least_damping_ratio or self.settings.damping_ratio
+
+    @cached_property
+    def frequency(self) -> Array:
+        """(nf,) lines of the result [Hz]."""
+        modes = self.basis.natural_frequency[~self.basis.is_residual]
+        edges = self.excitation.bands.edge_frequency
+        return frequency_grid(*self.settings.frequency_range, self.resolved_ratio, modes, edges)
+
+    @cached_property
+    def coarse_frequency(self) -> Array:
+        """(nf,) fewer lines, for rms values within 1e-3 [Hz]."""
+        return frequency_grid(
+            *self.settings.frequency_range,
+            self.resolved_ratio,
+            lines_per_bandwidth=COARSE_LINES_PER_BANDWIDTH,
+        )
+
+    @cached_property
+    def patch_area(self) -> Array:
+        """(n_patches,) [m²]."""
+        return patch_areas(self.basis)
+
+    @cached_property
+    def patches(self) -> Patches:
+        """All patches of the panel."""
+        return Patches(self.basis.patch_overlap, self.patch_area)
+
+    @cached_property
+    def fixed_points(self) -> Flags:
+        """(n_points,) which points do not move."""
+        return fixed_points(self.basis)
+
+    @cached_property
+    def deflection_at_points(self) -> Array:
+        """(n_points, 1, n): w alone."""
+        return deflection_at_points(self.basis)[:, None]
+
+    @cached_property
+    def motion_at_points(self) -> Array:
+        """(n_points, 6, n): w, curvatures, shear angles."""
+        basis = self.basis
+        return np.concatenate(
+            [self.deflection_at_points, basis.curvature_at_points, basis.shear_at_points], axis=1
+        )
+
+    @property
+    def by_element(self) -> bool:
+        """Whether each element of a patch is a damper of its own."""
+        return self.settings.by_element and self.elements is not None
+
+    @cached_property
+    def carriers(self) -> Index:
+        """(n_carriers,) index of the patch of each carrier in the solver: patches, or elements."""
+        if self.by_element and self.elements is not None:
+            return self.elements.patch
+        return np.arange(len(self.patch_area))
+
+    @cached_property
+    def carrier_patches(self) -> Patches:
+        """The patches of the solver, or their elements."""
+        if self.by_element and self.elements is not None and len(self.elements.patch):
+            return self.elements.parts
+        return self.patches
+
+    def solver(self, *, rms_only: bool = False, full: bool = False) -> PanelSolver:
+        """Return a solver.
+
+        Parameters
+        ----------
+        rms_only
+            Few lines and no strains, enough for rms accelerations within 1e-3.
+        full
+            The full modal damping matrix, whatever the study wants.
+        """
+        elements, cells = self.elements, not self.by_element and self.elements is not None
+        seen = elements if elements is not None and cells and len(elements.patch) else None
+        panel = Panel(
+            self.modal,
+            self.carrier_patches,
+            self.coarse_frequency if rms_only else self.frequency,
+            self.deflection_at_points if rms_only else self.motion_at_points,
+            self.coarse_frequency,
+            self.air,
+            None if seen is None else seen.parts,
+            None if seen is None else seen.patch,
+            self.settings.is_diagonal and not full,
+        )
+        return PanelSolver(panel, self.excitation)
+
+    def load_area(self, response: LayoutResponse) -> Array:
+        """Return the areas (n_loads,) of the dampers of a response [m²]."""
+        return self.carrier_patches.area[response.loads]
+
+    def bare_motion_g(self, bare: LayoutResponse, patch: int) -> float:
+        """Return Γ of a patch of the bare panel."""
+        carriers = self.carriers == patch
+        area = self.carrier_patches.area[carriers]
+        share = area / area.sum()
+        return float(np.sqrt(share @ bare.bare_patch_acceleration_g[carriers] ** 2))
+
+    def particle_force(self, beds: Mapping[int, CoupledDamping]) -> ParticleForce:
+        """Return the own force of the particles on the modes, from coupled runs by patch."""
+        basis = self.basis
+        nodes = np.geomspace(*self.settings.frequency_range, OWN_FORCE_NODES)
+        area = cell_areas(basis.vertex_position, basis.cells)
+        total = np.zeros((len(nodes), *basis.patch_overlap.shape[1:]))
+        for patch, bed in beds.items():
+            parts = elements_of_patch(
+                basis.shape_at_vertices,
+                basis.vertex_position,
+                basis.cells,
+                area,
+                basis.cell_in_patch[patch],
+            )
+            psd, coherence = bed.own_force(nodes)
+            independent = bed.cell_area * basis.patch_overlap[patch]
+            load = own_force_load(parts, independent, nodes, coherence, bed.own_length)
+            total += psd[:, None, None] * load
+        return ParticleForce(nodes, total)
+
+
+def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelInSound:
+    """Return the panel with a basis that has what another left out.
+
+    The sound on the new shapes is computed here, since their choice follows from the response.
+
+    Parameters
+    ----------
+    panel
+        With the basis of the panel stage.
+    plate
+        Its elements.
+    left_out
+        (n_free, k) further shapes.
+    """
+    if not left_out.shape[1]:
+        return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))
+    shapes = joined_shapes(panel.basis, plate, left_out)
+    basis = refined(panel.basis, plate, shapes)
+    elements = patch_elements(basis, plate, shapes.vectors)
+    excitation, air = panel.sound.on(basis, panel.air)
+    return replace(panel, basis=basis, excitation=excitation, air=air, elements=elements)

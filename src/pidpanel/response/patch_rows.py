@@ -1,0 +1,87 @@
+"""Responses by patch: rows of ``layouts.csv``, and the damping of each patch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pidpanel.response.cases import Scenario, SolvedCase
+from pidpanel.response.panel import PanelInSound
+from pidpanel.response.tables import OnPatches
+from pidpanel.solve.layout import LayoutResponse
+
+PATCH_COLUMNS = (
+    "reading", "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
+    "damping_read_at_g", "patch_motion_g", "bare_patch_motion_g", "lowest_element_motion_g",
+    "highest_element_motion_g", "outside_run_points_share",
+)  # fmt: skip
+"""Columns of ``layouts.csv``."""
+
+
+def patch_rows(
+    panel: PanelInSound, case: SolvedCase, response: LayoutResponse
+) -> list[dict[str, Any]]:
+    """Rows of ``layouts.csv`` of a case, a filled patch each."""
+    area = panel.load_area(response)
+    masses = case.masses(area)
+    rows = []
+    for filling in case.scenario.fillings:
+        patch = panel.basis.patch_names.index(filling.patch)
+        loads = np.array([damper.patch == patch for damper in case.dampers])
+        share = area[loads] / area[loads].sum()
+        elements = response.cell_acceleration_g[loads]
+        if panel.by_element:
+            elements = response.patch_acceleration_g[loads]
+        rows.append(
+            {
+                "patch": filling.patch,
+                "damper": case.dampers[int(loads.argmax())].source,
+                "fill_fraction": filling.fill_fraction,
+                "area_m2": area[loads].sum(),
+                "mass_kg": masses[loads].sum(),
+                "damping_read_at_g": np.sqrt(share @ response.acceleration_g[loads] ** 2),
+                "patch_motion_g": np.sqrt(share @ response.patch_acceleration_g[loads] ** 2),
+                "bare_patch_motion_g": panel.bare_motion_g(case.bare, patch),
+                "lowest_element_motion_g": elements.min(),
+                "highest_element_motion_g": elements.max(),
+                "outside_run_points_share": 1 - response.inside[loads].all(axis=0).mean(),
+            }
+        )
+    return rows
+
+
+def only_motion(
+    panel: PanelInSound,
+    case: SolvedCase,
+    response: LayoutResponse,
+    scenarios: Sequence[Scenario],
+) -> tuple[float, float]:
+    """Γ at which the damping of the only patch is read, and of its motion; NaN for several.
+
+    Of the bare panel it is the motion of the patch that is filled first in the study.
+    """
+    rows = patch_rows(panel, case, response)
+    if len(rows) == 1:
+        return rows[0]["damping_read_at_g"], rows[0]["patch_motion_g"]
+    first = next((scenario.patches[0] for scenario in scenarios if scenario.patches), None)
+    if rows or first is None:
+        return np.nan, np.nan
+    return np.nan, panel.bare_motion_g(case.bare, panel.basis.patch_names.index(first))
+
+
+def on_patches(panel: PanelInSound, case: SolvedCase, response: LayoutResponse) -> OnPatches:
+    """Return a response with its damping by patch of the panel: means over area of its loads."""
+    count = len(panel.basis.patch_names)
+    damping, mass = np.zeros((2, count, panel.frequency.size))
+    inside = np.ones((count, panel.frequency.size))
+    area = panel.load_area(response)
+    patches = np.array([damper.patch for damper in case.dampers], dtype=np.int64)
+    for patch in dict.fromkeys(patches.tolist()):
+        loads = patches == patch
+        share = area[loads] / area[loads].sum()
+        damping[patch] = share @ response.equivalent_damping[loads]
+        mass[patch] = share @ response.apparent_mass[loads]
+        inside[patch] = response.inside[loads].all(axis=0)
+    return OnPatches(response.response, damping, mass, inside)

@@ -1,0 +1,20 @@
+"""The dataset of ``response/psd.nc``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+
+def read_psd(path: Path) -> xr.Dataset:
+    """Read the dataset of ``response/psd.nc``, in memory."""
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        return dataset.load()
+
+
+def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:
+    """Whether a scenario has a response; none where the damping feeds the panel."""
+    accelerations = psd["acceleration_psd"].sel(reading=reading, scenario=scenario)
+    return not bool(np.isnan(accelerations).any())

@@ -1,0 +1,301 @@
+"""What the shapes of the basis miss of a response, and a basis that misses less.
+
+At a few lines of every scenario the same panel is solved on all elements (`elements`), under the
+same sound; the error of the basis is the largest difference of the PSD of a point, relative to
+that of all elements. The check is of the structure alone: in vacuum, with the dampers' C_e and
+m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_waves import CondensedFace, condensed
+from pidpanel.panel.basis import PanelBasis, values_of
+from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes
+from pidpanel.progress import tracked
+from pidpanel.solve.elements import Elements, Motion, Pull
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.moved import Matrices
+
+ALLOWED = 5e-3
+"""Largest error of a PSD that is left to the basis."""
+
+REFINED_ABOVE = 4e-3
+"""Error at the lines tried above which the basis is refined: between them it may be larger."""
+
+REMAINDER = 0.1
+"""Share of `REFINED_ABOVE` that is left where the basis is refined, at the lines tried."""
+
+LINES = (2, 12)
+"""Fewest and most lines of a scenario."""
+
+WORK = 1.2e7
+"""Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
+coordinates with three points and 22 scenarios the check has 3 lines each."""
+
+
+@dataclass(frozen=True)
+class MovedFace:
+    """Motions of the face as shapes; see `sound.from_study.FaceShapes`."""
+
+    quadrature_position: Array
+    quadrature_weight: Array
+    shape_at_quadrature: Array
+    quadrature_wavenumber: float
+    vertex_position: Array
+    cells: Index
+    shape_at_vertices: Array
+
+
+ForceAt = Callable[[float, MovedFace], Matrices]
+"""(frequency [Hz], shapes) → G (n, n) [m⁴]."""
+
+
+@dataclass(frozen=True)
+class PatchDampers:
+    """C_e and m_a of every patch of the basis in a scenario.
+
+    Attributes
+    ----------
+    equivalent_damping, apparent_mass
+        (n_patches, nf) [N s/m³] and [kg/m²] on the lines of the check; 0 where there is no damper.
+    """
+
+    equivalent_damping: Array
+    apparent_mass: Array
+
+
+@dataclass(frozen=True)
+class BasisCheck:
+    """Errors of the basis in every scenario.
+
+    Attributes
+    ----------
+    frequency
+        (nf,) lines tried [Hz].
+    error
+        (n_scenarios, nf) largest relative error of the PSD of a point [1].
+    left_out
+        (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`.
+    """
+
+    frequency: Array
+    error: Array
+    left_out: Array
+
+    @property
+    def largest(self) -> Array:
+        """(n_scenarios,) [1]."""
+        worst: Array = self.error.max(axis=1)
+        return worst
+
+
+def lines_to_try(
+    frequency_range: tuple[float, float], coordinates: int, columns: int, attempt: int = 0
+) -> Array:
+    """Return the lines [Hz] at which all elements are solved, denser towards the highest.
+
+    Parameters
+    ----------
+    frequency_range
+        Of the response [Hz].
+    coordinates
+        Of the elements.
+    columns
+        Points times scenarios.
+    attempt
+        Number of the basis from 0. Each has lines of its own, since a basis is right at the lines
+        at which it was refined.
+    """
+    count = int(np.clip(WORK // max(1, coordinates * columns), *LINES))
+    low, high = frequency_range
+    offset = (0.5 + attempt * (np.sqrt(5) - 1) / 2) % 1  # the golden section keeps them apart
+    share = np.sqrt((np.arange(count) + offset) / count)
+    lines: Array = low + (high - low) * share
+    return lines
+
+
+def cutoff_frequency(highest: float) -> float:
+    """Return f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
+    return MODES_BEYOND * highest
+
+
+def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Array:
+    """Return ζ of every shape: that of the panel in modes, ζ f/f_c in residual vectors.
+
+    A residual vector has no damping ratio of its own, being no mode. With a damping proportional
+    to the stiffness above f_c the answer does not depend on how the shapes above are chosen.
+    """
+    share = np.where(basis.is_residual, basis.natural_frequency / cutoff, 1.0)
+    ratios: Array = damping_ratio * share
+    return ratios
+
+
+def modal_basis(basis: PanelBasis, damping_ratio: float, highest: float) -> ModalBasis:
+    """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz]."""
+    ratios = damping_ratios(basis, damping_ratio, cutoff_frequency(highest))
+    return ModalBasis(basis.natural_frequency, basis.modal_mass, ratios)
+
+
+def check_basis(
+    basis: PanelBasis,
+    plate: StoredPlate,
+    shapes: Array,
+    modal: ModalBasis,
+    force_of_basis: Callable[[Array], Matrices],
+    force_at: ForceAt,
+    damping_ratio: float,
+    cutoff: float,
+    frequency: Array,
+    scenarios: Sequence[PatchDampers],
+) -> BasisCheck:
+    """Compare the basis with all elements.
+
+    Parameters
+    ----------
+    basis
+        Of the panel.
+    plate
+        Its elements.
+    shapes
+        (n_free, n) of the basis.
+    modal
+        Frequencies, masses and damping of the basis.
+    force_of_basis
+        G of the field of the study on the shapes of the basis over frequency [m⁴].
+    force_at
+        The same at a frequency [Hz] on given shapes.
+    damping_ratio, cutoff
+        ζ of the bare panel and f_c [Hz].
+    frequency
+        (nf,) [Hz].
+    scenarios
+        Dampers at these lines.
+    """
+    elements = Elements(
+        plate,
+        list(plate.patch_overlap.values()),
+        shapes,
+        modal,
+        basis.is_residual,
+        damping_ratio,
+        cutoff,
+        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
+    )
+    omega = 2 * np.pi * frequency
+    error = np.zeros((len(scenarios), len(frequency)))
+    left_out: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
+    lines = list(enumerate(frequency.tolist()))
+    for line, f in tracked(lines, "lines of the check against all elements"):
+        pulls = [
+            Pull(
+                f,
+                1j * omega[line] * one.equivalent_damping[:, line]
+                - omega[line] ** 2 * one.apparent_mass[:, line],
+            )
+            for one in scenarios
+        ]
+        motions = elements.motions(pulls)
+        (force,) = force_of_basis(frequency[line : line + 1])
+        error[:, line] = _errors(motions, force, basis, plate, force_at, f)
+        for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
+            missing = motions[missed].left_out
+            missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
+            energy = np.sqrt(np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real)
+            missing = missing * (error[missed, line] / REFINED_ABOVE / energy)
+            left_out += [np.real(missing), np.imag(missing)]
+    return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(left_out)))
+
+
+def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAINDER) -> Array:
+    """Return the fewest shapes that leave at most ``remainder`` of any column.
+
+    Scenarios that differ in fill or level, and lines side by side, miss nearly the same.
+
+    Parameters
+    ----------
+    stiffness
+        K (n_free, n_free).
+    columns
+        (n_free, n).
+    remainder
+        Largest norm in K of what is left of a column.
+
+    Returns
+    -------
+    (n_free, k), orthogonal in K, the largest part of the columns first.
+    """
+    square, V = la.eigh(columns.T @ (stiffness @ columns))
+    square, V = np.maximum(square[::-1], 0.0), V[:, ::-1]
+    left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
+    enough = np.flatnonzero(np.all(left <= remainder**2, axis=0))
+    count = int(enough[0]) + 1 if columns.size else 0
+    found: Array = columns @ V[:, :count]
+    return found
+
+
+def point_vertices(basis: PanelBasis) -> Index:
+    """Return (n_points,) the vertices that are response points."""
+    distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
+    nearest: Index = np.argmin(distance, axis=1)
+    return nearest
+
+
+def _errors(
+    motions: Sequence[Motion],
+    force_of_basis: Matrices,
+    basis: PanelBasis,
+    plate: StoredPlate,
+    force_at: ForceAt,
+    frequency: float,
+) -> Array:
+    """(n_scenarios,) largest relative error of the PSD of a point at a line."""
+    # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
+    of_basis = np.stack([one.of_basis for one in motions])  # (n_scenarios, n, n_points)
+    in_basis = np.sum(of_basis * (force_of_basis @ of_basis.conj()), axis=1).real
+    columns = np.hstack([part for one in motions for part in (one.whole.real, one.whole.imag)])
+    reach = basis.quadrature_wavenumber
+    face = CondensedFace(
+        plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns
+    )
+    if np.isfinite(reach):
+        face = condensed(face.position, face.weight, face.values, reach)
+    force = force_at(
+        frequency,
+        MovedFace(
+            face.position, face.weight, face.values, reach,
+            basis.vertex_position, basis.cells, plate.at_vertices @ columns,
+        ),
+    )  # fmt: skip
+    blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
+    real, imag = blocks[:, 0], blocks[:, 1]
+    psd = (
+        force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
+    ).real  # (n_scenarios, n_points)
+    moved = psd > 0  # a point on a support does not
+    ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moved)
+    error: Array = np.abs(ratio - 1).max(axis=1, initial=0.0)
+    return error
+
+
+def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Shapes:
+    """Return the shapes of the panel stage's basis with what it left out (n_free, k)."""
+    frequency = basis.natural_frequency
+    vectors = plate.shapes.astype(np.float64)
+    shapes = Shapes(frequency[~basis.is_residual], frequency[basis.is_residual], vectors)
+    return shapes.joined_by(plate, left_out) if left_out.shape[1] else shapes
+
+
+def refined(basis: PanelBasis, plate: StoredPlate, shapes: Shapes) -> PanelBasis:
+    """Return the basis of the panel stage with what it left out, see `joined_shapes`."""
+    wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
+    return with_condensed_face(wider, basis.quadrature_wavenumber)

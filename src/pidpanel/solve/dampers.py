@@ -1,0 +1,304 @@
+"""Dampers on the panel: exact attachment to its patches.
+
+A damper on patch p pulls with −s_p, s = iω C_e − ω² m_a, at the motions that the patch feels, all
+dampers together at u with −S u, S = Σ_p s_p Δ_p (Woodbury's identity):
+
+    u = (I + R_uu S)⁻¹ u₀,      w = w₀ − B u₀,      B = R_wu S (I + R_uu S)⁻¹.
+
+The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.modal import BarePanel, chunks_of_lines
+from pidpanel.solve.model import Response, ResponseError, UnstableDamping, checked_array
+
+
+def patch_stiffness(frequency: Array, damping: Array, mass: Array) -> Complexes:
+    """Return s = iω C_e − ω² m_a (n_patches, nf) [N/m³] from C_e and m_a (n_patches, nf)."""
+    omega = 2 * np.pi * frequency
+    stiffness: Complexes = 1j * omega * damping - omega**2 * mass
+    return stiffness
+
+
+def weighted_sum(stiffness: Complexes, weight: Array) -> Complexes:
+    """Return Σ_p s_p Δ_p (nf, r, r) from s (n_patches, nf) and Δ (n_patches, r, r)."""
+    r = weight.shape[1]
+    flat = weight.reshape(len(weight), r * r)
+    total = np.empty((stiffness.shape[1], r * r), dtype=np.complex128)
+    total.real = np.ascontiguousarray(stiffness.real.T) @ flat
+    total.imag = np.ascontiguousarray(stiffness.imag.T) @ flat
+    return total.reshape(len(total), r, r)
+
+
+def checked_dampers(
+    patches: int, frequency: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+) -> tuple[Array, Array]:
+    """Return C_e and m_a, each (n_patches, nf) and finite."""
+    shape = (patches, frequency.size)
+    return (
+        checked_array("equivalent_damping", equivalent_damping, shape),
+        checked_array("apparent_mass", apparent_mass, shape),
+    )
+
+
+def attach_dampers(
+    bare: BarePanel,
+    equivalent_damping: ArrayLike,
+    apparent_mass: ArrayLike,
+    allow_negative_damping: bool = False,
+) -> Response:
+    """Return the response of a panel whose patches carry dampers.
+
+    Parameters
+    ----------
+    bare
+        The panel without dampers.
+    equivalent_damping
+        (n_patches, nf) C_e [N s/m³]; 0 for a patch without damper.
+    apparent_mass
+        (n_patches, nf) m_a [kg/m²], of either sign.
+    allow_negative_damping
+        Accept C_e < 0 as long as the panel's own structural damping outweighs it.
+
+    Returns
+    -------
+    Response
+
+    Raises
+    ------
+    UnstableDamping
+        Where C_e < 0 and this is not allowed, or is not outweighed: C + Σ C_e D must stay
+        positive definite. The law of the paper as printed (Eq. 5-6) is such a case.
+    ResponseError
+        Where shapes disagree or a value is not finite.
+    """
+    damping, mass = checked_dampers(
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
+    )
+    check_stable(damping, bare.damping_norm, allow_negative_damping)
+
+    n_points, m = bare.point_psd.shape[1:3]
+    cross_psd = np.empty_like(bare.point_psd)
+    for lines, Y, B in _updates(bare, damping, mass):
+        by_point = (len(B), n_points, m, B.shape[2])
+        taken = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
+        cross_psd[lines] = bare.point_psd[lines] - taken - taken.conj().swapaxes(2, 3)
+    return Response(bare.frequency, cross_psd)
+
+
+def covariance_taken(
+    bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, weight: Array
+) -> Array:
+    """Return what dampers take from sums of Re S_ww over frequency.
+
+    Parameters
+    ----------
+    bare, equivalent_damping, apparent_mass
+        As of `attach_dampers`; the motions are those of one point.
+    weight
+        (k, nf) of the lines in each sum.
+
+    Returns
+    -------
+    (k, m, m) Σ_f weight Re(Y Bᴴ + B Yᴴ).
+    """
+    damping, mass = checked_dampers(
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
+    )
+    check_stable(damping, bare.damping_norm, False)
+    m = bare.point_psd.shape[2]
+    total = np.zeros((len(weight), m, m))
+    for lines, Y, B in _updates(bare, damping, mass):
+        # all lines in one product, real and imaginary parts side by side
+        right = np.ascontiguousarray(B.swapaxes(0, 1)).reshape(m, -1).view(np.float64)
+        for part, shares in zip(total, weight[:, lines], strict=True):
+            left = np.ascontiguousarray((shares[:, None, None] * Y).swapaxes(0, 1))
+            product = left.reshape(m, -1).view(np.float64) @ right.T
+            part += product + product.T
+    return total
+
+
+def _updates(
+    bare: BarePanel, damping: Array, mass: Array
+) -> Iterator[tuple[slice, Complexes, Complexes]]:
+    """Yield Y and B (nf, nw, r) on some lines after others: S_ww falls by Y Bᴴ + B Yᴴ.
+
+    S_ww − B S_uw − S_wu Bᴴ + B S_uu Bᴴ = S_ww − (Y Bᴴ + B Yᴴ) with Y = S_wu − B S_uu/2.
+    """
+    width = bare.receptance.shape[2]
+    for lines in chunks_of_lines(bare.frequency.size, 2 * width):
+        s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
+        loop = _pulled(bare, s, bare.receptance[lines, :width])  # Z₀, and so R_uu, is symmetric
+        loop[:, range(width), range(width)] += 1
+        from_points = _pulled(bare, s, bare.receptance[lines, width:].swapaxes(1, 2))
+        B = np.linalg.solve(loop, from_points).swapaxes(1, 2)
+        yield lines, bare.patch_psd[lines, width:] - B @ bare.patch_psd[lines, :width] / 2, B
+
+
+def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:
+    """S times motions (nf, r, k); for one patch S is s times the unit matrix."""
+    if bare.patches.count == 1:
+        return stiffness[0, :, None, None] * motion
+    pulled: Complexes = weighted_sum(stiffness, bare.coordinates.weight) @ motion
+    return pulled
+
+
+def acceleration_slope(
+    bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+) -> Complexes:
+    """How the acceleration PSD at the points follows the damper on each patch.
+
+    A change δs of s = iω C_e − ω² m_a on patch p pulls at the damped motion u with δs Δ_p u, so
+    that
+
+        δS_a = −2 Re(δs t_p),      t_p = ω⁴ (R_wu Δ_p S_uw)_ww,
+
+    with R_wu = R_wu (I + S R_uu)⁻¹ and S_wu = (S_wu − B S_uu)(I + R_uu S)⁻ᴴ of the panel that
+    carries the dampers.
+
+    Parameters are those of `attach_dampers`.
+
+    Returns
+    -------
+    (n_patches, nf, n_points) t [(m/s²)²/Hz per N/m³].
+    """
+    damping, mass = checked_dampers(
+        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
+    )
+    m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
+    slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex)
+    for lines in chunks_of_lines(bare.frequency.size, 2 * width):
+        s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
+        loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)  # R_uu S
+        loop[:, range(width), range(width)] += 1
+        receptance = np.linalg.solve(loop, bare.receptance[lines, width::m].swapaxes(1, 2))  # R_uw
+        taken = _pulled(bare, s, receptance).swapaxes(1, 2) @ bare.patch_psd[lines, :width]
+        seen = (bare.patch_psd[lines, width::m] - taken).conj().swapaxes(1, 2)
+        psd = np.linalg.solve(loop, seen)  # S_uw
+        omega = 2 * np.pi * bare.frequency[lines, None]
+        for patch, weight in enumerate(bare.coordinates.weight):
+            slope[patch, lines] = omega**4 * np.sum(receptance * (weight @ psd), axis=1)
+    return slope
+
+
+@dataclass(frozen=True)
+class LowRankPanel:
+    """The bare panel with low-rank updates, on some lines; see `solvers.SolutionPath`."""
+
+    bare: BarePanel
+
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+        """Return `attach_dampers`."""
+        return attach_dampers(self.bare, equivalent_damping, apparent_mass)
+
+    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
+        """Return `acceleration_slope`."""
+        return acceleration_slope(self.bare, equivalent_damping, apparent_mass)
+
+
+@dataclass(frozen=True)
+class PatchMotion:
+    """Mean motion of one patch as a function of the damper on it, for the search of its Γ.
+
+    With R_uu = V Λ V⁻¹ a damper acts on each column of V alone, u = V d V⁻¹ u₀ with
+    d = 1/(1 + sλ), so that any number of dampers costs one decomposition a line:
+
+        mean over the patch of S_a = (ω⁴/A) Σ_jk d_j Q_jk d_k*,
+        Q_jk = (V⁻¹ S_uu V⁻ᴴ)_jk (VᴴV)_kj.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    eigenvalue
+        (nf, r) λ of R_uu [m³/N].
+    weight
+        (nf, r, r) ω⁴ Q/A [(m/s²)²/Hz].
+    damping_norm
+        (1,) as of the `BarePanel`.
+    """
+
+    frequency: Array
+    eigenvalue: Complexes
+    weight: Complexes
+    damping_norm: Array
+
+    @staticmethod
+    def of(bare: BarePanel) -> "PatchMotion":
+        """Decompose the receptance of a panel with one patch.
+
+        Raises
+        ------
+        ResponseError
+            Where there is not one patch.
+        """
+        if bare.patches.count != 1:
+            raise ResponseError(f"{bare.patches.count} patches: the motion is that of one")
+        width = bare.receptance.shape[2]
+        eigenvalue, V = np.linalg.eig(bare.receptance[:, :width])
+        inverse = np.linalg.inv(V)
+        psd = inverse @ bare.patch_psd[:, :width] @ inverse.conj().swapaxes(1, 2)
+        Q = psd * (V.conj().swapaxes(1, 2) @ V).swapaxes(1, 2)
+        omega = 2 * np.pi * bare.frequency[:, None, None]
+        return PatchMotion(
+            bare.frequency, eigenvalue, omega**4 * Q / bare.patches.area[0], bare.damping_norm
+        )
+
+    def acceleration_psd(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Array:
+        """Return the mean over the patch of the acceleration PSD (nf,) [(m/s²)²/Hz].
+
+        Parameters and errors are those of `attach_dampers`, each (nf,).
+        """
+        d, seen = self._followed(equivalent_damping, apparent_mass)
+        psd: Array = np.sum(d * seen, axis=1).real
+        return psd
+
+    def acceleration_slope(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Complexes:
+        """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `acceleration_slope`."""
+        d, seen = self._followed(equivalent_damping, apparent_mass)
+        slope: Complexes = np.sum(self.eigenvalue * d**2 * seen, axis=1)
+        return slope
+
+    def _followed(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> tuple[Complexes, Complexes]:
+        """(nf, r) d_j and ω⁴/A Σ_k Q_jk d_k*."""
+        damping = checked_array("equivalent_damping", equivalent_damping, self.frequency.shape)
+        mass = checked_array("apparent_mass", apparent_mass, self.frequency.shape)
+        check_stable(damping[None], self.damping_norm, False)
+        omega = 2 * np.pi * self.frequency
+        s = 1j * omega * damping - omega**2 * mass
+        d = 1 / (1 + s[:, None] * self.eigenvalue)
+        return d, (self.weight @ d.conj()[:, :, None])[:, :, 0]
+
+
+def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> None:
+    """Refuse C_e < 0 unless allowed and outweighed.
+
+    D_p ≤ norm_p C as quadratic forms, so Σ_p max(−C_e,p, 0) norm_p < 1 keeps C + Σ C_e D positive.
+    """
+    negative = np.maximum(-damping, 0)
+    share = np.multiply(
+        damping_norm[:, None], negative, out=np.zeros_like(negative), where=negative > 0
+    )
+    taken = share.sum(axis=0)
+    if not np.any(taken > 0) or (allow_negative and np.max(taken) < 1):
+        return
+    patch, line = np.unravel_index(np.argmin(damping), damping.shape)
+    raise UnstableDamping(
+        f"equivalent_damping = {damping[patch, line]:g} N s/m³ (patch {patch}, line {line}): "
+        "must be at least 0; negative damping feeds energy to the panel, which would be unstable"
+        + (
+            f" (it takes {np.max(taken):.3g} times the panel's own damping)"
+            if allow_negative
+            else ""
+        )
+    )

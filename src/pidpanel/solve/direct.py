@@ -1,0 +1,287 @@
+"""Dampers that the panel feels with nearly all its shapes: one dense solve a line.
+
+Twenty patches together have as many columns (`model.PatchCoordinates`) as there are shapes. Then
+nothing is gained by the bare panel's solution, and
+
+    H = (Z₀ + Σ_p s_p D_p)⁻¹,      S_w = cᵀ H (S_p G) Hᴴ c
+
+is taken as it stands: x = H c for the motions c at the points, since H is symmetric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.dampers import (
+    check_stable,
+    checked_dampers,
+    patch_stiffness,
+    weighted_sum,
+)
+from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
+from pidpanel.solve.model import ModalBasis, Patches, Response
+from pidpanel.solve.motions import Motions, Reals
+from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
+
+SHAPES_TO = 5.0
+"""In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
+patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
+shapes to three times, 2e-4 to eight times)."""
+
+FEW_SHAPES_TO = 2.5
+"""The same where the search only draws near, on few lines."""
+
+FEWEST_SHAPES = 10
+"""That the search takes at the lowest lines."""
+
+LINES_OF_SEARCH = 48
+"""Lines of the search solved together: within them the frequency rises by a third."""
+
+
+Receptance = Callable[[Complexes], Complexes]
+"""Modal forces (nf, n, k) [N] → motions H F (nf, n, k) [m]."""
+
+
+@dataclass(frozen=True)
+class DirectPanel:
+    """The panel with all its shapes, on some lines.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    basis
+        Its shapes.
+    patches
+        That carry dampers.
+    points
+        (n_points, m, n) as of `modal.bare_panels`.
+    spectrum
+        (nf,) S of the excitation.
+    modal_force, air_stiffness
+        As of `modal.bare_panels`.
+    """
+
+    frequency: Array
+    basis: ModalBasis
+    patches: Patches
+    points: Array
+    spectrum: Array
+    modal_force: MatrixInput
+    air_stiffness: MatrixInput | None = None
+
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+        """Return the response with dampers.
+
+        Parameters
+        ----------
+        equivalent_damping, apparent_mass
+            (n_patches, nf) as of `dampers.attach_dampers`.
+
+        Raises
+        ------
+        UnstableDamping
+            Where C_e is negative.
+        """
+        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
+        n_points, m, n = self.points.shape
+        cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
+        columns = self.points.reshape(-1, n).T.astype(complex)
+        for lines in chunks_of_lines(self.frequency.size, 2 * n):
+            moved = self._receptance(lines, stiffness[:, lines])(columns[None])
+            moved = moved.reshape(len(moved), n, n_points, m)
+            force, level = self._force(lines), self.spectrum[lines, None, None]
+            for point in range(n_points):
+                motion = moved[:, :, point]
+                cross_psd[lines, point] = level * product(motion, force, motion)
+        return Response(self.frequency, cross_psd)
+
+    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
+        """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.
+
+        Parameters are those of `response`.
+        """
+        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
+        deflection = self.points[:, 0].T.astype(complex)
+        slope = np.empty((*stiffness.shape, deflection.shape[1]), complex)
+        for lines in chunks_of_lines(self.frequency.size, 2 * len(deflection)):
+            moved = self._receptance(lines, stiffness[:, lines])
+            receptance = moved(deflection[None])
+            psd = moved(self._force(lines) @ receptance.conj())
+            scale = (2 * np.pi * self.frequency[lines]) ** 4 * self.spectrum[lines]
+            for patch in range(self.patches.count):
+                pulled = self._pulled(patch, psd)
+                slope[patch, lines] = scale[:, None] * np.sum(receptance * pulled, axis=1)
+        return slope
+
+    @property
+    def damping_norm(self) -> Array:
+        """(n_patches,), see `modal.BarePanel`."""
+        return self.patches.damping_norm(self.basis.damping)
+
+    def _patch_stiffness(
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    ) -> Complexes:
+        damping, mass = checked_dampers(
+            self.patches.count, self.frequency, equivalent_damping, apparent_mass
+        )
+        check_stable(damping, self.damping_norm, False)
+        return patch_stiffness(self.frequency, damping, mass)
+
+    def _pulled(self, patch: int, motion: Complexes) -> Complexes:
+        """D_p times motions (nf, n, k)."""
+        pulled: Complexes = self.patches.overlap[patch] @ motion
+        return pulled
+
+    def _force(self, lines: slice) -> Matrices:
+        return matrices_at(self.modal_force, self.frequency, lines, self.patches.shapes)
+
+    def _receptance(self, lines: slice, stiffness: Complexes) -> Receptance:
+        """H of the panel with the dampers."""
+        air = None
+        if self.air_stiffness is not None:
+            air = matrices_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
+        whole = dense_stiffness(self.frequency[lines], self.basis, air)
+        whole += weighted_sum(stiffness, self.patches.overlap)
+        return lambda force: np.asarray(np.linalg.solve(whole, force), np.complex128)
+
+
+@dataclass(frozen=True)
+class _Matrices:
+    """What some lines of the search need, of the shapes that count there.
+
+    Parameters
+    ----------
+    counts
+        (k,) the shapes.
+    basis
+        Those.
+    force
+        S_p G (nf, k, k).
+    air
+        (nf, k, k) of the air, or None.
+    weight
+        (n_patches, k, k) D.
+    """
+
+    counts: Index
+    basis: ModalBasis
+    force: Matrices
+    air: Matrices | None
+    weight: Array
+
+
+class DirectMotions(Motions):
+    """Mean motions of patches from all shapes that count on a line.
+
+    Parameters
+    ----------
+    panel
+        The panel on the lines of the search.
+    kept_bytes
+        Most memory for matrices that are kept; where it is not enough, they are made anew.
+    shapes_to
+        The highest natural frequency of shapes that count on a line, over that of the line.
+    """
+
+    def __init__(self, panel: DirectPanel, kept_bytes: float, shapes_to: float = SHAPES_TO) -> None:
+        self._panel = panel
+        self._shapes_to = shapes_to
+        self._kept_bytes = kept_bytes
+        self._kept: dict[int, _Matrices] = {}
+        self.frequency = panel.frequency
+        self.area = panel.patches.area
+        self.weight = panel.patches.overlap
+
+    @cached_property
+    def damping_norm(self) -> Array:  # type: ignore[override]
+        """(n_patches,), see `modal.BarePanel`."""
+        return self._panel.damping_norm
+
+    def every(self, step: int) -> DirectMotions:
+        """Return the same on every so many lines."""
+        panel, some = self._panel, slice(None, None, step)
+        n = panel.patches.shapes
+
+        def on_some(matrix: MatrixInput) -> MatrixInput:
+            return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
+
+        few = replace(
+            panel,
+            frequency=panel.frequency[some],
+            spectrum=panel.spectrum[some],
+            modal_force=on_some(panel.modal_force),
+            air_stiffness=None if panel.air_stiffness is None else on_some(panel.air_stiffness),
+        )
+        return DirectMotions(few, self._kept_bytes, FEW_SHAPES_TO)
+
+    def _lines(self) -> Sequence[slice]:
+        count = self.frequency.size
+        return [
+            slice(start, min(start + LINES_OF_SEARCH, count))
+            for start in range(0, count, LINES_OF_SEARCH)
+        ]
+
+    def _weight(self, lines: slice) -> Array:
+        return self._matrices(lines).weight
+
+    def _counts(self, lines: slice) -> Index:
+        return self._matrices(lines).counts
+
+    def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+        receptance, force = self._receptance(lines, stiffness)
+        return receptance, product(receptance, force, receptance)
+
+    def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
+        receptance, force = self._receptance(lines, stiffness)
+        if np.iscomplexobj(force):
+            return product(receptance, force, receptance).real
+        real, imaginary = receptance.real.copy(), receptance.imag.copy()
+        moved: Reals = real @ (np.real(force) @ real) + imaginary @ (
+            np.real(force) @ imaginary
+        )  # H is symmetric
+        return moved
+
+    def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
+        """H and S_p G."""
+        matrices = self._matrices(lines)
+        whole = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
+        whole += weighted_sum(stiffness, matrices.weight)
+        return np.linalg.inv(whole), matrices.force
+
+    def _matrices(self, lines: slice) -> _Matrices:
+        if lines.start in self._kept:
+            return self._kept[lines.start]
+        panel, frequency = self._panel, self.frequency
+        natural, n = panel.basis.natural_frequency, panel.patches.shapes
+        fewest = np.sort(natural)[min(FEWEST_SHAPES, n) - 1]
+        counts = np.flatnonzero(natural <= max(self._shapes_to * frequency[lines][-1], fewest))
+        air = None
+        if panel.air_stiffness is not None:
+            air = _of_shapes(matrices_at(panel.air_stiffness, frequency, lines, n), counts)
+        matrices = _Matrices(
+            counts,
+            ModalBasis(
+                natural[counts], panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
+            ),
+            panel.spectrum[lines, None, None]
+            * _of_shapes(matrices_at(panel.modal_force, frequency, lines, n), counts),
+            air,
+            _of_shapes(self.weight, counts),
+        )
+        size = matrices.force.nbytes + matrices.weight.nbytes + (0 if air is None else air.nbytes)
+        if len(self._lines()) * size <= self._kept_bytes:
+            self._kept[lines.start] = matrices
+        return matrices
+
+
+def _of_shapes(matrix: Any, counts: Index) -> Any:
+    """Rows and columns of some shapes of (…, n, n)."""
+    return matrix[..., counts[:, None], counts]

@@ -1,0 +1,99 @@
+"""What drives a panel: random forces on its modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.solve.moved import Matrices
+
+
+class Excitation(Protocol):
+    """Random forces on a panel: the cross-PSD of the modal forces is S(f) G(f).
+
+    Splitting it in two lets G be tabulated, and S jump from band to band. Under sound S is the PSD
+    of the pressure [Pa²/Hz] and G has the unit m⁴.
+    """
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return the level S (nf,), one-sided per Hz, at the frequencies (nf,) [Hz]."""
+        ...
+
+    def __call__(self, frequency: Array) -> Matrices:
+        """Return G, Hermitian, (nf, n, n) or (1, n, n) where all are equal."""
+        ...
+
+    def factors(self, frequency: Array) -> Matrices | None:
+        """Return L (nf, n, r) with G = L Lᴴ; None where r is not small."""
+        ...
+
+    @property
+    def support_psd(self) -> Callable[[Array], Array] | None:
+        """PSD of the acceleration of the supports [(m/s²)²/Hz]; None where they are at rest."""
+        ...
+
+
+@dataclass(frozen=True)
+class ModalForce:
+    """An excitation from arrays.
+
+    Parameters
+    ----------
+    spectrum
+        S (nf,) over frequencies (nf,) [Hz].
+    matrix
+        G (n, n) at all frequencies, or a function of frequencies that returns (nf, n, n).
+    """
+
+    spectrum: Callable[[Array], Array]
+    matrix: Matrices | Callable[[Array], Matrices]
+    support_psd: Callable[[Array], Array] | None = None
+
+    def __call__(self, frequency: Array) -> Matrices:
+        """Return G."""
+        return self.matrix(frequency) if callable(self.matrix) else self.matrix[None]
+
+    def factors(self, frequency: Array) -> Matrices | None:
+        """Return None: no short form is known."""
+        return None
+
+
+@dataclass(frozen=True)
+class Superposition:
+    """Two independent excitations.
+
+    Parameters
+    ----------
+    first, second
+        The excitations. S is that of the first.
+    share
+        Factor on the cross-PSD of the second.
+    """
+
+    first: Excitation
+    second: Excitation
+    share: float = 1.0
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return S of the first."""
+        return self.first.spectrum(frequency)
+
+    def __call__(self, frequency: Array) -> Matrices:
+        """Return G₁ + share S₂ G₂/S₁."""
+        level = self.first.spectrum(frequency)
+        inverse = np.divide(1.0, level, out=np.zeros_like(level), where=level > 0)
+        share = self.share * inverse * self.second.spectrum(frequency)
+        return self.first(frequency) + share[:, None, None] * self.second(frequency)
+
+    def factors(self, frequency: Array) -> Matrices | None:
+        """Return None: no short form is known."""
+        return None
+
+    @property
+    def support_psd(self) -> Callable[[Array], Array] | None:
+        """That of the first."""
+        return self.first.support_psd

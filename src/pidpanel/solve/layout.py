@@ -1,0 +1,366 @@
+"""Layouts: dampers on patches, whose damping depends on the motion of their patch.
+
+The Γ at which C_e(f, Γ) of a load is read is either stated or consistent: the motions of all
+loaded patches reproduce themselves together (`search`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Flags, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.solve.dampers import check_stable
+from pidpanel.solve.excitation import Excitation, Superposition
+from pidpanel.solve.model import Response, UnstableDamping
+from pidpanel.solve.motions import Motions
+from pidpanel.solve.panel import Panel
+from pidpanel.solve.search import LinearisationError, find_motions, starts_between
+from pidpanel.solve.solvers import Answer, PanelSolver, Request
+
+DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
+"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
+(nf,)."""
+
+FEW_LINES = 120
+"""Lines on which several Γ are searched before all lines of the search are looked at."""
+
+CLOSE = 1e-12
+"""|ln(Γ_out/Γ)| to which the Γ of a single damper is closed in: an evaluation costs little."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """A damper on a patch.
+
+    Parameters
+    ----------
+    patch
+        Its index.
+    damping
+        C_e and m_a of the filled patch as a function of frequency and Γ.
+    depends_on_acceleration
+        Whether `damping` depends on Γ at all.
+    """
+
+    patch: int
+    damping: DampingOfMotion
+    depends_on_acceleration: bool = True
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Dampers that are on the panel together, and how strongly it is excited.
+
+    Parameters
+    ----------
+    loads
+        The dampers; none for the bare panel.
+    factor
+        Factor on the PSD of the excitation.
+    stated_acceleration_g
+        Γ at which the damping of every load is read; left out, that of its patch's own motion.
+    with_slope
+        Whether `LayoutResponse.slope` is wanted, for `uncertainty`.
+    with_motion
+        Whether the motions of the patches that come out are wanted; they are NaN otherwise.
+    force
+        Independent force beside the excitation, which ``factor`` leaves as it is, such as that of
+        the particles; None for none.
+    """
+
+    loads: Sequence[Load]
+    factor: float = 1.0
+    stated_acceleration_g: float | None = None
+    with_slope: bool = False
+    with_motion: bool = True
+    force: Excitation | None = None
+
+    @property
+    def patches(self) -> tuple[int, ...]:
+        """Indices of the loaded patches."""
+        return tuple(load.patch for load in self.loads)
+
+    @property
+    def search_key(self) -> Hashable:
+        """What the search for Γ depends on."""
+        return tuple(self.loads), self.factor, self.stated_acceleration_g
+
+    @property
+    def follows_motion(self) -> Flags:
+        """(n_loads,) whether Γ of a load is that of the motion of its patch."""
+        stated = self.stated_acceleration_g is not None
+        return np.array([load.depends_on_acceleration and not stated for load in self.loads], bool)
+
+
+@dataclass(frozen=True)
+class LayoutResponse:
+    """A response and the damping it was computed with.
+
+    Parameters
+    ----------
+    response
+        PSDs at the points.
+    loads
+        (n_loads,) indices of the loaded patches; none on the bare panel.
+    acceleration_g
+        (n_loads,) Γ at which the damping was read; NaN for a law without Γ.
+    patch_acceleration_g
+        (n_loads,) Γ of the sine with the rms acceleration that the patch ends up with.
+    cell_acceleration_g
+        (n_loads, 2) lowest and highest such Γ of a cell of the patch; NaN without cells.
+    bare_patch_acceleration_g
+        (n_patches,) Γ of every patch of the solver on the bare panel under the same excitation.
+    equivalent_damping, apparent_mass
+        (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
+    inside
+        (n_loads, nf) whether the damping is within the simulated range.
+    fixed_points
+        Number of distinct sets of Γ found that reproduce themselves; 0 on the bare panel.
+    residual
+        Largest |ln(Γ_out/Γ)| at the one taken; 0 where no Γ is searched.
+    starts, converged
+        Number of starts of the search, and of those that led to a solution.
+    slope
+        (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for.
+    """
+
+    response: Response
+    loads: Index
+    acceleration_g: Array
+    patch_acceleration_g: Array
+    cell_acceleration_g: Array
+    bare_patch_acceleration_g: Array
+    equivalent_damping: Array
+    apparent_mass: Array
+    inside: Flags
+    fixed_points: int
+    residual: float = 0.0
+    starts: int = 0
+    converged: int = 0
+    slope: Complexes | None = None
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Γ of all loads, rms accelerations of the patches where known [m/s²], and how it was found."""
+
+    gamma: Array
+    rms: Array | None = None
+    fixed_points: int = 1
+    residual: float = 0.0
+    starts: int = 0
+    converged: int = 0
+
+
+def layouts(
+    panel: Panel, excitation: Excitation, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
+    """Return the response of a panel with layouts of dampers at their consistent motion.
+
+    Parameters
+    ----------
+    panel
+        Modes, patches, points and lines.
+    excitation
+        What drives it.
+    layouts
+        The layouts.
+
+    Returns
+    -------
+    Of each layout the PSDs at the points and the motions of its patches; the error in the place of
+    a response where C_e is negative.
+
+    Raises
+    ------
+    LinearisationError
+        Where no consistent motion is found.
+    ResponseError
+        Where shapes of arrays disagree or a value is not finite.
+
+    See Also
+    --------
+    solve_layouts : the same with a solver that is used again.
+    """
+    return solve_layouts(PanelSolver(panel, excitation), layouts)
+
+
+def solve_layouts(
+    solver: PanelSolver, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
+    """Return what `layouts` returns, with one run over the lines of the result.
+
+    A layout with a force beside the excitation is solved on its own.
+    """
+    alone = [layout for layout in layouts if layout.force is None]
+    answers = iter(_solved(solver, alone))
+    return [
+        next(answers)
+        if layout.force is None
+        else _solved(
+            solver.under(Superposition(solver.excitation, layout.force, 1 / layout.factor)),
+            [layout],
+        )[0]
+        for layout in layouts
+    ]
+
+
+def _solved(
+    solver: PanelSolver, layouts: Sequence[Layout]
+) -> list[LayoutResponse | UnstableDamping]:
+    solver.prepare([layout.patches for layout in layouts])
+    dampers: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
+    for layout in layouts:
+        try:
+            dampers.append(_dampers(solver, layout))
+        except UnstableDamping as error:
+            dampers.append(error)
+    steady = [case for case in dampers if not isinstance(case, UnstableDamping)]
+    answers = iter(solver.responses([request for _, request, _ in steady]))
+    return [
+        case
+        if isinstance(case, UnstableDamping)
+        else _response(solver, layout, *case, next(answers))
+        for layout, case in zip(layouts, dampers, strict=True)
+    ]
+
+
+def sine_accelerations_g(acceleration_rms: Array) -> Array:
+    """Return Γ = √2 a_rms/g of several rms accelerations [m/s²]."""
+    return np.sqrt(2) * acceleration_rms / STANDARD_GRAVITY
+
+
+def read_dampers(
+    loads: Sequence[Load], frequency: Array, gamma: Array
+) -> tuple[Array, Array, Flags]:
+    """Return C_e, m_a and whether they are inside, each (n_loads, nf), at Γ (n_loads,)."""
+    shape = (len(loads), frequency.size)
+    value, mass, inside = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.bool_)
+    for index, (load, motion) in enumerate(zip(loads, gamma.tolist(), strict=True)):
+        value[index], mass[index], inside[index] = load.damping(frequency, motion)
+    return value, mass, inside
+
+
+def _dampers(solver: PanelSolver, layout: Layout) -> tuple[_Motion, Request, Flags]:
+    """Return Γ and the dampers at it."""
+    if layout.search_key not in solver.searched:
+        solver.searched[layout.search_key] = _consistent_motion(solver, layout)
+    motion: _Motion = solver.searched[layout.search_key]
+    value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, motion.gamma)
+    if layout.loads:
+        check_stable(value, solver.motions(layout.patches).damping_norm, False)
+    return motion, Request(layout.patches, value, mass, layout.with_slope), inside
+
+
+def _response(
+    solver: PanelSolver,
+    layout: Layout,
+    motion: _Motion,
+    request: Request,
+    inside: Flags,
+    answer: Answer,
+) -> LayoutResponse:
+    factor = layout.factor
+    count = len(layout.loads)
+    rms, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
+    if layout.loads and layout.with_motion:
+        key = ("moved", layout.search_key)
+        if key not in solver.searched:
+            solver.searched[key] = _final_motion(solver, layout, motion)
+        rms, cells = solver.searched[key]
+    root = np.sqrt(factor)
+    return LayoutResponse(
+        response=answer.response.under(factor),
+        loads=np.array(layout.patches, dtype=np.int64),
+        acceleration_g=motion.gamma,
+        patch_acceleration_g=sine_accelerations_g(root * rms),
+        cell_acceleration_g=sine_accelerations_g(root * cells),
+        bare_patch_acceleration_g=sine_accelerations_g(root * solver.bare_acceleration_rms),
+        equivalent_damping=request.equivalent_damping,
+        apparent_mass=request.apparent_mass,
+        inside=inside,
+        fixed_points=motion.fixed_points,
+        residual=motion.residual,
+        starts=motion.starts,
+        converged=motion.converged,
+        slope=None if answer.slope is None else factor * answer.slope,
+    )
+
+
+def _final_motion(solver: PanelSolver, layout: Layout, motion: _Motion) -> tuple[Array, Array]:
+    """Return the rms acceleration of the patches, and of their calmest and liveliest cells."""
+    unseen = np.full((len(layout.loads), 2), np.nan)
+    if motion.rms is not None and solver.panel.cells is None:
+        return motion.rms, unseen
+    value, mass, _ = read_dampers(layout.loads, solver.panel.search_frequency, motion.gamma)
+    motions = solver.motions(layout.patches)
+    if solver.panel.cells is None:
+        return motions.acceleration_rms(value, mass), unseen
+    covariance = motions.acceleration_covariance(value, mass)
+    square = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
+    return np.sqrt(square), solver.cell_acceleration_rms(layout.patches, covariance)
+
+
+def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
+    """Return Γ of all loads."""
+    gamma = np.full(len(layout.loads), np.nan)
+    if not layout.loads:
+        return _Motion(gamma, fixed_points=0)
+    if layout.stated_acceleration_g is not None:
+        return _Motion(np.full(len(layout.loads), layout.stated_acceleration_g))
+    searched = np.flatnonzero(layout.follows_motion)
+    if searched.size == 0:
+        return _Motion(gamma)
+    # a passive damper can move a patch more than no damper only where its mass tunes a
+    # resonance to a peak of the excitation, and never to a hundredth
+    patches = np.array([layout.loads[index].patch for index in searched.tolist()])
+    bare = sine_accelerations_g(np.sqrt(layout.factor) * solver.bare_acceleration_rms[patches])
+    motions = solver.motions(layout.patches)
+    whole = _LogMotion(layout, motions, searched)
+    maps, several = [whole], len(layout.loads) > 1
+    if several and (step := motions.frequency.size // FEW_LINES) > 1:
+        maps.append(_LogMotion(layout, motions.every(step), searched))
+    search = find_motions(
+        maps, starts_between(np.log(bare / 100), np.log(3 * bare)), aim=None if several else CLOSE
+    )
+    chosen = search.governing.log_gamma
+    gamma[searched] = np.exp(chosen)
+    return _Motion(
+        gamma,
+        whole.rms[chosen.tobytes()],
+        len(search.solutions),
+        search.governing.residual,
+        search.starts,
+        search.converged,
+    )
+
+
+class _LogMotion:
+    """ln Γ that the loads end up with over the ln Γ of those that are searched."""
+
+    def __init__(self, layout: Layout, motions: Motions, searched: Index) -> None:
+        self._layout, self._motions, self._searched = layout, motions, searched
+        self._gamma = np.full(len(layout.loads), np.nan)
+        self._value, self._mass = np.empty((2, len(layout.loads), motions.frequency.size))
+        for index, load in enumerate(layout.loads):
+            if index not in searched:  # is read once
+                self._value[index], self._mass[index], _ = load.damping(motions.frequency, np.nan)
+        self.rms: dict[bytes, Array] = {}
+
+    def __call__(self, log_gamma: Array) -> Array:
+        for index, gamma in zip(self._searched, np.exp(log_gamma).tolist(), strict=True):
+            read = self._layout.loads[index].damping(self._motions.frequency, gamma)
+            self._value[index], self._mass[index], _ = read
+        motion = self._motions.acceleration_rms(self._value, self._mass)
+        self.rms[log_gamma.tobytes()] = motion
+        rms = np.sqrt(self._layout.factor) * motion[self._searched]
+        if not (np.all(np.isfinite(rms)) and np.all(rms > 0)):
+            raise LinearisationError(
+                f"patches move with rms accelerations of {rms.min()!r} to {rms.max()!r} m/s²: "
+                "finite, positive motions are needed"
+            )
+        return np.log(sine_accelerations_g(rms))

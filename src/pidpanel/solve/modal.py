@@ -1,0 +1,334 @@
+"""The panel without dampers, in modal coordinates, seen from its patches and points.
+
+For each frequency, with one-sided PSDs per Hz throughout,
+
+    Z(ω) = K − ω² (M + M_air + Σ_p m_a,p D_p) + iω (C + R + Σ_p C_e,p D_p),      H = Z⁻¹,
+    S_q  = H (S_p G) Hᴴ,      S_a = ω⁴ φ S_q φᵀ   (paper, Eq. 25 with H_j* for H_i*),
+
+where M = diag(m_i), K = diag(m_i ω_i²), C = diag(2 ζ_i m_i ω_i), D_p = ∫_p φ φᵀ dA is the overlap
+of the shapes on patch p, C_e,p(ω) and m_a,p(ω) its equivalent damping and apparent mass per area,
+G the modal force of the sound field, R and M_air an optional radiation resistance and added mass.
+
+Patches are known to the panel only by a few numbers: D_p = E Δ_p Eᵀ with about 35 columns E of all
+of them for each patch of 0.2 m. So the bare panel is solved once for the motions w = Wᵀq of the
+patches (columns E) and of the points (columns φᵀ),
+
+    R_wu = Wᵀ Z₀⁻¹ E,      S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E,
+
+and any dampers are then attached exactly (`dampers`). Patches whose columns are nearly as many as
+the shapes are better solved directly (`direct`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
+from pidpanel.solve.model import (
+    ModalBasis,
+    PatchCoordinates,
+    Patches,
+    ResponseError,
+    checked_array,
+)
+from pidpanel.solve.moved import (
+    InAir,
+    InVacuum,
+    Matrices,
+    MatrixInput,
+    MovedPanel,
+    ShapesInVacuum,
+    matrices_at,
+)
+
+OVERLAP_CUTOFF = 1e-8
+"""Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
+
+LINES_AT_ONCE = 32
+"""Frequency lines solved together, so that memory does not grow with the number of lines."""
+
+CHUNK_BYTES = 20e6
+"""Of one real matrix of all shapes on the lines solved together.
+
+Three times as much takes no less time.
+"""
+
+LEAST_LINES = 8
+"""Lines solved together at least: a table of G is read whole for them."""
+
+
+@dataclass(frozen=True)
+class BarePanel:
+    """Motions of the panel without dampers at some patches and points, ready to carry dampers.
+
+    Of the motions w = Wᵀq the first r are those of the patches (u = Eᵀ q, mean square over a
+    patch = uᵀ Δ_p u/A_p), then come m motions at each point.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    patches
+        The patches, in order.
+    coordinates
+        E and Δ.
+    receptance
+        (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ E.
+    patch_psd
+        (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E.
+    point_psd
+        (nf, n_points, m, m) the same among the motions of one point.
+    damping_norm
+        (n_patches,) largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)]: what a negative C_e takes
+        from the panel's own damping.
+    """
+
+    frequency: Array
+    patches: Patches
+    coordinates: PatchCoordinates
+    receptance: Complexes
+    patch_psd: Complexes
+    point_psd: Complexes
+    damping_norm: Array
+
+    def without_patches(self, none: Patches) -> "BarePanel":
+        """Return the same with its points alone, to carry no damper."""
+        width = self.receptance.shape[2]
+        return replace(
+            self,
+            patches=none,
+            coordinates=none.coordinates(OVERLAP_CUTOFF),
+            receptance=self.receptance[:, width:, :0],
+            patch_psd=self.patch_psd[:, width:, :0],
+            damping_norm=self.damping_norm[:0],
+        )
+
+    def with_fewer(self, overlap_cutoff: float) -> "BarePanel":
+        """Return the same without the columns of E below a share of the largest eigenvalue of D."""
+        columns = self.coordinates.columns
+        value = np.sum(columns**2, axis=0)
+        kept = np.flatnonzero(value > overlap_cutoff * value.max(initial=0.0))
+        rows = np.concatenate([kept, np.arange(columns.shape[1], self.receptance.shape[1])])
+        return replace(
+            self,
+            coordinates=PatchCoordinates(
+                columns[:, kept],
+                self.coordinates.weight[:, kept[:, None], kept],
+                self.coordinates.inverse[kept],
+            ),
+            receptance=self.receptance[:, rows[:, None], kept],
+            patch_psd=self.patch_psd[:, rows[:, None], kept],
+        )
+
+
+def joined(parts: Sequence[BarePanel]) -> BarePanel:
+    """Return one panel of parts on lines that follow one another."""
+    return replace(
+        parts[0],
+        frequency=np.concatenate([one.frequency for one in parts]),
+        receptance=np.concatenate([one.receptance for one in parts]),
+        patch_psd=np.concatenate([one.patch_psd for one in parts]),
+        point_psd=np.concatenate([one.point_psd for one in parts]),
+    )
+
+
+def bare_panels(
+    frequency: ArrayLike,
+    basis: ModalBasis,
+    carriers: Sequence[Patches],
+    motion_at_points: ArrayLike | None,
+    spectrum: ArrayLike,
+    modal_force: MatrixInput,
+    air_stiffness: MatrixInput | PanelInAir | None = None,
+    overlap_cutoff: float = OVERLAP_CUTOFF,
+) -> list[BarePanel]:
+    """Solve the panel without dampers, once for every set of patches that may carry some.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising [Hz], positive.
+    basis
+        Modes and residual vectors of the bare panel.
+    carriers
+        Sets of patches; each makes one `BarePanel`. The panel is solved once for all.
+    motion_at_points
+        (n_points, m, n) m motions at each point as rows over the shapes, the deflection φ [1]
+        first, then such as curvatures [1/m]; or (n_points, n), φ alone; or None for the shapes
+        themselves, as one point of n motions.
+    spectrum
+        (nf,) one-sided S of the excitation per Hz; [Pa²/Hz] under sound.
+    modal_force
+        G: (n, n), (nf, n, n) or a function of frequencies, such as an `Excitation`; symmetric or
+        Hermitian.
+    air_stiffness
+        −ω²M_air + iωR of the air [N/m] in the same forms, symmetric, or None for a panel in
+        vacuum. `radiation.Air` is known to be smooth, so that not every line is factorised; a
+        `PanelInAir` of more lines keeps what it knows between calls.
+    overlap_cutoff
+        Share of the largest eigenvalue of D below which eigenvalues are dropped. On 124 shapes of
+        the paper's panel with C_e = 3000 √(f/100 Hz) N s/m³ and m_a = 5 kg/m² on PID-1:
+        1e-8 keeps 45 and errs by 2e-8 in the PSD of any line (7e-8 with ten times the damper);
+        1e-4 keeps 29, 5e-4, and is enough for the search of a Γ.
+
+    Raises
+    ------
+    ResponseError
+        Where shapes disagree, a frequency is not positive or they do not rise, or a value is not
+        finite.
+    """
+    frequency = checked_frequency(frequency)
+    spectrum = checked_spectrum(spectrum, frequency)
+    n = basis.natural_frequency.size
+    of_shapes = motion_at_points is None
+    points = np.eye(n)[None] if motion_at_points is None else checked_motions(motion_at_points, n)
+    for patches in carriers:
+        check_patches(patches, n)
+
+    n_points, m = points.shape[:2]
+    coordinates = [patches.coordinates(overlap_cutoff) for patches in carriers]
+    columns = [one.columns for one in coordinates]
+    ends = np.cumsum([n_points * m] + [part.shape[1] for part in columns]).tolist()
+    observed = np.concatenate([points.reshape(-1, n).T, *columns], axis=1)
+
+    count = frequency.size
+    receptance, patch_psd = (
+        [np.empty((count, n_points * m + u.shape[1], u.shape[1]), complex) for u in columns]
+        for _ in range(2)
+    )
+    point_psd = np.empty((count, n_points, m, m), complex)
+    at_points = slice(0, n_points * m)
+    if isinstance(air_stiffness, SmoothStiffness):
+        air_stiffness = PanelInAir(frequency, basis, air_stiffness)
+    for lines in chunks_of_lines(count, n):
+        moved: MovedPanel
+        if air_stiffness is None:
+            moved = (ShapesInVacuum if of_shapes else InVacuum)(
+                basis.dynamic_stiffness(frequency[lines]), observed
+            )
+        elif isinstance(air_stiffness, PanelInAir):
+            moved = InAir(air_stiffness.motion(frequency[lines], observed), observed)
+        else:
+            air = matrices_at(air_stiffness, frequency, lines, n)
+            stiffness = dense_stiffness(frequency[lines], basis, air)
+            moved = InAir(np.linalg.solve(stiffness, observed[None]), observed)
+        psd = moved.psd(modal_force, frequency, lines)
+        level = spectrum[lines, None, None]
+        for point in range(n_points):
+            own = slice(point * m, (point + 1) * m)
+            point_psd[lines, point] = level * psd(own, own)
+        for index, (start, stop) in enumerate(pairwise(ends)):
+            patch, width = slice(start, stop), stop - start
+            patch_psd[index][lines, :width] = level * psd(patch, patch)
+            patch_psd[index][lines, width:] = level * psd(at_points, patch)
+            receptance[index][lines, :width] = moved.receptance(patch, patch)
+            receptance[index][lines, width:] = moved.receptance(at_points, patch)
+    return [
+        BarePanel(
+            frequency=frequency,
+            patches=patches,
+            coordinates=coordinates[index],
+            receptance=receptance[index],
+            patch_psd=patch_psd[index],
+            point_psd=point_psd,
+            damping_norm=patches.damping_norm(basis.damping),
+        )
+        for index, patches in enumerate(carriers)
+    ]
+
+
+def patch_motions_in_vacuum(
+    frequency: Array,
+    basis: ModalBasis,
+    patches: Patches,
+    spectrum: Array,
+    modal_force: MatrixInput,
+) -> Array:
+    """Return the mean PSD of the deflection over each patch of the bare panel.
+
+    Parameters are those of `bare_panels`.
+
+    Returns
+    -------
+    (nf, n_patches) [m²/Hz].
+    """
+    columns = patches.factors(OVERLAP_CUTOFF)
+    ends = np.cumsum([0] + [part.shape[1] for part in columns]).tolist()
+    observed = np.concatenate([np.zeros((patches.shapes, 0)), *columns], axis=1)
+    mean = np.empty((frequency.size, patches.count))
+    for lines in chunks_of_lines(frequency.size, patches.shapes):
+        psd = InVacuum(basis.dynamic_stiffness(frequency[lines]), observed).psd(
+            modal_force, frequency, lines
+        )
+        for patch, own in enumerate(slice(*pair) for pair in pairwise(ends)):
+            square = np.trace(psd(own, own), axis1=1, axis2=2).real
+            mean[lines, patch] = spectrum[lines] * square / patches.area[patch]
+    return mean
+
+
+def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -> Complexes:
+    """Return Z₀ (nf, n, n) of the bare panel."""
+    diagonal = basis.dynamic_stiffness(frequency)
+    stiffness = np.zeros((*diagonal.shape, diagonal.shape[1]), dtype=np.complex128)
+    index = np.arange(diagonal.shape[1])
+    stiffness[:, index, index] = diagonal
+    if air is not None:
+        stiffness += air
+    return stiffness
+
+
+def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
+    """Return slices that cover so many lines, each of lines to be solved together.
+
+    Parameters
+    ----------
+    count
+        Of lines.
+    shapes
+        Rows of the square matrices that are made for each line.
+    """
+    most = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
+    size = max(LEAST_LINES, min(LINES_AT_ONCE, most))
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
+def checked_frequency(frequency: ArrayLike) -> Array:
+    """Return (nf,) frequencies [Hz]; `ResponseError` unless finite, positive and rising."""
+    array = np.asarray(frequency, dtype=np.float64)
+    if array.ndim != 1 or array.size == 0:
+        raise ResponseError(f"frequency has shape {array.shape}: (nf,) with nf > 0 is needed")
+    if not (np.all(np.isfinite(array)) and array[0] > 0 and np.all(np.diff(array) > 0)):
+        raise ResponseError("frequency must be finite, positive and rising")
+    return array
+
+
+def checked_spectrum(spectrum: ArrayLike, frequency: Array) -> Array:
+    """Return S (nf,) of an excitation; `ResponseError` where it is negative."""
+    array = checked_array("spectrum", spectrum, frequency.shape)
+    if np.any(array < 0):
+        raise ResponseError(f"spectrum = {array.min():g} must not be negative")
+    return array
+
+
+def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
+    """Return (n_points, m, n), of (n_points, n) with m = 1."""
+    motion = np.asarray(motion_at_points, dtype=np.float64)
+    if motion.ndim not in (2, 3) or motion.shape[-1] != n:
+        raise ResponseError(
+            f"motion_at_points has shape {motion.shape}: (n_points, {n}) or (n_points, m, {n}) "
+            "is needed"
+        )
+    if not np.all(np.isfinite(motion)):
+        raise ResponseError("motion_at_points has values that are not finite")
+    return motion[:, None] if motion.ndim == 2 else motion
+
+
+def check_patches(patches: Patches, n: int) -> None:
+    """Raise `ResponseError` unless the patches have n shapes."""
+    if patches.shapes != n:
+        shape = (patches.count, patches.shapes, patches.shapes)
+        raise ResponseError(f"overlap has shape {shape}: (n_patches, {n}, {n}) is needed")

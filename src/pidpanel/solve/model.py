@@ -1,0 +1,377 @@
+"""What the response is computed from and what comes out: arrays with their checks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.lines import root_mean_square
+
+
+class ResponseError(ValueError):
+    """Arrays or values from which no response can be computed."""
+
+
+class UnstableDamping(ResponseError):
+    """Equivalent damping that feeds energy to the panel: no steady response exists."""
+
+
+@dataclass(frozen=True)
+class ModalBasis:
+    """Shapes of the bare panel that are orthogonal in mass and in stiffness.
+
+    Residual vectors count as modes with their own (pseudo) natural frequency.
+
+    Parameters
+    ----------
+    natural_frequency
+        (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own.
+    modal_mass
+        (n,) m_i [kg], positive.
+    damping_ratio
+        ζ, one for all or (n,), positive [1].
+
+    Raises
+    ------
+    ResponseError
+        Where shapes disagree or a value is not finite and positive, a frequency negative.
+    """
+
+    natural_frequency: Array
+    modal_mass: Array
+    damping_ratio: Array
+
+    def __init__(
+        self, natural_frequency: ArrayLike, modal_mass: ArrayLike, damping_ratio: ArrayLike
+    ) -> None:
+        frequency = np.array(natural_frequency, dtype=np.float64)
+        if frequency.ndim != 1:
+            raise ResponseError(f"natural_frequency has shape {frequency.shape}: (n,) is needed")
+        for name, value in (
+            ("natural_frequency", frequency),
+            ("modal_mass", modal_mass),
+            ("damping_ratio", damping_ratio),
+        ):
+            array = np.array(value, dtype=np.float64)
+            if array.shape not in ((), frequency.shape) or (
+                array.ndim == 0 and name == "modal_mass"
+            ):
+                raise ResponseError(f"{name} has shape {array.shape}: {frequency.shape} is needed")
+            rigid = name == "natural_frequency"
+            bad = ~(np.isfinite(array) & ((array >= 0) if rigid else (array > 0)))
+            if np.any(bad):
+                must = "must not be negative" if rigid else "must be finite and positive"
+                raise ResponseError(f"{name} = {array[bad].flat[0]!r} {must}")
+            object.__setattr__(self, name, np.broadcast_to(array, frequency.shape))
+
+    @property
+    def angular_frequency(self) -> Array:
+        """(n,) ω_i = 2π f_i [rad/s]."""
+        return 2 * np.pi * self.natural_frequency
+
+    @property
+    def damping(self) -> Array:
+        """(n,) diagonal of C, 2 ζ_i m_i ω_i [N s/m]."""
+        return 2 * self.damping_ratio * self.modal_mass * self.angular_frequency
+
+    def dynamic_stiffness(self, frequency: Array) -> Complexes:
+        """Return the diagonal m_i (ω_i² − ω² + 2iζ_i ω_i ω) of Z₀, (nf, n) [N/m]."""
+        omega = 2 * np.pi * frequency[:, None]
+        stiffness: Complexes = (
+            self.modal_mass * (self.angular_frequency**2 - omega**2) + 1j * omega * self.damping
+        )
+        return stiffness
+
+
+@dataclass(frozen=True)
+class PatchCoordinates:
+    """The motions of the shapes that some patches feel, D_p = E Δ_p Eᵀ.
+
+    Parameters
+    ----------
+    columns
+        (n, r) E [m].
+    weight
+        (n_patches, r, r) Δ_p [1], which sum to about one; the unit matrix for one patch alone.
+    inverse
+        (r, n) of E: a motion cᵀq with c = E a is aᵀu, a = inverse c.
+    """
+
+    columns: Array
+    weight: Array
+    inverse: Array
+
+
+class Patches:
+    """Areas of the panel that carry dampers, each known by D_p = ∫_p φ φᵀ dA.
+
+    Parameters
+    ----------
+    overlap
+        (n_patches, n, n) D_p [m²], symmetric positive semidefinite.
+    area
+        (n_patches,) A_p [m²].
+
+    Raises
+    ------
+    ResponseError
+        Where shapes disagree, D is not symmetric or has a negative eigenvalue.
+    """
+
+    def __init__(self, overlap: ArrayLike, area: ArrayLike) -> None:
+        matrices = np.array(overlap, dtype=np.float64)
+        if matrices.ndim != 3 or matrices.shape[1] != matrices.shape[2]:
+            raise ResponseError(f"overlap has shape {matrices.shape}: (n_patches, n, n) is needed")
+        self.area = _checked_area(area, matrices.shape[:1])
+        for index, matrix in enumerate(matrices):
+            largest = np.max(np.abs(matrix))
+            if not np.isfinite(largest):
+                raise ResponseError(f"overlap of patch {index} has values that are not finite")
+            if np.max(np.abs(matrix - matrix.T)) > 1e-10 * largest:
+                raise ResponseError(f"overlap of patch {index} is not symmetric")
+        self._shapes = matrices.shape[1]
+        self._coordinates: dict[float, PatchCoordinates] = {}
+        self._overlap: list[Array] | None = list(matrices)
+        self._factor: list[Array] | None = None
+
+    @classmethod
+    def of_rows(cls, rows: ArrayLike, row_patch: ArrayLike, area: ArrayLike) -> "Patches":
+        """Return patches from the rows of their quadrature, D_p = Σ row rowᵀ.
+
+        Parameters
+        ----------
+        rows
+            (n_rows, n) √weight times the shapes at a quadrature point [m].
+        row_patch
+            (n_rows,) the patch of each row.
+        area
+            (n_patches,) A_p [m²].
+
+        Raises
+        ------
+        ResponseError
+            Where shapes disagree, a value is not finite, or a patch has no row.
+        """
+        rows = np.asarray(rows, dtype=np.float64)
+        owner = np.asarray(row_patch, dtype=np.int64)
+        if rows.ndim != 2 or owner.shape != rows.shape[:1]:
+            raise ResponseError(
+                f"rows have shape {rows.shape} and row_patch {owner.shape}: (n_rows, n) and "
+                "(n_rows,) are needed"
+            )
+        if not np.all(np.isfinite(rows)):
+            raise ResponseError("rows have values that are not finite")
+        self = cls.__new__(cls)
+        self.area = _checked_area(area, None)
+        count = np.bincount(owner, minlength=self.area.size)
+        if count.size != self.area.size or not np.all(count):
+            raise ResponseError(
+                f"row_patch has rows of {np.count_nonzero(count)} patches: "
+                f"each of the {self.area.size} of area needs one or more"
+            )
+        order = np.argsort(owner, kind="stable")
+        self._shapes = rows.shape[1]
+        self._coordinates = {}
+        self._overlap = None
+        self._factor = [
+            _compressed(part.T) for part in np.split(rows[order], np.cumsum(count)[:-1])
+        ]
+        return self
+
+    @property
+    def count(self) -> int:
+        """Number of patches."""
+        return int(self.area.size)
+
+    @property
+    def shapes(self) -> int:
+        """Number of shapes n."""
+        return self._shapes
+
+    @cached_property
+    def overlap(self) -> Array:
+        """(n_patches, n, n) D_p [m²]."""
+        if self._overlap is not None:
+            parts = self._overlap
+        else:
+            parts = [factor @ factor.T for factor in self.factors(0.0)]
+        return np.array(parts).reshape(self.count, self.shapes, self.shapes)
+
+    @cached_property
+    def diagonal(self) -> Array:
+        """(n_patches, n) diagonals of D_p [m²]."""
+        if self._overlap is not None:
+            parts = [np.diagonal(matrix) for matrix in self._overlap]
+        else:
+            parts = [np.sum(factor**2, axis=1) for factor in self.factors(0.0)]
+        return np.array(parts).reshape(self.count, self.shapes)
+
+    def only(self, indices: Sequence[int]) -> "Patches":
+        """Return some of the patches."""
+        self.factors(0.0)  # once for all that are taken from here
+        part = Patches.__new__(Patches)
+        part.area = self.area[list(indices)]
+        part._shapes = self._shapes
+        part._coordinates = {}
+        part._overlap = None if self._overlap is None else [self._overlap[i] for i in indices]
+        part._factor = None if self._factor is None else [self._factor[i] for i in indices]
+        return part
+
+    def factors(self, cutoff: float) -> list[Array]:
+        """Return U_p (n, rank_p) [m] of each patch with D_p = U_p U_pᵀ.
+
+        Eigenvalues of D_p, the squares of the columns of U_p, below `cutoff` times the largest
+        are dropped.
+        """
+        if self._factor is None:
+            self._factor = [_factor(index, matrix) for index, matrix in enumerate(self.overlap)]
+        factors = []
+        for factor in self._factor:
+            value = np.sum(factor**2, axis=0)
+            factors.append(factor[:, value > cutoff * np.max(value, initial=0.0)])
+        return factors
+
+    def coordinates(self, cutoff: float) -> PatchCoordinates:
+        """Return the motions that the patches together feel.
+
+        Parameters
+        ----------
+        cutoff
+            Share of the largest eigenvalue, of D of each patch and of all together, each patch in
+            parts of its own largest, below which eigenvalues are dropped.
+        """
+        if cutoff not in self._coordinates:
+            self._coordinates[cutoff] = _coordinates(self.factors(cutoff), cutoff, self.shapes)
+        return self._coordinates[cutoff]
+
+    def damping_norm(self, damping: Array) -> Array:
+        """Return (n_patches,) the largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)].
+
+        Infinite where a patch moves in a shape without damping.
+
+        Parameters
+        ----------
+        damping
+            (n,) diagonal of C [N s/m].
+        """
+        norms = []
+        for factor in self.factors(1e-8):
+            if np.any(factor[damping == 0]):
+                norms.append(np.inf)
+                continue
+            scaled = factor[damping > 0] / np.sqrt(damping[damping > 0])[:, None]
+            norms.append(np.max(np.linalg.eigvalsh(scaled.T @ scaled), initial=0.0))
+        return np.array(norms)
+
+
+def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinates:
+    if len(factors) == 1:
+        (own,) = factors
+        square = np.sum(own**2, axis=0)
+        return PatchCoordinates(own, np.eye(own.shape[1])[None], (own / square).T)
+    scaled = [u / np.sqrt(np.max(np.sum(u**2, axis=0), initial=1e-300)) for u in factors]
+    together = np.concatenate([*scaled, np.zeros((n, 0))], axis=1)
+    vector, value, _ = np.linalg.svd(together, full_matrices=False)
+    kept = value**2 > cutoff * np.max(value, initial=0.0) ** 2
+    columns, inverse = vector[:, kept] * value[kept], (vector[:, kept] / value[kept]).T
+    seen = [inverse @ u for u in factors]
+    weight = np.array([u @ u.T for u in seen]).reshape(len(seen), *2 * inverse.shape[:1])
+    return PatchCoordinates(columns, weight, inverse)
+
+
+def _checked_area(area: ArrayLike, shape: tuple[int, ...] | None) -> Array:
+    array = np.array(area, dtype=np.float64)
+    if array.ndim != 1 or (shape is not None and array.shape != shape):
+        raise ResponseError(f"area has shape {array.shape}: {shape or '(n_patches,)'} is needed")
+    bad = ~(np.isfinite(array) & (array > 0))
+    if np.any(bad):
+        raise ResponseError(f"area = {array[bad].flat[0]!r} m² must be finite and positive")
+    return array
+
+
+def _factor(index: int, overlap: Array) -> Array:
+    """U (n, rank) of one D."""
+    value, vector = np.linalg.eigh((overlap + overlap.T) / 2)
+    if value[0] < -1e-10 * value[-1]:
+        raise ResponseError(
+            f"overlap of patch {index} has the eigenvalue {value[0]:g} m² "
+            f"beside {value[-1]:g} m²: an integral of φ φᵀ has none below zero"
+        )
+    kept = value > 1e-15 * value[-1]
+    factor: Array = vector[:, kept] * np.sqrt(value[kept])
+    return factor
+
+
+def _compressed(factor: Array) -> Array:
+    """U of D = factor factorᵀ with orthogonal columns."""
+    left, value, _ = np.linalg.svd(factor, full_matrices=False)
+    kept = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
+    columns: Array = left[:, kept] * value[kept]
+    return columns
+
+
+@dataclass(frozen=True)
+class Response:
+    """PSDs of the panel's motion at its points.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    cross_psd
+        (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point:
+        the deflection w [m] first, then those that were asked for beside it (see `bare_panels`).
+    """
+
+    frequency: Array
+    cross_psd: Complexes
+
+    def under(self, factor: float) -> "Response":
+        """Return the response to ``factor`` times the PSD of the excitation."""
+        return replace(self, cross_psd=factor * self.cross_psd)
+
+    @property
+    def displacement_psd(self) -> Array:
+        """(nf, n_points) S_w [m²/Hz]."""
+        psd: Array = np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
+        return psd
+
+    @property
+    def velocity_psd(self) -> Array:
+        """(nf, n_points) S_v = ω² S_w [(m/s)²/Hz]."""
+        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
+        return psd
+
+    @property
+    def acceleration_psd(self) -> Array:
+        """(nf, n_points) S_a = ω⁴ S_w [(m/s²)²/Hz]."""
+        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
+        return psd
+
+    @property
+    def acceleration_rms(self) -> Array:
+        """(n_points,) rms acceleration over the range of frequency [m/s²]."""
+        return root_mean_square(self.frequency, self.acceleration_psd)
+
+    @property
+    def velocity_rms(self) -> Array:
+        """(n_points,) rms velocity over the range of frequency [m/s]."""
+        return root_mean_square(self.frequency, self.velocity_psd)
+
+    @property
+    def displacement_rms(self) -> Array:
+        """(n_points,) rms displacement over the range of frequency [m]."""
+        return root_mean_square(self.frequency, self.displacement_psd)
+
+
+def checked_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return an array of a shape; `ResponseError` with its name where it is not finite."""
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ResponseError(f"{name} has shape {array.shape}: {shape} is needed")
+    if not np.all(np.isfinite(array)):
+        raise ResponseError(f"{name} has values that are not finite")
+    return array

@@ -1,0 +1,73 @@
+"""A panel that can carry dampers on its patches, and how finely it is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.solve.modal import checked_motions
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved import MatrixInput
+
+FIXED = 1e-6
+"""Motion of a point over the largest of its shape below which it does not move [1]: rounding is
+1e-16 of the shape, and no panel is known to a millionth."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A panel with patches and points.
+
+    Parameters
+    ----------
+    basis
+        Shapes of the bare panel.
+    patches
+        All patches that may carry dampers.
+    frequency
+        (nf,) lines of the result [Hz].
+    points
+        (n_points, m, n) m motions at each point as rows over the shapes, the deflection first;
+        or (n_points, n), the deflection alone.
+    search_frequency
+        Fewer lines, for the search for the motion [Hz].
+    air_stiffness
+        Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum.
+    cells
+        Parts of the patches over which the motion is looked at beside the mean of the patch; None
+        for none.
+    cell_patch
+        (n_cells,) the patch of each cell.
+    is_diagonal
+        Whether the dampers leave the modes uncoupled, as in the paper (`diagonal`).
+    """
+
+    basis: ModalBasis
+    patches: Patches
+    frequency: Array
+    points: Array
+    search_frequency: Array
+    air_stiffness: MatrixInput | None = None
+    cells: Patches | None = None
+    cell_patch: Index | None = None
+    is_diagonal: bool = False
+
+    def __post_init__(self) -> None:
+        points = checked_motions(np.asarray(self.points), self.patches.shapes)
+        object.__setattr__(self, "points", points)
+
+
+def fixed_points(basis: PanelBasis) -> Flags:
+    """Return (n_points,) which points no shape moves, such as those on a support."""
+    at_points = np.abs(basis.shape_at_points)
+    largest = np.abs(basis.shape_at_vertices).max(axis=0)
+    moves = at_points > FIXED * np.where(largest > 0, largest, 1.0)
+    return np.asarray(~moves.any(axis=1))
+
+
+def deflection_at_points(basis: PanelBasis) -> Array:
+    """Return (n_points, n) w of the shapes, exactly none at a point that is fixed."""
+    return np.where(fixed_points(basis)[:, None], 0.0, basis.shape_at_points)

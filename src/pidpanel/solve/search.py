@@ -1,0 +1,248 @@
+"""The motion at which the panel and its dampers agree.
+
+The panel sets the motion of a patch, and the motion sets the damping: C_e(f, Γ) peaks near
+Γ = 2.5 and falls on both sides. Equivalent linearisation replaces the random motion of a patch by
+the sine of the same rms,
+
+    Γ = √2 a_rms / g,
+
+where a_rms is the rms over time, over the patch and over the whole range of frequency. The unknowns
+are x = ln Γ of every load, F(x) is the ln Γ that the loads end up with when their damping is read
+at x, and F(x) = x is solved.
+
+Where damping falls with Γ, as beyond its peak, more motion of any patch leads to more motion of
+all: F is then rising in all its arguments, every solution lies between the one that is reached
+from far below and the one that is reached from far above, and where those two agree there is no
+other (Tarski). So the search starts from below and from above all that can be, and for few loads
+also with one load high and the others low. Elsewhere a further solution may go unseen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+
+class LinearisationError(RuntimeError):
+    """No Γ was found at which motion and damping agree."""
+
+
+class NotConverged(LinearisationError):
+    """The search for Γ ended before its tolerance."""
+
+
+Map = Callable[[Array], Array]
+"""x (n,) → F (n,)."""
+
+DISTINCT = 1e-3
+"""Solutions that differ by less in every ln Γ are one: the accuracy of the rms accelerations."""
+
+DEPTH = 6
+"""Steps that Anderson's method looks back: more are of no use within the twenty it takes."""
+
+LARGEST_STEP = math.log(2)
+"""Of ln Γ: long ones jump over the motions near a start."""
+
+STEP = 0.02
+"""Of ln Γ, for the Jacobian that judges stability."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A set of Γ that reproduces itself.
+
+    Parameters
+    ----------
+    log_gamma
+        (n,) ln Γ.
+    residual
+        Largest |F(x) − x|.
+    stable
+        Whether a small surplus of motion dies away: the eigenvalues of ∂F/∂x have real parts
+        below 1.
+    """
+
+    log_gamma: Array
+    residual: float
+    stable: bool
+
+
+@dataclass(frozen=True)
+class JointSearch:
+    """What the search found.
+
+    Parameters
+    ----------
+    solutions
+        One or more, distinct, least motion first: by the sum of ln Γ, which agrees with the order
+        of all Γ wherever solutions are ordered.
+    starts, converged
+        Number of starts, and of those that led to a solution.
+    """
+
+    solutions: tuple[Solution, ...]
+    starts: int
+    converged: int
+
+    @property
+    def governing(self) -> Solution:
+        """The stable one of most motion: history decides, and a design must bear the most."""
+        stable = [one for one in self.solutions if one.stable]
+        return (stable or list(self.solutions))[-1]
+
+
+def starts_between(low: Array, high: Array) -> list[Array]:
+    """Return starts: all high, all low, and for two to four loads each of them alone high."""
+    found = [high, low]
+    if 2 <= len(low) <= 4:
+        found += [np.where(one, high, low) for one in np.eye(len(low), dtype=bool)]
+    return found
+
+
+def find_motions(
+    maps: Sequence[Map],
+    starts: Sequence[Array],
+    tolerance: float = 1e-6,
+    max_steps: int = 60,
+    aim: float | None = None,
+) -> JointSearch:
+    """Return the solutions of F(x) = x that the starts lead to.
+
+    The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
+    it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
+    solved from x₀, anew until F agrees. One evaluation of F then gains about two digits.
+
+    Parameters
+    ----------
+    maps
+        F on all lines; then F on fewer and fewer, if any.
+    starts
+        x (n,) to start from.
+    tolerance
+        Largest |F(x) − x| accepted.
+    max_steps
+        Most evaluations a start.
+    aim
+        Largest |F(x) − x| at which a start is left; a tenth of the tolerance by default, and
+        enough to tell solutions apart where more lines follow.
+
+    Raises
+    ------
+    NotConverged
+        Where no start leads to a solution.
+    """
+    few = maps[-1]
+    enough = aim or (tolerance / 10 if len(maps) == 1 else DISTINCT / 10)
+    ends = [iterate(few, approach(few, start), enough, max_steps) for start in starts]
+    near = [x for x, residual in ends if residual <= max(enough, tolerance)]
+    solved = [_on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)]
+    x, residual = min(solved or ends, key=lambda end: end[1])
+    solved = [end for end in solved if end[1] <= tolerance]
+    if not solved:
+        raise NotConverged(
+            f"the largest |ln(Γ_out/Γ)| of {x.size} loads is {residual:.3g} near Γ = "
+            f"{math.exp(x.min()):.3g} to {math.exp(x.max()):.3g} after {max_steps} steps from "
+            f"each of {len(starts)} starts, more than {tolerance:g}: does C_e or m_a jump with Γ?"
+        )
+    kept = _distinct([x for x, _ in solved])
+    residuals = {id(x): residual for x, residual in solved}
+    stable = [True] if len(kept) == 1 else [_is_stable(few, x) for x in kept]
+    solutions = sorted(
+        (Solution(x, residuals[id(x)], own) for x, own in zip(kept, stable, strict=True)),
+        key=lambda one: float(one.log_gamma.sum()),
+    )
+    return JointSearch(tuple(solutions), len(starts), len(near))
+
+
+def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Array:
+    """Return an x near the solution that is next to a start, where |F(x) − x| is small.
+
+    Each load takes a secant step of its own, at most a factor of two of Γ, so that a load which
+    starts high comes down to its highest motion whatever the others do. Coupling is left to
+    `iterate`.
+    """
+    x = np.asarray(start, dtype=np.float64)
+    value, slope = F(x), np.zeros(x.shape)
+    for _ in range(max_steps):
+        surplus = value - x
+        if np.max(np.abs(surplus)) < near:
+            break
+        move = np.clip(surplus / (1 - slope), -LARGEST_STEP, LARGEST_STEP)
+        moved = F(x + move)
+        some = np.abs(move) > 1e-9
+        rise = np.divide(moved - value, move, out=slope, where=some)
+        x, value, slope = x + move, moved, np.clip(rise, -20.0, 0.9)
+    return x
+
+
+def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Array, float]:
+    """Return x and the largest |F(x) − x| where Anderson's method ends.
+
+    Each step combines the ones before so that the surplus F(x) − x is least, and is cut to a
+    factor e² of Γ; where a step doubles the surplus, it starts anew from the best with half the
+    plain step. No derivative is needed.
+    """
+    x = np.asarray(start, dtype=np.float64)
+    surplus = F(x) - x
+    best, least, damped = x, surplus, 1.0
+    steps: list[tuple[Array, Array]] = []  # differences of x and of the surplus
+    for _ in range(max_steps):
+        if np.max(np.abs(surplus)) <= tolerance:
+            break
+        move = damped * surplus
+        if steps:
+            of_x, of_surplus = (np.stack(part, axis=1) for part in zip(*steps, strict=True))
+            share = np.linalg.lstsq(of_surplus, surplus, rcond=1e-10)[0]
+            move = surplus - (of_x + of_surplus) @ share
+        move *= min(1.0, 2.0 / max(np.max(np.abs(move)), 1e-300))
+        onward = x + move
+        following = F(onward) - onward
+        if np.linalg.norm(following) > 2 * np.linalg.norm(least) and steps:
+            x, surplus, steps, damped = best, least, [], damped / 2
+            continue
+        steps = [*steps[1 - DEPTH :], (onward - x, following - surplus)]
+        x, surplus = onward, following
+        if np.linalg.norm(surplus) < np.linalg.norm(least):
+            best, least = x, surplus
+    return best, float(np.max(np.abs(least)))
+
+
+def _on_more_lines(
+    F: Map, fewer: Sequence[Map], x: Array, tolerance: float, max_steps: int
+) -> tuple[Array, float]:
+    """Return x and the largest |F(x) − x| from an x near a solution, with maps close to F."""
+    if not fewer:
+        return iterate(F, x, tolerance, max_steps)
+    residual = math.inf
+    for _ in range(8):
+        value = F(x)
+        last, residual = residual, float(np.max(np.abs(value - x)))
+        if residual <= tolerance:
+            return x, residual
+        if residual > last:
+            break
+        near, off = fewer[0], value - fewer[0](x)
+
+        def moved(at: Array, near: Map = near, off: Array = off) -> Array:
+            return near(at) + off
+
+        x, _ = _on_more_lines(moved, fewer[1:], x, max(tolerance, residual / 100) / 3, max_steps)
+    return iterate(F, x, tolerance, max_steps)
+
+
+def _distinct(solutions: Sequence[Array]) -> list[Array]:
+    kept: list[Array] = []
+    for x in solutions:
+        if all(np.max(np.abs(x - other)) > DISTINCT for other in kept):
+            kept.append(x)
+    return kept
+
+
+def _is_stable(F: Map, x: Array) -> bool:
+    columns = [(F(x + STEP * one) - F(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))]
+    return bool(np.max(np.linalg.eigvals(np.stack(columns, axis=1)).real) < 1)

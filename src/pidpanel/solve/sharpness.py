@@ -1,0 +1,80 @@
+"""How sharp the resonances of a loaded panel are, and the lines on their flanks.
+
+A mass that does not damp lowers the damping ratio of what it loads: with m″ + m_a in place of m″
+all over the panel that of a mode is ζ/√(1 + m_a/m″).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg as la
+
+from pidpanel.arrays import Array, Index
+from pidpanel.solve.model import ModalBasis
+
+
+def least_damping_ratio(
+    modal: ModalBasis, overlap: Array, mass: Array, frequency_range: tuple[float, float]
+) -> float:
+    """Return the smallest ζ of a mode with masses on the patches, at most that of the bare panel.
+
+    Parameters
+    ----------
+    modal
+        Shapes of the bare panel.
+    overlap
+        (n_patches, n, n) D_p [m²].
+    mass
+        (n_patches,) [kg/m²].
+    frequency_range
+        In which modes count [Hz].
+
+    Examples
+    --------
+    >>> modal = ModalBasis([20.0, 50.0], [1.0, 1.0], 0.01)
+    >>> whole = np.eye(2)[None] / 4.0  # of a panel of 4 kg/m²
+    >>> round(least_damping_ratio(modal, whole, np.array([12.0]), (10.0, 100.0)), 6)
+    0.005
+    """
+    omega = modal.angular_frequency
+    loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
+    square, shape = la.eigh(np.diag(modal.modal_mass * omega**2), loaded)
+    found = np.sqrt(np.maximum(square, 0.0))
+    low, high = 2 * np.pi * np.array(frequency_range)
+    inside = (found >= low) & (found <= high)
+    damping = np.sum(modal.damping[:, None] * shape**2, axis=0)[inside]
+    bare = float(modal.damping_ratio.max(initial=0.0))
+    return float(np.min(damping / (2 * found[inside]), initial=bare))
+
+
+def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: int) -> Array:
+    """Return lines beside peaks, half a bandwidth off, where a shifted resonance shows most.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    psd
+        (nf, n_points) of each scenario.
+    damping_ratio
+        Of the sharpest resonance.
+    count
+        Most lines; the peaks of highest frequency come first, in turns from every scenario.
+    """
+    found: list[float] = []
+    peaks = [frequency[_peaks(one)][::-1].tolist() for one in psd]
+    for turn in range(max(map(len, peaks), default=0)):
+        for of_scenario in peaks:
+            at = of_scenario[turn : turn + 1]
+            line = [f * (1 + (1 if f * (1 + damping_ratio) < frequency[-1] else -1) * damping_ratio)
+                    for f in at]  # fmt: skip
+            found += [f for f in line if all(abs(f / one - 1) > damping_ratio for one in found)]
+    return np.array(found[:count])
+
+
+def _peaks(psd: Array) -> Index:
+    """(n,) lines at which the mean over the points is larger than beside them, ends included."""
+    mean = np.pad(np.sum(psd / np.maximum(psd.max(axis=0), 1e-300), axis=1), 1)
+    return np.flatnonzero((mean[1:-1] > mean[:-2]) & (mean[1:-1] >= mean[2:]))

@@ -1,0 +1,363 @@
+"""The panel of a study ready to carry any layout of dampers on its patches.
+
+The lines are run through in chunks, for all layouts of a call together, so that memory does not
+grow with their number; what fits into `KEPT_BYTES` is kept between calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.progress import tracked
+from pidpanel.solve.dampers import LowRankPanel
+from pidpanel.solve.diagonal import DiagonalPanel
+from pidpanel.solve.direct import DirectMotions, DirectPanel
+from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
+from pidpanel.solve.lines import root_mean_square
+from pidpanel.solve.modal import (
+    OVERLAP_CUTOFF,
+    BarePanel,
+    bare_panels,
+    chunks_of_lines,
+    joined,
+    patch_motions_in_vacuum,
+)
+from pidpanel.solve.model import Patches, Response, ResponseError
+from pidpanel.solve.motions import Motions, ReducedMotions
+from pidpanel.solve.moved import MatrixInput, matrices_at
+from pidpanel.solve.panel import Panel
+
+SEARCH_CUTOFF = 1e-4
+"""Eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3."""
+
+DIRECT_SHARE = 0.6
+"""Share of the shapes from which on several patches are solved directly: their low-rank update
+multiplies two matrices of its width beside the solve, four times the cost of the solve alone."""
+
+KEPT_BYTES = 400e6
+"""Most memory for the bare panel on the lines of the result, and for the matrices of direct solves
+on those of either the result or a search, each."""
+
+Loaded = tuple[int, ...]
+"""Indices of the patches that carry dampers together."""
+
+
+class SolutionPath(Protocol):
+    """A panel under its excitation on some lines, ready to carry dampers on some patches."""
+
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+        """Return the response with C_e [N s/m³] and m_a [kg/m²], each (n_patches, nf)."""
+        ...
+
+    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
+        """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`."""
+        ...
+
+
+@dataclass(frozen=True)
+class Request:
+    """Dampers whose response is wanted.
+
+    Parameters
+    ----------
+    patches
+        Indices of the patches.
+    equivalent_damping, apparent_mass
+        (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
+    with_slope
+        Whether the derivatives of the PSDs are wanted too.
+    """
+
+    patches: Loaded
+    equivalent_damping: Array
+    apparent_mass: Array
+    with_slope: bool = False
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A response, and t (n_loads, nf, n_points) of `dampers.acceleration_slope` if wanted."""
+
+    response: Response
+    slope: Complexes | None
+
+
+class PanelSolver:
+    """A panel under an excitation, with all that is computed once for several layouts.
+
+    Parameters
+    ----------
+    panel
+        The panel.
+    excitation
+        What drives it.
+
+    Attributes
+    ----------
+    searched
+        Result of the search for Γ by layout: it does not depend on the lines of the result.
+
+    Raises
+    ------
+    ResponseError
+        Where the excitation moves the supports.
+    """
+
+    def __init__(self, panel: Panel, excitation: Excitation) -> None:
+        if excitation.support_psd is not None:
+            raise ResponseError("an excitation that moves the supports is not implemented")
+        self.panel = panel
+        self.excitation = excitation
+        self.searched: dict[Hashable, Any] = {}
+        self._carriers: dict[Loaded, Patches] = {}
+        self._motions: dict[Loaded, Motions] = {}
+        self._kept: dict[tuple[Loaded, int], BarePanel] = {}
+        self._kept_bytes: dict[Loaded, float] = {}
+
+    def on(self, frequency: Array, points: Array) -> PanelSolver:
+        """Return a solver of the same panel on other lines [Hz], with the search done so far."""
+        panel = replace(self.panel, frequency=frequency, points=points)
+        solver = self._like(panel, self.excitation)
+        solver._motions, solver.searched = self._motions, self.searched
+        return solver
+
+    def under(self, excitation: Excitation) -> PanelSolver:
+        """Return a solver under another excitation; the bare panel stays under this one."""
+        solver = self._like(self.panel, excitation)
+        solver.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
+        return solver
+
+    def _like(self, panel: Panel, excitation: Excitation) -> PanelSolver:
+        solver = PanelSolver(panel, excitation)
+        solver._carriers = self._carriers
+        if "bare_acceleration_rms" in self.__dict__:
+            solver.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
+        return solver
+
+    def motions(self, patches: Loaded) -> Motions:
+        """Return the motions of patches loaded together, on the lines of the search."""
+        self.prepare([patches])
+        return self._motions[patches]
+
+    def carrier(self, patches: Loaded) -> Patches:
+        """Return the patches of a set."""
+        if patches not in self._carriers:
+            self._carriers[patches] = self.panel.patches.only(patches)
+        return self._carriers[patches]
+
+    @cached_property
+    def bare_acceleration_rms(self) -> Array:
+        """(n_patches,) rms over time and patch of the bare panel's acceleration [m/s²]."""
+        panel, lines = self.panel, self.panel.search_frequency
+        if panel.air_stiffness is None:
+            motion = patch_motions_in_vacuum(
+                lines, panel.basis, panel.patches, self.excitation.spectrum(lines), self.excitation
+            )
+            return root_mean_square(lines, (2 * np.pi * lines[:, None]) ** 4 * motion)
+        known = {index for key in self._motions for index in key}
+        self.prepare([(index,) for index in range(panel.patches.count) if index not in known])
+        rms = np.zeros(panel.patches.count)
+        for key in sorted(self._motions, key=len, reverse=True):  # one patch alone comes last
+            rms[list(key)] = self._motions[key].bare_acceleration_rms()
+        return rms
+
+    def cell_acceleration_rms(self, patches: Loaded, covariance: Array) -> Array:
+        """Return the lowest and the highest rms acceleration of a cell of each loaded patch.
+
+        Parameters
+        ----------
+        patches
+            The loaded patches.
+        covariance
+            `Motions.acceleration_covariance` with their dampers.
+
+        Returns
+        -------
+        (n_loads, 2) [m/s²]; NaN for a patch without cells.
+        """
+        extremes = np.full((len(patches), 2), np.nan)
+        cells, owner = self.panel.cells, self.panel.cell_patch
+        if cells is None or owner is None:
+            return extremes
+        motions = self.motions(patches)
+        for load, patch in enumerate(patches):
+            inside = cells.only(np.flatnonzero(owner == patch).tolist())
+            square = [
+                np.sum(seen * (covariance @ seen)) / area
+                for seen, area in zip(
+                    map(motions.seen, inside.factors(0.0)), inside.area, strict=True
+                )
+            ]
+            if square:
+                extremes[load] = np.sqrt([min(square), max(square)])
+        return extremes
+
+    def prepare(self, layouts: Sequence[Loaded]) -> None:
+        """Make the motions of several sets of patches ready together, on the lines of the search.
+
+        The bare panel is solved once for all sets that a low-rank update carries.
+        """
+        panel, lines = self.panel, self.panel.search_frequency
+        wanted = [key for key in dict.fromkeys(layouts) if key and key not in self._motions]
+        reduced = [key for key in wanted if not self._is_direct(key, SEARCH_CUTOFF)]
+        for key, bare in self._of_the_result(reduced).items():
+            self._motions[key] = ReducedMotions(bare)
+        reduced = [key for key in reduced if key not in self._motions]
+        if reduced:
+            nothing = np.zeros((0, 1, panel.patches.shapes))
+            made = bare_panels(
+                lines, panel.basis, [self.carrier(key) for key in reduced], nothing,
+                self.excitation.spectrum(lines), self.excitation, panel.air_stiffness,
+                overlap_cutoff=SEARCH_CUTOFF,
+            )  # fmt: skip
+            for key, bare in zip(reduced, made, strict=True):
+                self._motions[key] = ReducedMotions(bare)
+        for key in wanted:
+            if key not in self._motions:
+                direct = DirectPanel(
+                    lines, panel.basis, self.carrier(key), panel.points,
+                    self.excitation.spectrum(lines), self.excitation, panel.air_stiffness,
+                )  # fmt: skip
+                self._motions[key] = DirectMotions(direct, KEPT_BYTES)
+
+    def _of_the_result(self, wanted: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
+        """Return the bare panels of a search on the lines of the result, which then keeps them."""
+        wanted = [key for key in wanted if not self._is_direct(key, OVERLAP_CUTOFF)]
+        panel = self.panel
+        if panel.is_diagonal or not np.array_equal(panel.frequency, panel.search_frequency):
+            return {}
+        chunks = chunks_of_lines(panel.frequency.size, panel.patches.shapes)
+        for number, lines in enumerate(chunks if wanted else ()):
+            self._on_lines(number, lines, wanted)
+        return {
+            key: joined([self._kept[key, number] for number in range(len(chunks))]).with_fewer(
+                SEARCH_CUTOFF
+            )
+            for key in wanted
+            if (key, 0) in self._kept
+        }
+
+    def responses(self, requests: Sequence[Request]) -> list[Answer]:
+        """Return the response with each of several sets of dampers, in one run over the lines.
+
+        Raises
+        ------
+        UnstableDamping
+            Where C_e is negative.
+        """
+        count, (n_points, m, _) = self.panel.frequency.size, self.panel.points.shape
+        psds = [np.empty((count, n_points, m, m), complex) for _ in requests]
+        slopes = [
+            np.empty((len(request.patches), count, n_points), complex)
+            if request.with_slope
+            else None
+            for request in requests
+        ]
+        chunks = list(enumerate(chunks_of_lines(count, self.panel.patches.shapes)))
+        for number, lines in tracked(chunks, "parts of the frequency range"):
+            paths = self._on_lines(number, lines, [request.patches for request in requests])
+            for request, psd, slope in zip(requests, psds, slopes, strict=True):
+                dampers = request.equivalent_damping[:, lines], request.apparent_mass[:, lines]
+                psd[lines] = paths[request.patches].response(*dampers).cross_psd
+                if slope is not None:
+                    slope[:, lines] = paths[request.patches].slope(*dampers)
+        return [
+            Answer(Response(self.panel.frequency, psd), slope)
+            for psd, slope in zip(psds, slopes, strict=True)
+        ]
+
+    def _on_lines(
+        self, number: int, lines: slice, wanted: Sequence[Loaded]
+    ) -> dict[Loaded, SolutionPath]:
+        """Return what carries each set of patches on a chunk of lines."""
+        panel, keys = self.panel, list(dict.fromkeys(wanted))
+        form = DiagonalPanel if panel.is_diagonal else DirectPanel
+        direct = [key for key in keys if panel.is_diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
+        missing = [key for key in keys if key not in direct and (key, number) not in self._kept]
+        made: dict[Loaded, BarePanel] = {}
+        kept = [key for key in self._kept_bytes if (key, number) in self._kept]
+        if () in missing and kept:
+            missing.remove(())
+            made[()] = self._kept[kept[0], number].without_patches(self.carrier(()))
+        force, air = self._matrices(lines, direct=bool(direct))
+        if missing:
+            bare = bare_panels(
+                panel.frequency[lines], panel.basis, [self.carrier(key) for key in missing],
+                panel.points, self._spectrum[lines], force, self._in_air or air,
+            )  # fmt: skip
+            made |= zip(missing, bare, strict=True)
+            for key, part in zip(missing, bare, strict=True):
+                if self._has_room(key, part):
+                    self._kept[key, number] = part
+        paths: dict[Loaded, SolutionPath] = {
+            key: LowRankPanel(made[key] if key in made else self._kept[key, number])
+            for key in keys
+            if key not in direct
+        }
+        return paths | {
+            key: form(
+                panel.frequency[lines], panel.basis, self.carrier(key), panel.points,
+                self._spectrum[lines], force, air,
+            )
+            for key in direct
+        }  # fmt: skip
+
+    def _matrices(self, lines: slice, *, direct: bool) -> tuple[MatrixInput, MatrixInput | None]:
+        """Return G and the air on a chunk of lines; functions that may know a shorter form stay."""
+        if not direct:
+            return self.excitation, self.panel.air_stiffness
+        force, air = self._kept_matrices
+        frequency, n = self.panel.frequency, self.panel.patches.shapes
+        return (
+            matrices_at(force, frequency, lines, n),
+            None if air is None else matrices_at(air, frequency, lines, n),
+        )
+
+    @cached_property
+    def _in_air(self) -> PanelInAir | None:
+        """The panel in air on all lines; None in vacuum or where the air is not smooth."""
+        air = self.panel.air_stiffness
+        if not isinstance(air, SmoothStiffness):
+            return None
+        return PanelInAir(self.panel.frequency, self.panel.basis, air)
+
+    @cached_property
+    def _spectrum(self) -> Array:
+        return self.excitation.spectrum(self.panel.frequency)
+
+    def _has_room(self, key: Loaded, bare: BarePanel) -> bool:
+        """Whether the bare panel with these patches is kept, on all lines or on none."""
+        if key not in self._kept_bytes:
+            a_line = sum(
+                part[0].nbytes for part in (bare.receptance, bare.patch_psd, bare.point_psd)
+            )
+            size = float(a_line * self.panel.frequency.size)
+            fits = sum(self._kept_bytes.values()) + size <= KEPT_BYTES
+            self._kept_bytes[key] = size if fits else 0.0
+        return self._kept_bytes[key] > 0
+
+    @cached_property
+    def _kept_matrices(self) -> tuple[MatrixInput, MatrixInput | None]:
+        """Return G and the air as arrays where there is room, else as they are given."""
+        panel, n, lines = self.panel, self.panel.patches.shapes, self.panel.frequency
+        if lines.size * n * n * (8 if panel.air_stiffness is None else 24) > KEPT_BYTES:
+            return self.excitation, panel.air_stiffness
+        every, air = slice(None), panel.air_stiffness
+        return (
+            matrices_at(self.excitation, lines, every, n),
+            None if air is None else matrices_at(air, lines, every, n),
+        )
+
+    def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
+        if not patches:
+            return False
+        width = self.carrier(patches).coordinates(cutoff).columns.shape[1]
+        return width > DIRECT_SHARE * self.panel.patches.shapes

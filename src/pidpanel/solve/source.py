@@ -1,0 +1,189 @@
+"""The force of the particles that is not linear in the motion of their patch, as a load.
+
+It acts on the panel beside the sound and independently of it. Two cells a distance d apart have
+the cross-PSD S c exp(−d f/λ), with S the PSD of a cell and c and λ as coupled runs find them; the
+rest of each cell, 1 − c, is independent. On the modes that is
+
+    S [c ∬ φ φ′ᵀ exp(−d f/λ) dA dA′ + (1 − c) A_cell D],    D = ∫ φ φᵀ dA over the patch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+
+
+@dataclass(frozen=True)
+class PatchParts:
+    """Parts that make up a patch, about square.
+
+    Attributes
+    ----------
+    shape, area, position
+        (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) [m].
+    """
+
+    shape: Array
+    area: Array
+    position: Array
+
+    def rigid(self) -> PatchParts:
+        """Return the parts of a patch that moves as one."""
+        return PatchParts(np.ones((len(self.area), 1)), self.area, self.position)
+
+    def coherent_load(self, length: float) -> Array:
+        """Return ∬ φ φ′ᵀ exp(−d/l) dA dA′ over the patch, (n, n) [m⁴], for l [m]."""
+        side = np.sqrt(self.area)
+        mean_side = np.sqrt((self.area[:, None] + self.area) / 2)
+        coherence = _mean_between(self.position[:, None] - self.position, mean_side, length)
+        np.fill_diagonal(coherence, mean_coherence(side, length))
+        weighted = self.shape * self.area[:, None]
+        result: Array = weighted.T @ coherence @ weighted
+        return result
+
+
+def own_force_load(
+    parts: PatchParts, independent: Array, frequency: Array, coherence: Array, length: float
+) -> Array:
+    """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴].
+
+    Parameters
+    ----------
+    parts
+        Of the patch.
+    independent
+        (n, n) A_cell D of the patch [m⁴].
+    frequency
+        (nf,) [Hz].
+    coherence, length
+        (nf,) c [1], and λ [m Hz].
+    """
+    return np.array(
+        [
+            c * parts.coherent_load(length / f) + (1 - c) * independent
+            for f, c in zip(frequency, coherence, strict=True)
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class ParticleForce:
+    """The own force of particles as an `excitation.Excitation`, with S = 1 and G its cross-PSD.
+
+    Parameters
+    ----------
+    nodes
+        (k,) rising [Hz].
+    load
+        (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them.
+    """
+
+    nodes: Array
+    load: Array
+    support_psd: ClassVar[None] = None
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return 1 at every frequency."""
+        return np.ones(frequency.shape)
+
+    def __call__(self, frequency: Array) -> Array:
+        """Return the cross-PSD (nf, n, n) [N²/Hz]."""
+        return between(frequency, self.nodes, self.load)(slice(None))
+
+    def factors(self, frequency: Array) -> None:
+        """Return None: no short form is known."""
+        return None
+
+
+def elements_of_patch(
+    shape_at_vertices: Array, position: Array, cells: Index, cell_area: Array, inside: Flags
+) -> PatchParts:
+    """Return the elements of a patch as its parts, with the mean of the shapes at their corners.
+
+    With six elements to a wavelength that is within 10 % (h²k²/12), with twelve within 3 %.
+
+    Parameters
+    ----------
+    shape_at_vertices, position
+        (n_vertices, n) [1] and (n_vertices, 2) [m].
+    cells, cell_area
+        (n_cells, k) vertices and (n_cells,) area [m²] of each element.
+    inside
+        (n_cells,) whether it is part of the patch.
+    """
+    corners = cells[inside]
+    return PatchParts(
+        shape_at_vertices[corners].mean(axis=1),
+        cell_area[inside],
+        position[corners].mean(axis=1),
+    )
+
+
+def mean_coherence(side: Array | float, length: Array | float) -> Array:
+    """Return the mean of exp(−d/l) over two points of a square.
+
+    Parameters
+    ----------
+    side, length
+        Of the square and l [m].
+
+    Notes
+    -----
+    With the density of the distance of two points of a unit square (Ghosh 1951) by Gauss'
+    quadrature of the two differences.
+
+    Examples
+    --------
+    Far smaller than the length; far larger, 2π l² − 16 l³.
+
+    >>> float(mean_coherence(1.0, 1e6).round(3)), float((mean_coherence(1.0, 0.01) * 1e4).round(2))
+    (1.0, 6.12)
+    """
+    ratio = np.asarray(side, dtype=np.float64) / np.asarray(length, dtype=np.float64)
+    node, weight = np.polynomial.legendre.leggauss(60)
+    # u³ gathers the nodes where the exponential falls
+    u = (0.5 + 0.5 * node) ** 3
+    w = 0.5 * weight * 3 * (0.5 + 0.5 * node) ** 2
+    across = np.hypot(u[:, None], u[None, :])
+    kernel = 4 * np.outer(w * (1 - u), w * (1 - u))
+    result: Array = np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
+    return result
+
+
+def _mean_between(apart: Array, side: Array, length: float) -> Array:
+    """Return the mean of exp(−d/l) over a point in each of two squares (…, 2) [m] apart."""
+    node, weight = np.polynomial.legendre.leggauss(4)
+    # the difference of two places in a unit square has the density 1 − |u| in each direction
+    half, density = (1 + node) / 2, weight * (1 - node) / 4
+    u, w = np.concatenate([-half[::-1], half]), np.concatenate([density[::-1], density])
+    place = apart[..., None, :] + side[..., None, None] * u[:, None]
+    distance = np.hypot(place[..., :, None, 0], place[..., None, :, 1])
+    result: Array = np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
+    return result
+
+
+def between(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
+    """Return values at nodes, (k, n, n), as a function of lines; linear in ln f.
+
+    Parameters
+    ----------
+    frequency, nodes
+        (nf,) and (k,) rising [Hz]; values are held beyond the nodes.
+    load
+        (k, n, n) at the nodes.
+    """
+    place = np.interp(np.log(frequency), np.log(nodes), np.arange(len(nodes)))
+    lower = np.minimum(place.astype(int), max(len(nodes) - 2, 0))
+    upper = np.minimum(lower + 1, len(nodes) - 1)
+    share = (place - lower)[:, None, None]
+
+    def values(lines: slice) -> Array:
+        result: Array = (1 - share[lines]) * load[lower[lines]] + share[lines] * load[upper[lines]]
+        return result
+
+    return values

@@ -1,0 +1,130 @@
+"""Strain and stress at points of the panel from the cross-PSDs of its motion.
+
+A `Response` whose motions are (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) knows every strain and stress
+that the section makes of them: ε = E κ and σ = S κ in a layer, τ = T γ in the core, with the
+matrices of `pidpanel.panel.section`, so that S_ε = E S_κ Eᵀ and so on.
+
+The von Mises stress σ_v² = σᵀ A σ of a plane state is a quadratic form, whose mean is
+
+    E[σ_v²] = ∫ tr(A S_σ) df,    A = [[1, −½, 0], [−½, 1, 0], [0, 0, 3]]
+
+(Segalman, Fulcher, Reese and Field, J. Sound Vib. 230 (2000) 393-410): correlations between the
+components count, and the three rms values alone would not do. The components are Gaussian with
+zero mean, so three times the rms is exceeded 0.27 % of the time; the von Mises stress is neither,
+and three times its rms is a custom of design, with no such share to it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.model import Response
+
+VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
+"""A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy)."""
+
+QUANTITIES = {
+    "strain_xx": "1",
+    "strain_yy": "1",
+    "strain_xy": "1",
+    "stress_xx": "Pa",
+    "stress_yy": "Pa",
+    "stress_xy": "Pa",
+    "von_mises": "Pa",
+}
+"""What `layer_psd` returns, with units; strain_xy is the engineering shear strain."""
+
+CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}
+"""What `core_psd` returns."""
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Layers of a section, each kind of motion once.
+
+    Parameters
+    ----------
+    names
+        (n_layers,) such as "top and bottom" where the two differ by sign alone.
+    strain, stress
+        (n_layers, 3, 3) strain [m] and stress [Pa m] per curvature.
+    """
+
+    names: tuple[str, ...]
+    strain: Array
+    stress: Array
+
+
+def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layers:
+    """Join the layers whose strain and stress differ by sign alone: their PSDs are one.
+
+    Examples
+    --------
+    >>> layers = distinct_layers(["top", "bottom"], *[np.stack([np.eye(3), -np.eye(3)])] * 2)
+    >>> layers.names, layers.strain.shape
+    (('top and bottom',), (1, 3, 3))
+    """
+    scaled = [m / np.max(np.abs(m)) for m in (strain, stress)]  # so that rounding is 1e-16
+    kept: list[int] = []
+    joined: list[str] = []
+    for index, name in enumerate(names):
+        for place, other in enumerate(kept):
+            if any(
+                all(np.allclose(m[index], sign * m[other], rtol=1e-9) for m in scaled)
+                for sign in (1, -1)
+            ):
+                joined[place] += f" and {name}"
+                break
+        else:
+            kept.append(index)
+            joined.append(name)
+    return Layers(tuple(joined), strain[kept], stress[kept])
+
+
+def layer_psd(response: Response, layers: Layers) -> Array:
+    """PSDs of strain and stress in every layer at every point.
+
+    Parameters
+    ----------
+    response
+        With the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
+    layers
+        The section's.
+
+    Returns
+    -------
+    (nf, n_points, n_layers, 7) in the order and units² of `QUANTITIES`, per Hz.
+    """
+    curvature = response.cross_psd[:, :, None, 1:4, 1:4]
+    strain = _congruence(layers.strain, curvature)
+    stress = _congruence(layers.stress, curvature)
+    von_mises = np.einsum("ij,...ji->...", VON_MISES, stress.real)
+    return np.concatenate([_diagonal(strain), _diagonal(stress), von_mises[..., None]], axis=-1)
+
+
+def core_psd(response: Response, core_stress: Array) -> Array:
+    """PSDs of the shear stresses in the core.
+
+    Parameters
+    ----------
+    response
+        With the motions (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) at its points.
+    core_stress
+        (2, 2) shear stress per shear angle [Pa].
+
+    Returns
+    -------
+    (nf, n_points, 2) [Pa²/Hz].
+    """
+    return _diagonal(_congruence(core_stress, response.cross_psd[:, :, 4:6, 4:6]))
+
+
+def _congruence(matrix: Array, psd: Complexes) -> Complexes:
+    product: Complexes = matrix @ psd @ matrix.swapaxes(-1, -2)
+    return product
+
+
+def _diagonal(psd: Complexes) -> Array:
+    return np.asarray(np.diagonal(psd, axis1=-2, axis2=-1).real, np.float64)

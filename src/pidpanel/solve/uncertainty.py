@@ -1,0 +1,267 @@
+"""Standard errors of C_e and m_a carried through to PSDs and rms values.
+
+The dampers act line by line, so what a change of C_e or m_a of load p does to the PSD at a
+frequency is that of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t_p) with t_p of
+`dampers.acceleration_slope`:
+
+    A_p(f) = ∂ ln S_a/∂ ln C_e = 2ω C_e Im t_p/S_a,      B_p(f) = ∂ ln S_a/∂ m_a = 2ω² Re t_p/S_a
+
+at given Γ.
+
+Where Γ is the patches' own, a change of their motion moves Γ too. With a change b of C_e or m_a
+that alters ln a_rms of the patches by q_b at given Γ, Γ_out(Γ) the motions that the Γ of all loads
+lead to, and J = ∂ ln Γ_out/∂ ln Γ,
+
+    d ln Γ = (1 − J)⁻¹ q_b,
+    d ln S_a = Σ_p A_p δ ln C_e + B_p δ m_a + (A_p ∂ ln C_e/∂ ln Γ_p + B_p ∂ m_a/∂ ln Γ_p) d ln Γ_p.
+
+Changes are given at nodes of frequency and linear in ln f between them, so a covariance over the
+nodes becomes that of every line: first order in the errors, which near the jump of C_e are not
+small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.solve.layout import Layout, LayoutResponse, Load, read_dampers
+from pidpanel.solve.model import ResponseError
+from pidpanel.solve.solvers import PanelSolver, Request
+
+STEP = 0.05
+"""ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives with respect to what is known with errors.
+
+    Load by load ln C_e at the n nodes, then m_a [kg/m²] at the nodes; k = 2n n_loads in all.
+
+    Attributes
+    ----------
+    log_psd
+        (k, nf, n_points) of ln S_a.
+    log_rms
+        (k, n_points) of ln of the rms acceleration.
+    log_acceleration
+        (k, n_loads) of ln Γ; 0 where Γ is stated or plays no part.
+    """
+
+    log_psd: Array
+    log_rms: Array
+    log_acceleration: Array
+
+    def under(self, covariance: Array) -> StandardErrors:
+        """Return the standard errors for a covariance (k, k), see `joint_covariance`."""
+        psd, rms, gamma = (
+            _standard_error(of, covariance)
+            for of in (self.log_psd, self.log_rms, self.log_acceleration)
+        )
+        return StandardErrors(psd, rms, gamma)
+
+
+@dataclass(frozen=True)
+class StandardErrors:
+    """Of the logarithms of what a scenario answers.
+
+    Attributes
+    ----------
+    log_psd
+        (nf, n_points) of ln S_a.
+    log_rms
+        (n_points,) of ln of the rms acceleration: its relative standard error.
+    log_acceleration
+        (n_loads,) of ln Γ.
+    """
+
+    log_psd: Array
+    log_rms: Array
+    log_acceleration: Array
+
+
+def joint_covariance(blocks: Sequence[Sequence[Array | None]], n_nodes: int) -> tuple[Array, Flags]:
+    """Return the covariance of all loads from those of each two of them.
+
+    Parameters
+    ----------
+    blocks
+        For loads i and j the covariance (2n, 2n) of ln C_e and m_a at the nodes of i, down, with
+        those of j; None where they are independent, and on the diagonal where the errors of a
+        load are not known.
+    n_nodes
+        Number n of nodes.
+
+    Returns
+    -------
+    covariance
+        (2n n_loads, 2n n_loads); errors that are not known count as none.
+    known
+        (n_loads,) whether a load's errors are known.
+    """
+    size = 2 * n_nodes
+    covariance = np.zeros((len(blocks) * size,) * 2)
+    for i, row in enumerate(blocks):
+        for j, block in enumerate(row):
+            if block is not None:
+                covariance[i * size : (i + 1) * size, j * size : (j + 1) * size] = block
+    return covariance, np.array([row[i] is not None for i, row in enumerate(blocks)], bool)
+
+
+def _standard_error(derivative: Array, covariance: Array) -> Array:
+    flat = derivative.reshape(len(derivative), -1)
+    variance = np.sum(flat * (covariance @ flat), axis=0).reshape(derivative.shape[1:])
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def sensitivity(
+    solver: PanelSolver, layout: Layout, found: LayoutResponse, nodes: Array
+) -> Sensitivity:
+    """Return how the response of a layout follows its damping.
+
+    Parameters
+    ----------
+    solver, layout
+        As of `layout.solve_layouts`.
+    found
+        Its answer; with its slopes, or they are computed here.
+    nodes
+        (n,) rising [Hz], of all loads.
+    """
+    loads, patches = layout.loads, layout.patches
+    value, mass = found.equivalent_damping, found.apparent_mass
+    slope = found.slope
+    if slope is None:
+        (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
+        if answer.slope is None:
+            raise ResponseError("the solver gave no slope, though one was asked for")
+        slope = layout.factor * answer.slope
+    psd = found.response.acceleration_psd
+    by_node = _hats(solver.panel.frequency, nodes)
+    local = _local(slope, psd, solver.panel.frequency, value)
+    # Γ held
+    rows = _rows(local, by_node)  # (k, nf, points)
+    log_acceleration = np.zeros((len(rows), len(loads)))
+    moving = np.flatnonzero(layout.follows_motion)
+    if moving.size:
+        motion = _motion(solver, loads, found, nodes)
+        jacobian, pushed = motion
+        at_rest = np.eye(moving.size) - jacobian[np.ix_(moving, moving)]
+        log_acceleration[:, moving] = np.linalg.solve(at_rest, pushed[:, moving].T).T
+        follows = _with_motion(loads, solver.panel.frequency, found.acceleration_g, moving.tolist())
+        for load in moving:
+            by_motion = sum(
+                of[load] * by[load][:, None] for of, by in zip(local, follows, strict=True)
+            )
+            rows += log_acceleration[:, load, None, None] * by_motion
+    return Sensitivity(rows, _log_rms(solver.panel.frequency, psd, rows), log_acceleration)
+
+
+def _motion(
+    solver: PanelSolver, loads: Sequence[Load], found: LayoutResponse, nodes: Array
+) -> tuple[Array, Array]:
+    """J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
+    motions, lines = (
+        solver.motions(tuple(load.patch for load in loads)),
+        solver.panel.search_frequency,
+    )
+    gamma = found.acceleration_g
+    value, mass, _ = read_dampers(loads, lines, gamma)
+    psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)
+    slope = motions.acceleration_slope(value, mass).transpose(1, 2, 0)  # (damper, nf, patch)
+    local = _local(slope, psd, lines, value)
+    of_damping, of_mass = _with_motion(
+        loads, lines, gamma, np.flatnonzero(np.isfinite(gamma)).tolist()
+    )
+    by_motion = local[0] * of_damping[:, :, None] + local[1] * of_mass[:, :, None]
+    jacobian = _log_rms(lines, psd, by_motion).T
+    return jacobian, _log_rms(lines, psd, _rows(local, _hats(lines, nodes)))
+
+
+def _with_motion(
+    loads: Sequence[Load], frequency: Array, gamma: Array, moving: Sequence[int]
+) -> tuple[Array, Array]:
+    """∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
+    of_damping, of_mass = np.zeros((2, len(loads), frequency.size))
+    for load in moving:
+        high, high_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(STEP)))
+        low, low_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(-STEP)))
+        ratio = np.divide(high, low, out=np.ones_like(low), where=(low > 0) & (high > 0))
+        of_damping[load] = np.log(ratio) / (2 * STEP)
+        of_mass[load] = (high_mass - low_mass) / (2 * STEP)
+    return of_damping, of_mass
+
+
+def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
+    """(k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
+    both = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
+    return both.reshape(-1, *both.shape[3:])
+
+
+def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
+    """A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
+    omega = 2 * np.pi * frequency[:, None]
+    inverse = _inverse(psd)
+    of_damping = 2 * omega * damping[:, :, None] * slope.imag * inverse
+    of_mass = 2 * omega**2 * slope.real * inverse
+    return of_damping, of_mass
+
+
+def _inverse(psd: Array) -> Array:
+    """1/S; 0 where nothing moves, as at a support: there is no error either."""
+    inverse: Array = np.divide(1.0, psd, out=np.zeros_like(psd), where=psd > 0)
+    return inverse
+
+
+def _hats(frequency: Array, nodes: Array) -> Array:
+    """(n, nf) the piecewise linear functions of ln f that are 1 at one node and 0 at the others."""
+    x, at = np.log(frequency), np.log(nodes)
+    return np.stack([np.interp(x, at, one) for one in np.eye(len(nodes))])
+
+
+def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
+    """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
+    whole = np.asarray(np.trapezoid(psd, frequency, axis=0))
+    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))
+
+
+def with_errors(
+    dataset: xr.Dataset, errors: Mapping[tuple[str, str], StandardErrors]
+) -> xr.Dataset:
+    """Return the dataset of `tables.psd_dataset` with ``acceleration_psd_log_error``.
+
+    NaN where a scenario's damping has no standard error.
+    """
+    like = dataset["acceleration_psd"]
+    values = xr.full_like(like, np.nan)
+    for (reading, label), one in errors.items():
+        values.loc[{"reading": reading, "scenario": label}] = one.log_psd
+    attrs = {"units": "1", "long_name": "standard error of ln of the acceleration PSD"}
+    return dataset.assign(acceleration_psd_log_error=values.assign_attrs(attrs))
+
+
+def error_columns(
+    rows: Sequence[dict[str, float]], errors: StandardErrors | None
+) -> list[dict[str, float]]:
+    """Return rows of `tables.summary_rows`, a point each, with the standard errors of their values.
+
+    ``acceleration_rms_error_g``, ``reduction_error_db`` and ``damping_read_at_error_g``; NaN
+    where there are none.
+    """
+    count = len(rows)
+    relative = np.full(count, np.nan) if errors is None else errors.log_rms
+    log_acceleration = np.nan if errors is None else float(errors.log_acceleration[0])
+    return [
+        {
+            **row,
+            "acceleration_rms_error_g": row["acceleration_rms_g"] * own,
+            "reduction_error_db": 20 / np.log(10) * own,
+            "damping_read_at_error_g": row["damping_read_at_g"] * log_acceleration,
+        }
+        for row, own in zip(rows, relative, strict=True)
+    ]

@@ -1,0 +1,50 @@
+"""A sound field on the panel as an excitation of its modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.sound.field import wavenumber
+from pidpanel.sound.spectrum import BandSpectrum, PressureReference, pressure_psd
+from pidpanel.sound.wavenumber_table import WavenumberTable
+
+
+@dataclass(frozen=True)
+class SoundExcitation:
+    """A diffuse, plane, progressive, uniform or uncorrelated sound field.
+
+    Implements `solve.excitation.Excitation`: S is the PSD of the pressure on the face [Pa²/Hz], G
+    the modal force of the field [m⁴].
+
+    Parameters
+    ----------
+    bands
+        Band levels.
+    table
+        G over wavenumber, which tells the fields apart (`sound.field`).
+    speed
+        Speed of sound [m/s].
+    reference, loaded_sides
+        As of `spectrum.pressure_psd`.
+    """
+
+    bands: BandSpectrum
+    table: WavenumberTable
+    speed: float
+    reference: PressureReference = "surface"
+    loaded_sides: int = 1
+    support_psd: ClassVar[None] = None
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return S (nf,) [Pa²/Hz] at the frequencies (nf,) [Hz]."""
+        return pressure_psd(self.bands, frequency, self.reference, self.loaded_sides)
+
+    def __call__(self, frequency: Array) -> Array | Complexes:
+        """Return G (nf, n, n) [m⁴]."""
+        return self.table.at(wavenumber(frequency, self.speed))
+
+    def factors(self, frequency: Array) -> Array | Complexes | None:
+        """Return L (nf, n, r) [m²] with G = L Lᴴ; None where r is not small."""
+        return self.table.factors_at(wavenumber(frequency, self.speed))

@@ -1,0 +1,62 @@
+"""What integrating panel and particles together requires of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB
+from pidpanel.study.mistakes import Mistake
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
+
+FEWEST_LINES = 10
+"""Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e."""
+
+FEWEST_PERIODS = 10
+"""Of the lowest frequency in a record: both of its halves then resolve a third octave there."""
+
+
+def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
+    """Yield what panel and particles cannot be integrated with."""
+    if not study.is_coupled:
+        return
+    yield from _mistakes_of_lines(study)
+    keys = ("damping", "readings")
+    if study.response.modal_damping != "full":
+        yield Mistake(
+            keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
+        )
+    if not study.has_filled_coupon:
+        says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
+        yield Mistake(keys, says)
+    filled = {one.label: one for one in study.coupled_scenarios()}
+    run = study.damping.coupled.scenarios or tuple(filled)
+    at = ("damping", "coupled", "scenarios")
+    for label in run:
+        if label not in filled:
+            yield Mistake(at, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
+    for label, one in filled.items():
+        levels = [
+            filled[other].oaspl_db
+            for other in run
+            if other in filled and filled[other].fillings == one.fillings
+        ]
+        if not any(_are_neighbours(one.oaspl_db, level) for level in levels):
+            says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
+            yield Mistake(at, says)
+
+
+def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
+    """Yield records that have too few lines in the range of the response, 1/T apart."""
+    low, high = study.response.frequency_hz
+    least = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
+    if study.damping.coupled.duration_s < least:
+        says = f"must be at least {least:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
+        yield Mistake(("damping", "coupled", "duration_s"), says)
+
+
+def _are_neighbours(one: float | None, other: float | None) -> bool:
+    """Whether what is found at a level may be carried to another; None is that of the spectrum."""
+    return one is None or other is None or abs(one - other) <= NEIGHBOURS_DB + 1e-9

@@ -1,0 +1,51 @@
+"""A study of coupons alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from pidpanel.paths import SECTION
+from pidpanel.study.base import SectionModel, Text
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.mistakes import Mistake
+
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
+"""Of what names folders: studies and dampers."""
+
+RESERVED = ("coupon", "verification")
+"""Folders of the results that belong to all studies."""
+
+
+class CouponStudy(SectionModel):
+    """A study of the coupon alone: what the particles dissipate, and on what it depends."""
+
+    name: Text
+    """Name of the results folder; by default the name of the file."""
+    title: Text = ""
+    """Title of the report."""
+    assumptions: tuple[Text, ...] = ()
+    """Assumptions where the source gives no value; printed in the report."""
+    coupon: Coupon | None = None
+    """The honeycomb coupon that LIGGGHTS shakes."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a name that cannot be that of a folder, and a study without any section."""
+        if not re.fullmatch(NAME, self.name):
+            yield Mistake(("name",), f"must be {NAME_WORDS}")
+        elif self.name in RESERVED:
+            says = f"must be another name; results/{self.name} is shared by all studies"
+            yield Mistake(("name",), says)
+        if self.coupon is None and type(self) is CouponStudy:
+            yield Mistake((), "must have a section coupon, panel, or both")
+
+    @property
+    def coupons(self) -> Mapping[str, Coupon]:
+        """Coupons to simulate by name, that of the section first."""
+        return {SECTION: self.coupon} if self.coupon else {}
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether panel and particles are integrated together; see `Study`."""
+        return False

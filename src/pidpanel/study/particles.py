@@ -1,0 +1,167 @@
+"""Particles of a coupon, and the constants of their contacts with each other and the walls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pidpanel.geometry.sizes import Sizes
+from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import (
+    DENSITY,
+    MEGAPASCAL,
+    MILLIMETRES,
+    PERCENT,
+    SMALL_MILLIMETRES,
+    Quantity,
+)
+
+Modulus = Annotated[float, Quantity(5, 1e6, units=MEGAPASCAL)]
+"""Young's modulus of a contact [MPa]."""
+Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, units=PERCENT)]
+Friction = Annotated[float, Quantity(0, 5, units=PERCENT)]
+RollingFriction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+Diameter = Annotated[float, Quantity(0.02, 100, units=SMALL_MILLIMETRES)]
+"""Of a particle [mm]."""
+Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]
+"""Of diameters [mm]."""
+
+
+class Mono(SectionModel):
+    """Particles of one size."""
+
+    kind: Literal["mono"] = "mono"
+    """All particles have the diameter ``diameter_mm``."""
+
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a diameter [m]."""
+        return Sizes("mono", diameter, diameter)
+
+
+class Normal(SectionModel):
+    """Normal distribution by number with mean ``diameter_mm``, cut at two deviations."""
+
+    kind: Literal["normal"]
+    """Diameters are normally distributed by number."""
+    deviation_mm: Spread
+    """Standard deviation of the diameter [mm]."""
+
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a mean diameter [m]."""
+        reach = 2 * self.deviation_mm * 1e-3
+        return Sizes("normal", diameter - reach, diameter + reach)
+
+
+class Uniform(SectionModel):
+    """Uniform distribution by number over ``diameter_mm`` ± ``half_width_mm``."""
+
+    kind: Literal["uniform"]
+    """Diameters are uniformly distributed by number."""
+    half_width_mm: Spread
+    """Largest difference from ``diameter_mm`` [mm]."""
+
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for a mean diameter [m]."""
+        reach = self.half_width_mm * 1e-3
+        return Sizes("uniform", diameter - reach, diameter + reach)
+
+
+class Binary(SectionModel):
+    """Two sizes: a share by number of ``second_mm`` among particles of ``diameter_mm``."""
+
+    kind: Literal["binary"]
+    """Particles have one of two diameters."""
+    second_mm: Diameter
+    """The second diameter [mm]."""
+    second_share: RelativeError
+    """Share of the particles, by number, that have the second diameter."""
+
+    def sizes(self, diameter: float) -> Sizes:
+        """Return the sizes for the first diameter [m]."""
+        second = self.second_mm * 1e-3
+        share = 1 - self.second_share if second < diameter else self.second_share
+        return Sizes("binary", min(diameter, second), max(diameter, second), share)
+
+
+Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
+
+
+class Particles(SectionModel):
+    """The particles: size, density, and the constants of their contacts with each other."""
+
+    diameter_mm: Diameter = 2.0
+    """Diameter [mm]; the mean one of a distribution, the first one of a binary mixture."""
+    distribution: Distribution = Mono()
+    """How diameters differ from particle to particle."""
+    density_kg_m3: Annotated[float, Quantity(10, 25000, units=DENSITY)] = 1190.0
+    """Density of the material [kg/m³]."""
+    shell_mm: Spread | None = None
+    """Wall thickness of hollow particles [mm]; their inertia is taken as that of solid ones of
+    the same mass."""
+    youngs_modulus_mpa: Modulus = 3200.0
+    """Young's modulus of the material [MPa]; a run may use a lower one, see ``stiffness``."""
+    poissons_ratio: PoissonsRatio = 0.35
+    """Poisson's ratio of the material."""
+    restitution: Restitution = 0.8
+    """Coefficient of restitution of a collision of two particles."""
+    friction: Friction = 0.3
+    """Coefficient of sliding friction between two particles."""
+    rolling_friction: RollingFriction = 0.0
+    """Coefficient of rolling friction: a constant torque against rolling."""
+
+    def effective_density(self, diameter: float) -> float:
+        """Return mass over outer volume [kg/m³], for an outer diameter [m].
+
+        Notes
+        -----
+        ρ (1 − (1 − 2 t/d)³) for a shell of thickness t.
+
+        Examples
+        --------
+        >>> Particles(diameter_mm=2, shell_mm=0.5, density_kg_m3=800).effective_density(2e-3)
+        700.0
+        """
+        if self.shell_mm is None:
+            return self.density_kg_m3
+        return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm * 1e-3 / diameter) ** 3)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Young's modulus of the material [Pa]."""
+        return self.youngs_modulus_mpa * 1e6
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a shell that the particles cannot have."""
+        if self.shell_mm is not None:
+            if not isinstance(self.distribution, Mono):
+                yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")
+            if 2 * self.shell_mm >= self.diameter_mm:
+                yield Mistake(
+                    ("shell_mm",), f"must be below half of diameter_mm = {self.diameter_mm:g}"
+                )
+
+
+class Walls(SectionModel):
+    """Contact constants of the cell walls; by default those between two particles.
+
+    A wall that is stiffer than the particles stays stiffer when both are softened.
+    """
+
+    youngs_modulus_mpa: Modulus | None = None
+    """Young's modulus of the walls [MPa]."""
+    poissons_ratio: PoissonsRatio | None = None
+    """Poisson's ratio of the walls."""
+    restitution: Restitution | None = None
+    """Coefficient of restitution of a particle and a wall."""
+    friction: Friction | None = None
+    """Coefficient of sliding friction between a particle and a wall."""
+    rolling_friction: RollingFriction | None = None
+    """Coefficient of rolling friction on a wall."""
+
+    @property
+    def youngs_modulus(self) -> float | None:
+        """Young's modulus of the walls [Pa]; None for that of the particles."""
+        return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6

@@ -1,0 +1,93 @@
+"""What holds the panel, and masses on it; a place is a position or a node of a mesh file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
+
+from pidpanel.study.base import Coordinate, SectionModel
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import METRES, Quantity
+
+Position = tuple[Coordinate, Coordinate]
+"""(x, y) [m]."""
+EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
+Number = Annotated[int, Quantity(1, whole=True)]
+"""Number of a node in a mesh file."""
+
+
+class Node(SectionModel):
+    """A node of a mesh file, by its number there."""
+
+    grid: Number
+    """Number of the node in the mesh file."""
+
+
+class PointSupportInput(SectionModel):
+    """Support at a point: hinge (w = 0), hold_down (w = 0, no slope), or a spring to ground."""
+
+    kind: Literal["hinge", "hold_down", "spring"]
+    """``hinge``: w = 0; ``hold_down``: w = 0 and no slope; ``spring``: a spring to ground."""
+    at_m: Position | None = None
+    """Position (x, y) [m]."""
+    grid: Number | None = None
+    """Node of a mesh file, in place of ``at_m``."""
+    radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
+    """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
+    stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
+    """Stiffness of a spring [N/m]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield two places or none, and keys that the kind lacks or does not have."""
+        if (self.at_m is None) == (self.grid is None):
+            yield Mistake((), "must have either at_m, or grid (a node of a mesh file)")
+        if (self.kind == "spring") != (self.stiffness_n_m is not None):
+            yield Mistake(("stiffness_n_m",), "required for kind: spring, not allowed otherwise")
+        if self.kind == "spring" and self.radius_m:
+            yield Mistake(("radius_m",), "only allowed for kind: hinge or hold_down")
+
+
+class EdgeSupportInput(SectionModel):
+    """A different support on a straight part of the boundary."""
+
+    from_m: Position
+    """Start (x, y) of the part [m], on the boundary."""
+    to_m: Position
+    """End (x, y) of the part [m], on the same straight edge."""
+    kind: EdgeKind
+    """Its support; kinds are those of ``supports``."""
+
+
+class SupportsInput(SectionModel):
+    """Supports of the panel: outline, rims of holes, parts of edges, points."""
+
+    outline: EdgeKind
+    """Support of the outer edge; kinds are those of ``panel.supports``."""
+    holes: EdgeKind = "free"
+    """Support of the rims of all holes."""
+    edges: tuple[EdgeSupportInput, ...] = ()
+    """Straight parts of the boundary with another support."""
+    points: Mapping[str, PointSupportInput] = {}
+    """Supports at points, by name."""
+
+
+class Mass(SectionModel):
+    """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
+
+    mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]
+    """Mass [kg]."""
+    at_m: Position | None = None
+    """Position (x, y) of a mass at a point [m]."""
+    grid: Number | None = None
+    """Node of a mesh file, in place of ``at_m``."""
+    from_m: Position | None = None
+    """Start (x, y) of a mass along a line [m]."""
+    to_m: Position | None = None
+    """End (x, y) of a mass along a line [m]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield two places or none."""
+        if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
+            yield Mistake(
+                (), "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
+            )

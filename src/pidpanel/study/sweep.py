@@ -1,0 +1,135 @@
+"""The points at which a coupon is shaken."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import Field
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.study.base import Fill, SectionModel
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.particles import Diameter
+from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
+
+Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]
+"""Of a drive [Hz]."""
+MOST_VALUES = 10_000
+"""Values that a range may have."""
+
+
+class Range(SectionModel):
+    """Equally spaced values: ``{from: 5, to: 2000, step: 10}``."""
+
+    start: Frequency = Field(alias="from")
+    """First value [Hz]."""
+    stop: Frequency = Field(alias="to")
+    """Largest value [Hz]; included if it is a whole number of steps away."""
+    step: Annotated[float, Quantity(1e-3, 20000)]
+    """Step between values [Hz]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield an end below the start."""
+        if self.stop < self.start:
+            yield Mistake(("to",), f"must be at least from = {self.start:g}")
+        elif self.count > MOST_VALUES:
+            yield Mistake((), f"has {self.count} values; allowed are {MOST_VALUES}")
+
+    @property
+    def count(self) -> int:
+        """Number of the values."""
+        return int((self.stop - self.start) / self.step * (1 + 1e-12)) + 1
+
+    def values(self) -> tuple[float, ...]:
+        """Return the values, the end among them if it is a whole number of steps away.
+
+        Examples
+        --------
+        >>> Range(**{"from": 1, "to": 1.3, "step": 0.1}).values()
+        (1.0, 1.1, 1.2, 1.3)
+        """
+        return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
+
+
+Gamma = Annotated[float, Quantity(0, 2000, low_itself=False, units=GRAVITIES)]
+"""Amplitude of an acceleration [g]."""
+Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
+"""Of a displacement [mm]."""
+
+
+class Sweep(SectionModel):
+    """The points at which the coupon is shaken: every combination of the lists."""
+
+    fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
+    """Fill fractions r: number of particles over that of a full cell."""
+    frequency_hz: Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
+    """Frequencies of the drive [Hz], as a list or as a range."""
+    acceleration_g: tuple[Gamma, ...] = ()
+    """Amplitude Γ of the acceleration, in units of standard gravity."""
+    displacement_mm: tuple[Amplitude, ...] = ()
+    """Amplitude W of the displacement [mm], instead of that of the acceleration."""
+    diameter_mm: tuple[Diameter, ...] = ()
+    """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
+    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
+    """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
+
+    @property
+    def accelerations(self) -> tuple[float, ...]:
+        """Amplitudes of the acceleration [m/s²]."""
+        return tuple(level * STANDARD_GRAVITY for level in self.acceleration_g)
+
+    @property
+    def displacements(self) -> tuple[float, ...]:
+        """Amplitudes of the displacement [m]."""
+        return tuple(amplitude * 1e-3 for amplitude in self.displacement_mm)
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Frequencies [Hz], a range of them written out."""
+        if isinstance(self.frequency_hz, Range):
+            return self.frequency_hz.values()
+        return self.frequency_hz
+
+    def drive_count(self) -> int:
+        """Return the number of combinations of frequency and amplitude that are not left out."""
+        fastest = self.max_velocity_m_s or math.inf
+        W, a = sorted(self.displacements), sorted(self.accelerations)
+        return sum(
+            bisect.bisect_right(W, fastest / omega) + bisect.bisect_right(a, fastest * omega)
+            for omega in (2 * math.pi * frequency for frequency in self.frequencies)
+        )
+
+    def slowest(self) -> float:
+        """Return the least velocity amplitude of all combinations [m/s]."""
+        omega = [2 * math.pi * frequency for frequency in self.frequencies]
+        if self.displacements:
+            return min(omega) * min(self.displacements)
+        return min(self.accelerations) / max(omega)
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield amplitudes of two kinds or of none, and duplicate values."""
+        given = self.model_fields_set
+        if self.acceleration_g and self.displacement_mm:
+            yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
+        if not self.acceleration_g and not self.displacement_mm:
+            says = "must have at least 1 value" if "acceleration_g" in given else "missing"
+            yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
+        for key in (
+            "fill_fraction",
+            "frequency_hz",
+            "acceleration_g",
+            "displacement_mm",
+            "diameter_mm",
+        ):
+            values = getattr(self, key)
+            seen: set[str] = set()
+            for index, value in enumerate(() if isinstance(values, Range) else values):
+                text = f"{value:.6g}"
+                if text in seen:
+                    yield Mistake(
+                        (key, index), "duplicate value; its cases would have the same labels"
+                    )
+                seen.add(text)

@@ -1,0 +1,9 @@
+"""Every comparison with closed forms and published solutions.
+
+`rows`
+    One computed number and its reference; files of rows.
+`coupon`, `panel`, `sound`, `response`
+    Cases of a stage, its ``CASES``.
+`page`, `figures`
+    The page of all cases.
+"""

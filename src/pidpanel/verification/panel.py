@@ -1,0 +1,216 @@
+"""Natural frequencies of panels compared with closed forms and published values."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.geometry.polygon import Circle, Polygon
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
+from pidpanel.panel.mindlin import assemble_shear_plate
+from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.navier import sandwich_frequency
+from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.supports import Supports
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.verification import panel_equal
+from pidpanel.verification.rows import Row
+
+FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
+UNIT_PLATE = ThinSection(bending_stiffness=1.0, mass_per_area=1.0, poissons_ratio=0.3)
+
+
+def rectangle(a: float, b: float) -> Polygon:
+    """Return the outline of [0, a] × [0, b] m."""
+    return Polygon(((0.0, 0.0), (a, 0.0), (a, b), (0.0, b)))
+
+
+@dataclass(frozen=True)
+class Known:
+    """A panel whose frequencies are known.
+
+    Attributes
+    ----------
+    name
+        What the panel is.
+    source
+        Where the references come from.
+    plate
+        Assembles the plate; takes the ``.msh`` file to write.
+    element
+        Name of the finite element.
+    reference
+        The lowest frequencies above 0, in the unit of `scale`.
+    tolerance
+        Relative, of the larger of the mesh's error and the rounding of the references.
+    scale
+        Unit of the references over Hz, such as 1 / (2π) for angular frequencies.
+    rigid
+        Modes at 0 Hz.
+    """
+
+    name: str
+    source: str
+    plate: Callable[[Path], AssembledPlate]
+    element: str
+    reference: tuple[float, ...]
+    tolerance: float
+    scale: float = 1.0
+    rigid: int = 0
+
+
+def _sandwich(path: Path, shear_l: float, shear_w: float) -> AssembledPlate:
+    section = SandwichSection((FACE,), (FACE,), Core(shear_l, shear_w, 32.0, 24.4e-3))
+    return assemble_shear_plate(mesh_triangles(path, rectangle(1.5, 1.0), 0.1, {}, {}), section)
+
+
+def _isotropic_core() -> tuple[float, ...]:
+    section = SandwichSection((FACE,), (FACE,), Core(90e6, 90e6, 32.0, 24.4e-3))
+    m, n = np.array([(1, 1), (2, 1), (1, 2), (3, 1), (2, 2)]).T
+    return tuple(
+        sandwich_frequency(
+            m,
+            n,
+            (1.5, 1.0),
+            float(section.bending[0, 0]),
+            float(section.shear[0, 0]),
+            section.mass_per_area,
+        )
+    )
+
+
+def _thin_nafems(path: Path) -> AssembledPlate:
+    section = ThinSection(200e9 * 0.05**3 / 12 / (1 - 0.3**2), 8000 * 0.05, 0.3, 0.05)
+    return assemble_thin_plate(mesh_quadrilaterals(path, (10.0, 10.0), (12, 12), {}, {}), section)
+
+
+def _thick_nafems(path: Path) -> AssembledPlate:
+    section = SolidSection(200e9, 0.3, 8000.0, 1.0, np.pi**2 / 12)
+    return assemble_shear_plate(mesh_triangles(path, rectangle(10, 10), 1.0, {}, {}), section)
+
+
+def _unit_plate(path: Path, outline: Polygon | Circle, size: float, support: str) -> AssembledPlate:
+    mesh = mesh_triangles(path, outline, size, {}, {})
+    return assemble_thin_plate(mesh, UNIT_PLATE, Supports(support))
+
+
+KNOWN = {
+    "sandwich": Known(
+        "sandwich 1.5 m x 1 m, orthotropic core, hard simple support",
+        "Navier series of the sandwich plate with rotary inertia",
+        lambda path: _sandwich(path, 186e6, 90e6),
+        "Reissner-Mindlin P3/P2 triangles",
+        (131.395, 250.475, 389.143, 444.475, 501.871, 685.934),
+        2e-4,
+    ),
+    "isotropic_core": Known(
+        "sandwich 1.5 m x 1 m, isotropic core, hard simple support",
+        "ω² = D k⁴ / (m″ (1 + D k² / S)), without rotary inertia",
+        lambda path: _sandwich(path, 90e6, 90e6),
+        "Reissner-Mindlin P3/P2 triangles",
+        _isotropic_core(),
+        # the computed one has rotary inertia: 0.5 I k²/m″, 0.2 % at (2, 2)
+        3e-3,
+    ),
+    "nafems_13": Known(
+        "thin square, NAFEMS forced vibration test 13",
+        "NAFEMS R0016, Selected Benchmarks for Forced Vibration (2.377 ... Hz)",
+        _thin_nafems,
+        "Bogner-Fox-Schmit quadrilaterals",
+        (2.377, 5.942, 5.942, 9.507, 11.884, 11.884, 15.449),
+        5e-4,
+    ),
+    "nafems_21": Known(
+        "thick square, NAFEMS forced vibration test 21",
+        "NAFEMS R0016, Selected Benchmarks for Forced Vibration (45.897 ... Hz)",
+        _thick_nafems,
+        "Reissner-Mindlin P4/P3 triangles",
+        (45.897, 109.44, 109.44, 167.89, 204.51, 204.51, 256.50, 256.50),
+        5e-4,
+    ),
+    "clamped_square": Known(
+        "thin clamped square",
+        "Leissa, Vibration of Plates, NASA SP-160, table 4.28: 35.9855 ...",
+        lambda path: _unit_plate(path, rectangle(1, 1), 0.25, "clamped"),
+        "Argyris triangles",
+        (35.9855, 73.394, 73.394, 108.22),
+        2e-4,
+        1 / (2 * np.pi),
+    ),
+    "free_square": Known(
+        "thin free square, nu = 0.3",
+        "Leissa, J. Sound Vib. 31 (1973) 257, and later Ritz values: 13.468, 19.596, 24.270",
+        lambda path: _unit_plate(path, rectangle(1, 1), 0.25, "free"),
+        "Argyris triangles",
+        (13.468, 19.596, 24.270, 34.801, 34.801),
+        2e-4,
+        1 / (2 * np.pi),
+        3,
+    ),
+    "supported_disc": Known(
+        "thin simply supported disc, nu = 0.3",
+        "Leissa, NASA SP-160, table 2.2: 4.935 ...",
+        lambda path: _unit_plate(path, Circle((0.0, 0.0), 1.0), 0.4, "simply_supported"),
+        "Argyris triangles",
+        (4.9351, 13.8982, 13.8982, 25.6133),
+        1e-3,  # the disc is drawn by 48 straight pieces
+        1 / (2 * np.pi),
+    ),
+    "clamped_disc": Known(
+        "thin clamped disc",
+        "Leissa, NASA SP-160, table 2.1: 10.2158 ...",
+        lambda path: _unit_plate(path, Circle((0.0, 0.0), 1.0), 0.4, "clamped"),
+        "Argyris triangles",
+        (10.2158, 21.261, 21.261, 34.877),
+        2.5e-3,  # the polygon of 48 pieces lies within the disc
+        1 / (2 * np.pi),
+    ),
+}
+
+
+def frequency_rows(known: Known, folder: Path) -> list[Row]:
+    """Return the lowest frequencies of a panel with the known ones.
+
+    Parameters
+    ----------
+    known
+        The panel.
+    folder
+        For the mesh.
+
+    Returns
+    -------
+    list of Row
+    """
+    plate = known.plate(folder / "verification.msh")
+    reference = known.scale * np.array(known.reference)
+    frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))
+    rigid = np.sum(frequency == 0)
+    rows = [
+        Row(
+            known.name, f"frequency of mode {mode}", float(computed), float(exact), "Hz",
+            known.tolerance, f"{known.element}, {plate.stiffness.shape[0]} coordinates",
+            known.source, at=mode,
+        )
+        for mode, (computed, exact) in enumerate(
+            zip(frequency[rigid:], reference, strict=False), 1
+        )
+    ]  # fmt: skip
+    rows.append(
+        Row(
+            known.name, "number of rigid-body modes", float(rigid), float(known.rigid), "1",
+            0.0, f"{known.element}", "statics",
+        )
+    )  # fmt: skip
+    return rows
+
+
+CASES = {
+    **{key: partial(frequency_rows, known) for key, known in KNOWN.items()},
+    **panel_equal.CASES,
+}

@@ -1,0 +1,159 @@
+"""What a stage computes against what is known: one row for each number, in one neutral form.
+
+A stage with a closed form or a published benchmark has a module ``pidpanel.verification.<stage>``
+with ``CASES``: functions that compute in a folder and return rows. `verify` runs one of them,
+`write_rows` and `read_rows` keep the rows as CSV, `confirm` checks them, and
+`pidpanel.verification.page` shows those of all stages.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+
+class ToleranceMissedError(Exception):
+    """Computed numbers miss their references; the text names each of them in a line."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One computed number and its reference.
+
+    Attributes
+    ----------
+    case
+        What is computed, common to its rows: "Inelastic slug in a box without gravity".
+    quantity
+        What is compared, and at which point.
+    computed, reference
+        Values in ``unit``.
+    unit
+        Unit; "1" for a quantity without dimension.
+    tolerance
+        Largest |error| with which the reference counts as met; NaN for a row that is only shown:
+        how the error falls with the resolution, or where the reference ceases to hold.
+    method
+        How it was computed: bodies, elements, steps.
+    source
+        Source of the reference.
+    at
+        The point as a number, for figures; NaN if there is none.
+    resolution
+        Bodies, elements or steps as a number, for figures; NaN if there is none.
+    """
+
+    case: str
+    quantity: str
+    computed: float
+    reference: float
+    unit: str
+    tolerance: float
+    method: str
+    source: str
+    at: float = math.nan
+    resolution: float = math.nan
+
+    @property
+    def error(self) -> float:
+        """(computed − reference)/|reference|; the computed value where the reference is 0."""
+        if self.reference == 0:
+            return self.computed
+        return (self.computed - self.reference) / abs(self.reference)
+
+    @property
+    def held(self) -> bool:
+        """Whether the row has a tolerance."""
+        return not math.isnan(self.tolerance)
+
+    @property
+    def met(self) -> bool:
+        """Whether the error is within the tolerance; False for NaN."""
+        return abs(self.error) <= self.tolerance
+
+
+COLUMNS = tuple(field.name for field in fields(Row))
+"""Columns of the file of rows, besides the error."""
+
+
+def verify(stage: str, case: str) -> list[Row]:
+    """Compute a case of a stage in a temporary folder.
+
+    Parameters
+    ----------
+    stage
+        Package of `pidpanel` with a module ``verification``.
+    case
+        Key of its ``CASES``.
+
+    Raises
+    ------
+    ValueError
+        If the stage has no such case.
+    """
+    cases = importlib.import_module(f"pidpanel.verification.{stage}").CASES
+    if case not in cases:
+        raise ValueError(f"{case}: not a verification case of {stage}: {', '.join(cases)}")
+    with tempfile.TemporaryDirectory() as folder:
+        return list(cases[case](Path(folder)))
+
+
+def confirm(rows: Sequence[Row]) -> str:
+    """Check that all rows with a tolerance meet their reference, and return how many they are.
+
+    Raises
+    ------
+    ToleranceMissedError
+        If any of them does not.
+
+    Examples
+    --------
+    >>> confirm([Row("Beam", "f", 100.5, 100.0, "Hz", 0.01, "30 elements", "Navier")])
+    '1 of 1 numbers within their tolerance'
+    """
+    held = [row for row in rows if row.held]
+    missed = [row for row in held if not row.met]
+    if missed:
+        lines = [
+            f"{row.case}, {row.quantity}: {row.computed:g} {row.unit}, reference "
+            f"{row.reference:g}, error {row.error:+.2%}, tolerance {row.tolerance:.2%}"
+            for row in missed
+        ]
+        lines.append(f"{len(missed)} of {len(held)} numbers miss their tolerance")
+        raise ToleranceMissedError("\n".join(lines))
+    return f"{len(held)} of {len(held)} numbers within their tolerance"
+
+
+def write_rows(path: Path, rows: Sequence[Row]) -> None:
+    """Write rows as CSV, with a column for each attribute of `Row` and the error."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*COLUMNS, "error"])
+        writer.writerows([*astuple(row), row.error] for row in rows)
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Read rows that `write_rows` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the header is another than that of `write_rows`.
+    """
+    numbers = {field.name for field in fields(Row) if field.type == "float"}
+
+    def row(texts: dict[str, str]) -> Row:
+        values: dict[str, Any] = {name: texts[name] for name in COLUMNS}
+        return Row(**values | {name: float(texts[name]) for name in numbers})
+
+    with path.open(encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file)
+        if reader.fieldnames != [*COLUMNS, "error"]:
+            raise ValueError(f"{path}:1: columns {reader.fieldnames}, not {[*COLUMNS, 'error']}")
+        return [row(texts) for texts in reader]

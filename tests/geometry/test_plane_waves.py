@@ -1,0 +1,89 @@
+"""Few Gauss points of the box stand for many points of a mesh under every plane wave."""
+
+import numpy as np
+import pytest
+
+from pidpanel.geometry.plane_waves import condensed, degree, gauss, lagrange
+
+KAPPA = 30.0
+
+
+def points(seed, sides, corner=(0.0, 0.0)):
+    """Random points with weights and values of three shapes, on a box without its middle."""
+    random = np.random.default_rng(seed)
+    at = random.uniform(size=(4000, 2))
+    at = at[np.linalg.norm(at - 0.5, axis=1) > 0.2]
+    at = np.vstack([at, [[0, 0], [1, 1]]]) * sides + corner
+    return at, random.uniform(size=len(at)), random.standard_normal((len(at), 3))
+
+
+def waves(position, weight, values, kappa):
+    """Σ w φ exp(iκ·x) for waves in sixteen directions, over Σ w|φ|."""
+    angle = np.pi * np.arange(16) / 16
+    phase = np.exp(1j * kappa * position @ np.array([np.cos(angle), np.sin(angle)]))
+    return phase.T @ (weight[:, None] * values)
+
+
+@pytest.mark.parametrize(
+    ("sides", "corner"), [((2.1, 1.2), (0, 0)), ((0.3, 2.0), (5, -3)), ((0.1, 0.1), (0, 0))]
+)
+@pytest.mark.parametrize(("share", "error"), [(1.0, 1e-6), (0.5, 1e-10), (0.0, 1e-13)])
+def test_condensed_points_answer_to_every_wave_as_all_of_them_do(sides, corner, share, error):
+    # the accuracy that `condensed` states; at κ = 0 the integral of the shapes, to rounding
+    # red: TOLERANCE = 1e-2 or degree(…) - 4 in `condensed`; whole_weight → 1 in `lagrange`;
+    # place == (column, row) → (row, column)
+    position, weight, values = points(3, sides, corner)
+    few = condensed(position, weight, values, KAPPA)
+    size = weight @ np.abs(values)
+    apart = waves(position, weight, values, share * KAPPA) - waves(
+        few.position, few.weight, few.values, share * KAPPA
+    )
+    assert np.max(np.abs(apart) / size) < error
+
+
+def test_the_points_are_gauss_points_of_the_box_whose_weights_sum_to_its_area():
+    # as many as the degree of a wave across either side; red: edge / 2 → edge in `degree(…)` of
+    # `whole`; / 4 left out of the weights
+    position, weight, values = points(4, (2.0, 1.0))
+    few = condensed(position, weight, values, KAPPA)
+    assert len(few.weight) == degree(KAPPA) * degree(KAPPA / 2)
+    assert few.weight.sum() == pytest.approx(2.0, rel=1e-13)
+    assert few.values.shape == (len(few.weight), 3)
+    x = np.unique(few.position[:, 0].round(12))
+    np.testing.assert_allclose(x, 1 + gauss(degree(KAPPA))[0], atol=1e-11)
+
+
+def test_the_boxes_in_which_points_are_gathered_change_nothing(monkeypatch):
+    # one box of 19 wavelengths against sixty; red: (1 + node) / 2 → node / 2 in `spread`
+    position, weight, values = points(5, (2.0, 1.0))
+    found = []
+    for size in (2.0, 100.0):
+        monkeypatch.setattr("pidpanel.geometry.plane_waves.WAVES_IN_A_BOX", size)
+        few = condensed(position, weight, values, KAPPA)
+        found.append(waves(few.position, few.weight, few.values, KAPPA / 2))
+    scale = np.max(weight @ np.abs(values))
+    np.testing.assert_allclose(found[0], found[1], atol=1e-11 * scale)
+
+
+def test_polynomials_of_lagrange_pass_through_their_nodes():
+    # red: np.arange(top + 1) + 0.5 → np.arange(top + 1)
+    node, weight = gauss(9)
+    np.testing.assert_allclose(lagrange(node, node, weight), np.eye(9), atol=1e-13)
+    x = np.linspace(-1, 1, 7)
+    np.testing.assert_allclose(lagrange(x, node, weight) @ node**8, x**8, atol=1e-13)
+
+
+def test_the_degree_of_a_wave_is_where_its_series_ends():
+    # the next term of exp(iκx) at |x| ≤ 1 is below 1e-5, and below 1e-10 at half of κ, by the
+    # series' own coefficients
+    # red: (2 * order + 1) → 1; [-1]) + 1 → [-1]); no (reach / 2, HALF_TOLERANCE)
+    node, weight = gauss(200)
+    for reach in (0.5, 7.0, 60.0):
+        count = degree(reach)
+        for order, small in ((count - 1, False), (count, True)):
+            legendre = np.polynomial.legendre.Legendre.basis(order)(node)
+            at, half = (
+                (order + 0.5) * abs(np.sum(weight * legendre * np.exp(1j * k * node)))
+                for k in (reach, reach / 2)
+            )
+            assert (at < 1e-5 and half < 1e-10) == small

@@ -1,0 +1,49 @@
+"""How far a reading is from the coupled run."""
+
+import numpy as np
+import pytest
+
+from pidpanel.report.verdict import BAND_LIMIT, RMS_LIMIT, Coupled, distance
+
+BANDS = np.array([5.0, 8.0, 3.0, 0.7])
+
+
+def run(rms_error=0.0, band_error=0.0):
+    return Coupled(10.0, rms_error, BANDS, np.full(4, band_error))
+
+
+def shifted(db, band):
+    return BANDS * np.where(np.arange(4) == band, 10 ** (db / 20), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("rms", "band_db", "holds"),
+    [(10.0, 0.0, "yes"), (10.0 * (1 + 1.01 * RMS_LIMIT), 0.0, "no"), (10.0, -0.51, "no"),
+     (10.0 * (1 - 0.99 * RMS_LIMIT), 0.49, "yes")],
+)  # fmt: skip
+def test_both_limits_hold_of_an_exact_run(rms, band_db, holds):
+    # red: in _holds, abs(off) + 2 * error < 2 * limit
+    found = distance(rms, shifted(band_db, 2), run())
+    assert found.holds == holds
+    assert found.rms == pytest.approx(rms / 10.0 - 1, abs=1e-12)
+    assert found.band_db == pytest.approx(band_db, abs=1e-12)
+    assert found.band == (2 if band_db else 0)
+
+
+def test_a_band_far_below_the_highest_does_not_count():
+    # red: counts = coupled.band_rms >= 0
+    assert 20 * np.log10(BANDS.max() / BANDS[3]) > 20
+    assert distance(10.0, shifted(9.0, 3), run()).holds == "yes"
+    assert distance(10.0, shifted(9.0, 2), run()).holds == "no"
+
+
+@pytest.mark.parametrize(("off", "holds"), [(0.29, "yes"), (0.31, "open"), (0.69, "open"), (0.71, "no")])  # fmt: skip
+def test_an_error_of_the_run_leaves_open_what_it_could_decide(off, holds):
+    # red: in _holds, 2 * error -> error
+    assert BAND_LIMIT == 0.5  # ± 2 · 0.1 dB
+    assert distance(10.0, shifted(off, 1), run(band_error=0.1)).holds == holds
+
+
+def test_no_weighs_more_than_open():
+    # red: "open" if "open" in outcomes else "no" if "no" in outcomes else "yes"
+    assert distance(12.0, BANDS, run(band_error=0.3)).holds == "no"

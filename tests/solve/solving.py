@@ -1,0 +1,32 @@
+"""Panels from arrays, and single layouts on them."""
+
+import numpy as np
+
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.layout import Layout, solve_layouts
+from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.panel import Panel
+from pidpanel.solve.solvers import PanelSolver
+
+
+def white(frequency):
+    return np.ones(frequency.size)
+
+
+def panel_solver(basis, patches, lines, points, force, spectrum=white, search=None, **more):
+    """A solver; the lines of the search are those of the result unless they are given."""
+    search = lines if search is None else search
+    panel = Panel(basis, patches, lines, np.asarray(points), search, **more)
+    return PanelSolver(panel, ModalForce(spectrum, force))
+
+
+def solve_layout(solver, loads, factor=1.0, **more):
+    """The response to one layout, or its error."""
+    (answer,) = solve_layouts(solver, [Layout(tuple(loads), factor, **more)])
+    if isinstance(answer, UnstableDamping):
+        raise answer
+    return answer
+
+
+def solve_bare(solver, factor=1.0):
+    return solve_layout(solver, (), factor)

@@ -1,0 +1,146 @@
+"""A scenario: its damping read at the level of its own motion, or at a stated one."""
+
+import numpy as np
+import pytest
+from solving import panel_solver, solve_bare, solve_layout
+
+from pidpanel import solve
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.response.tables import OnPatches, psd_dataset, summary_rows
+from pidpanel.solve.layout import Layout, Load, solve_layouts
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
+
+MASS, FREQUENCY, RATIO, AREA = 1.5, 65.0, 0.02, 0.04
+
+
+def one_mode(is_diagonal=False):
+    """A panel of one mode under white sound, its patch moving with the mode's crest."""
+    lines = frequency_grid(20.0, 300.0, RATIO, [FREQUENCY])
+    basis = ModalBasis([FREQUENCY], [MASS], RATIO)
+    patches = Patches(np.array([[[AREA]]]), np.array([AREA]))
+    force = np.array([[0.3]])
+    return panel_solver(basis, patches, lines, [[1.0]], force, is_diagonal=is_diagonal)
+
+
+def solved(solver, damping, factor, *, depends=True, stated=None):
+    load = Load(0, damping, depends)
+    return solve_layout(solver, [load], factor, stated_acceleration_g=stated)
+
+
+def dashpot(value):
+    def damping(frequency, level):
+        shape = frequency.shape
+        return np.full(shape, value), np.zeros(shape), np.ones(shape, bool)
+
+    return damping
+
+
+def falling(frequency, level):
+    """C_e = 2000/Γ, on run points up to Γ = 5."""
+    shape = frequency.shape
+    return np.full(shape, 2000 / level), np.zeros(shape), np.full(shape, level <= 5)
+
+
+@pytest.mark.parametrize("is_diagonal", [False, True])
+@pytest.mark.parametrize("sound", [1.0, 100.0])
+def test_the_level_read_is_the_level_that_results(is_diagonal, sound):
+    found = solved(one_mode(is_diagonal), falling, sound)
+    # the search closes to 1e-6; fine and coarse lines are the same here
+    assert found.patch_acceleration_g == pytest.approx(found.acceleration_g, rel=1e-5)
+    assert found.equivalent_damping[0, 0] == pytest.approx(2000 / found.acceleration_g)
+    rms = found.response.acceleration_rms[0]  # the patch moves as its point does
+    assert found.acceleration_g == pytest.approx(np.sqrt(2) * rms / STANDARD_GRAVITY, rel=1e-5)
+
+
+def test_the_motion_is_searched_from_a_hundredth_and_three_times_that_of_the_bare_panel():
+    # red: bare / 100 → bare / 101; 3 * bare → 4 * bare
+    read = []
+
+    def law(frequency, level):
+        read.append(level)
+        return falling(frequency, level)
+
+    bare = solve_bare(one_mode(), 1.0).bare_patch_acceleration_g[0]
+    solved(one_mode(), law, 1.0)
+    assert read[0] == pytest.approx(3 * bare, rel=1e-10)
+    assert min(read) == pytest.approx(bare / 100, rel=1e-10)
+
+
+def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
+    found = solved(one_mode(), falling, 1.0, stated=4.0)
+    assert found.acceleration_g == 4.0
+    assert found.equivalent_damping[0, 0] == 500.0
+    assert found.patch_acceleration_g != pytest.approx(4.0, rel=0.1)
+
+
+def test_a_level_beyond_the_run_points_is_marked():
+    assert solved(one_mode(), falling, 1.0, stated=4.0).inside.all()
+    assert not solved(one_mode(), falling, 1.0, stated=6.0).inside.any()
+
+
+def test_a_law_without_level_scales_with_the_sound():
+    quiet = solved(one_mode(), dashpot(300.0), 1.0, depends=False)
+    loud = solved(one_mode(), dashpot(300.0), 100.0, depends=False)
+    ratio = loud.response.acceleration_psd / quiet.response.acceleration_psd
+    np.testing.assert_allclose(ratio, 100.0, rtol=1e-12)
+    assert np.isnan(quiet.acceleration_g)
+
+
+def test_more_sound_moves_the_damping_that_depends_on_motion():
+    quiet = solved(one_mode(), falling, 1.0)
+    loud = solved(one_mode(), falling, 100.0)
+    # ten times the sound pressure, less damping: more than ten times the motion
+    assert loud.patch_acceleration_g > 10 * quiet.patch_acceleration_g
+
+
+def test_damping_that_feeds_the_panel_is_refused():
+    with pytest.raises(UnstableDamping):
+        solved(one_mode(), dashpot(-300.0), 1.0, depends=False)
+
+
+def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
+    bare = solve_bare(one_mode(), 1.0)
+    damped = solved(one_mode(), dashpot(300.0), 1.0, depends=False)
+    (row,) = summary_rows(
+        damped, bare, ["p"], thickness=0.025, power_balance_error=0.0, full=damped.response,
+        read_at_g=np.nan, patch_motion_g=1.0,
+    )  # fmt: skip
+    ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
+    assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
+    assert row["reduction_db"] > 0
+    assert not row["beyond_linear_plate"]
+    displacement = damped.response.displacement_rms[0]
+    (thin,) = summary_rows(
+        damped, bare, ["p"], thickness=9 * displacement, power_balance_error=0.0,
+        full=bare.response, read_at_g=np.nan, patch_motion_g=1.0,
+    )  # fmt: skip
+    assert thin["beyond_linear_plate"]
+    # the last asked beside the bare panel in place of the full form: minus the reduction
+    assert (row["diagonal_form_error_db"], thin["diagonal_form_error_db"]) == pytest.approx(
+        (0.0, -row["reduction_db"])
+    )
+
+
+def test_a_scenario_without_response_is_nan_in_the_file():
+    one = solve_bare(one_mode(), 1.0)
+    none = np.zeros((1, one.response.frequency.size))
+    on_patches = OnPatches(one.response, none, none, none == 0)
+    data = psd_dataset(
+        {("dem", "bare"): on_patches}, {}, one.response.frequency, ["dem"], ["bare", "x"], ["p"],
+        ["PID-1"],
+    )  # fmt: skip
+    assert np.isfinite(data["acceleration_psd"].sel(scenario="bare")).all()
+    assert np.isnan(data["acceleration_psd"].sel(scenario="x")).all()
+    assert all("units" in data[name].attrs for name in data.data_vars)
+
+
+def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
+    # red: PanelSolver(panel, excitation) → another panel in `layouts`
+    solver, louder = one_mode(), Layout([Load(0, falling)], 100.0)
+    kept = solve_layouts(solver, [Layout(()), louder])
+    for found, wanted in zip(
+        solve.layouts(solver.panel, solver.excitation, [Layout(()), louder]), kept, strict=True
+    ):
+        np.testing.assert_array_equal(found.response.cross_psd, wanted.response.cross_psd)
+        np.testing.assert_array_equal(found.acceleration_g, wanted.acceleration_g)

@@ -1,0 +1,183 @@
+"""The motions of several patches at which all reproduce themselves: sets of Γ with closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from solving import panel_solver, solve_layout
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.solve.layout import Load
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.search import (
+    LinearisationError,
+    NotConverged,
+    find_motions,
+    iterate,
+    starts_between,
+)
+
+LOW, HIGH = np.log(0.1), np.log(1e4)
+
+
+def starts(n):
+    return starts_between(np.full(n, LOW), np.full(n, HIGH))
+
+
+@pytest.mark.parametrize("n", [2, 3, 40, 300])
+def test_coupled_power_laws_meet_where_linear_algebra_says(n):
+    # Γ_out,i = e^a_i Π_j Γ_j^−B_ij, straight in ln Γ: x = (1 + B)⁻¹ a
+    # red: surplus - (of_x + of_surplus) @ share → + in `iterate`
+    draw = np.random.default_rng(n)
+    B = np.diag(draw.uniform(-0.3, 1.2, n)) + draw.uniform(-0.2, 0.2, (n, n)) / math.sqrt(n)
+    a = draw.uniform(2, 5, n)
+    search = find_motions([lambda x: a - B @ x], starts(n))
+    expected = np.linalg.solve(np.eye(n) + B, a)
+    assert len(search.solutions) == 1
+    assert search.converged == search.starts == (4 if n == 2 else 5 if n == 3 else 2)
+    # |F(x) − x| ≤ 1e-6 leaves at most that over the least singular value of 1 + B
+    room = 1e-6 * math.sqrt(n) / np.linalg.svd(np.eye(n) + B, compute_uv=False).min()
+    np.testing.assert_allclose(search.governing.log_gamma, expected, atol=room)
+    assert search.governing.residual <= 1e-6
+    # F is ∓B here: all eigenvalues of −B lie below 1
+    assert search.governing.stable
+
+
+def peaked(gamma):
+    """Damping that rises steeply to Γ = 2.5 and falls like 1/Γ^2.5 beyond: three Γ = 60/C."""
+    return 0.2 + 100 / ((2.5 / gamma) ** 4 + (gamma / 2.5) ** 2.5)
+
+
+def crossings():
+    gamma = np.geomspace(0.01, 1000, 400_001)
+    above = 60 / peaked(gamma) > gamma
+    at = np.flatnonzero(above[1:] != above[:-1])
+    return np.log(np.sqrt(gamma[at] * gamma[at + 1]))
+
+
+def test_two_loads_with_three_motions_each_have_their_four_stable_pairs_and_the_highest_governs():
+    # uncoupled, so that each load alone has low, middle (unstable) and high, found by a fine scan
+    # red: starts_between without its `np.where` list; [-1] → [0] in `governing`
+    low, _, high = crossings()
+    search = find_motions([lambda x: np.log(60 / peaked(np.exp(x)))], starts(2))
+    found = {tuple(np.round(one.log_gamma, 3)) for one in search.solutions if one.stable}
+    expected = {(a, b) for a in (low, high) for b in (low, high)}
+    assert found == {tuple(np.round(pair, 3)) for pair in expected}
+    np.testing.assert_allclose(search.governing.log_gamma, [high, high], atol=1e-4)
+
+
+def test_a_repelling_motion_is_told_from_one_that_attracts():
+    # x → 2x − x³/4 away from 0: F' = 2 at 0, −1 at ±2; the first is repelling, the others at the
+    # edge of it; red: < 1 → < 3 in `_is_stable`
+    search = find_motions(
+        [lambda x: 1.7 * x - 0.25 * x**3], [np.array([0.0]), np.array([1.5])], tolerance=1e-9
+    )
+    stable = {round(float(one.log_gamma[0]), 4): one.stable for one in search.solutions}
+    assert stable == {0.0: False, round(math.sqrt(0.7 / 0.25), 4): True}
+    assert search.governing.log_gamma[0] == pytest.approx(math.sqrt(0.7 / 0.25))
+
+
+def test_few_lines_lead_to_the_motion_of_all_lines():
+    # F on all lines, 3 % and 10 % off on fewer; red: near(at) + off → near(at)
+    asked = []
+    B = np.array([[0.5, 0.1], [0.2, -0.3]])
+
+    def whole(x):
+        asked.append(x)
+        return np.array([3.0, 2.0]) - B @ x + 0.02 * np.sin(x)
+
+    maps = [whole, lambda x: np.array([3.03, 2.0]) - B @ x, lambda x: [3.1, 1.9] - 1.1 * B @ x]
+    search = find_motions(maps, starts(2))
+    assert len(search.solutions) == 1
+    x = search.governing.log_gamma
+    assert np.max(np.abs(whole(x) - x)) <= 1e-6
+    assert len(asked) < 8  # a search of its own takes twenty
+
+
+def test_a_jump_of_the_damping_is_not_taken_for_a_motion():
+    # one load's Γ_out falls from 20 to 0.2 at Γ = 5, so none reproduces itself
+    # red: end[1] <= tolerance → True in `find_motions`
+    def jump(x):
+        return np.array([math.log(20.0 if x[0] < math.log(5) else 0.2), 1.0])
+
+    for maps in ([jump], [jump, jump]):
+        with pytest.raises(NotConverged, match=r"of 2 loads is .* from each of 4 starts, more"):
+            find_motions(maps, starts(2))
+
+
+def test_a_search_where_only_all_lines_jump_says_so():
+    # red: `solved or ends` → `ends`
+    def jump(x):
+        return np.where(x < math.log(5), math.log(20.0), math.log(0.2))
+
+    with pytest.raises(NotConverged, match=r"of 2 loads is [12]\..* does C_e or m_a jump"):
+        find_motions([jump, lambda x: np.full(2, math.log(5))], starts(2))
+
+
+@pytest.mark.parametrize("slope", [-0.9, -3.0, 0.95])
+def test_steep_maps_are_followed(slope):
+    # plain iteration contracts by 0.9 and 0.95 a step or runs away with −3
+    # red: if steps: → if False:, for no step of Anderson's
+    x, residual = iterate(lambda x: slope * (x - 1.5) + 1.5, np.array([4.0]), 1e-9, 30)
+    assert residual <= 1e-9
+    assert x[0] == pytest.approx(1.5, abs=1e-7)
+
+
+@pytest.mark.parametrize("exponent", [0.5, -0.5, -1.5])
+def test_one_power_law_meets_where_algebra_says_to_the_last_digits(exponent):
+    # Γ_out = 10/√C_e, C_e = Γ^p: Γ = 10^(1/(1 + p/2)); red: `aim` left out of `enough`
+    search = find_motions([lambda x: math.log(10) - exponent / 2 * x], starts(1), aim=1e-12)
+    assert search.governing.log_gamma == pytest.approx(math.log(10) / (1 + exponent / 2), rel=1e-11)
+    assert len(search.solutions) == 1 and search.governing.stable
+
+
+def test_one_load_has_its_lowest_and_its_highest_motion_and_the_highest_governs():
+    # the one between repels, found by a fine scan; red: starts_between with `high` alone
+    low, _, high = crossings()
+    search = find_motions([lambda x: np.log(60 / peaked(np.exp(x)))], starts(1))
+    found = [float(one.log_gamma[0]) for one in search.solutions]
+    np.testing.assert_allclose(found, [low, high], atol=1e-4)
+    assert search.governing.log_gamma[0] == found[-1]
+
+
+@pytest.mark.parametrize(("jump", "accepted"), [(0.95e-6, True), (1.05e-6, False)])
+def test_a_jump_within_a_millionth_is_a_motion_and_a_larger_one_is_none(jump, accepted):
+    # Γ_out/Γ falls from e^jump to e^-jump at Γ = 1.3; red: tolerance = 1e-6 → 1.1e-6
+    def stepped(x):
+        return x + np.where(x < math.log(1.3), jump, -jump)
+
+    if accepted:
+        search = find_motions([stepped], [np.zeros(1)], aim=1e-12)
+        assert search.governing.residual == pytest.approx(jump)
+    else:
+        with pytest.raises(NotConverged):
+            find_motions([stepped], [np.zeros(1)], aim=1e-12)
+
+
+def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
+    # white noise on one mode with c = 2ζmω + C_e A, C_e = 40 Γ: closed form of the mean square of
+    # a Lorentzian of acceleration, S ω²/(4 c m), cut to ±10 Hz by its arctangent. What is left is
+    # the slope of ω⁴ over the band, 0.2 % of Γ; 0.4 % is allowed
+    # red: np.sqrt(2) * → 2 * in `sine_accelerations_g`
+    mass, area, slope, force_psd, omega = 2.0, 0.1, 40.0, 300.0, 2 * np.pi * 100.0
+    frequency = frequency_grid(90.0, 110.0, 0.01, lines_per_bandwidth=40)
+    patches = Patches(np.array([[[area]]]), np.array([area]))
+    basis = ModalBasis([100.0], [mass], 0.01)
+    solver = panel_solver(basis, patches, frequency, [[1.0]], np.array([[force_psd]]))
+    (gamma,) = solve_layout(
+        solver, [Load(0, lambda f, gamma: (0 * f + slope * gamma, 0 * f, f > 0))]
+    ).acceleration_g
+    damping = 2 * 0.01 * mass * omega + slope * gamma * area
+    half_width = damping / (2 * mass) / (2 * np.pi)
+    inside = np.arctan(10 / half_width) / (np.pi / 2)
+    rms = math.sqrt(force_psd * omega**2 / (4 * damping * mass) * inside)
+    assert math.sqrt(2) * rms / STANDARD_GRAVITY == pytest.approx(gamma, rel=0.004)
+
+
+def test_a_motion_that_is_no_motion_is_refused():
+    # red: the check of rms left out of `_LogMotion`
+    lines, patches = np.array([50.0, 60.0]), Patches(np.array([[[0.1]]]), np.array([0.1]))
+    solver = panel_solver(ModalBasis([55.0], [1.0], 0.01), patches, lines, [[1.0]], np.eye(1))
+    with pytest.raises(LinearisationError, match="finite, positive motion"):
+        solve_layout(solver, [Load(0, lambda f, _gamma: (0 * f, 0 * f + np.inf, f > 0))])

@@ -1,0 +1,301 @@
+"""Standard errors carried to PSDs and rms values, against scenarios solved anew."""
+
+import numpy as np
+import pytest
+from solving import panel_solver, solve_layout
+
+from pidpanel.solve import uncertainty
+from pidpanel.solve.layout import Layout, Load
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.solvers import Request
+
+AREA, RATIO = 0.04, 0.02
+FACTOR = 2.5  # S_p over the solver's
+NODES = np.array([20.0, 60.0, 150.0, 300.0])
+
+
+@pytest.fixture(scope="module")
+def solvers():
+    """A panel of two modes under white sound, heard beside its patch."""
+    modes = np.array([65.0, 180.0])
+    lines = frequency_grid(20.0, 300.0, RATIO, modes)
+    basis = ModalBasis(modes, [1.5, 1.5], RATIO)
+    patches = Patches(AREA * np.array([[[1.0, 0.6], [0.6, 0.5]]]), np.array([AREA]))
+    points, force = np.array([[1.0, -0.4], [0.3, 1.0]]), np.array([[0.3, 0.1], [0.1, 0.2]])
+    return {
+        form: panel_solver(basis, patches, lines, points, force, is_diagonal=form == "diagonal")
+        for form in ("full", "diagonal")
+    }
+
+
+@pytest.fixture(scope="module")
+def solver(solvers):
+    return solvers["full"]
+
+
+def moved(log_damping=0.0, mass=0.0):
+    """C_e = 900 (f/100)^0.5 Γ^−0.7 and m_a = 2 − 0.3 ln Γ, altered by functions of ln f."""
+
+    def damping(frequency, level):
+        x, at = np.log(frequency), np.log(NODES)
+        change = np.interp(x, at, np.broadcast_to(log_damping, NODES.shape))
+        value = 900 * (frequency / 100) ** 0.5 * level**-0.7 * np.exp(change)
+        heavier = np.interp(x, at, np.broadcast_to(mass, NODES.shape))
+        return value, 2 - 0.3 * np.log(level) + heavier, np.ones(frequency.shape, bool)
+
+    return damping
+
+
+def solve(solver, damping, stated=None):
+    load = Load(0, damping)
+    return solve_layout(solver, [load], FACTOR, stated_acceleration_g=stated)
+
+
+def answer(solver, damping, mass):
+    (one,) = solver.responses([Request((0,), damping[None], mass[None], with_slope=True)])
+    return one
+
+
+@pytest.mark.parametrize("form", ["full", "diagonal"])
+def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
+    # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
+    # again from rounding 1e-12 over them; red: np.linalg.solve(loop, seen) → seen in `acceleration_slope`
+    one = solvers[form]
+    damping, mass = (
+        900 * np.sqrt(one.panel.frequency / 100),
+        np.full(one.panel.frequency.shape, 2.0),
+    )
+    omega = 2 * np.pi * one.panel.frequency
+    step = 1e-4
+    for of_damping, of_mass in ((damping, 0 * mass), (0 * damping, mass)):
+        change = 1j * omega * of_damping - omega**2 * of_mass
+        for psd, slope in (
+            (
+                lambda c, m: answer(one, c, m).response.acceleration_psd,
+                lambda c, m: answer(one, c, m).slope[0],
+            ),
+            (
+                lambda c, m: one.motions((0,)).acceleration_psd(c[None], m[None]).T,
+                lambda c, m: one.motions((0,)).acceleration_slope(c[None], m[None])[0].T,
+            ),
+        ):
+            up = psd(damping + step * of_damping, mass + step * of_mass)
+            down = psd(damping - step * of_damping, mass - step * of_mass)
+            got = -2 * (change[:, None] * slope(damping, mass)).real
+            scale = np.abs(up).max(axis=1, keepdims=True)
+            np.testing.assert_allclose(got / scale, (up - down) / (2 * step) / scale, atol=1e-6)
+
+
+@pytest.mark.parametrize("stated", [None, 3.0])
+def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
+    found = solve(solver, moved(), stated)
+    got = uncertainty.sensitivity(solver, Layout([Load(0, moved())], FACTOR, stated), found, NODES)
+    step = 1e-3
+    for number in range(8):
+        change = step * np.eye(4)[number % 4]
+        up, down = (
+            solve(
+                solver, moved(*((0, sign * change) if number > 3 else (sign * change, 0))), stated
+            )
+            for sign in (1, -1)
+        )
+        for of, derivative in (
+            (lambda r: r.response.acceleration_rms, got.log_rms[number]),
+            (lambda r: r.response.acceleration_psd, got.log_psd[number]),
+            (lambda r: r.acceleration_g, got.log_acceleration[number]),
+        ):
+            anew = np.log(of(up) / of(down)) / (2 * step)
+            # central differences over 5 %, squared; the search closes to 1e-6 over 2e-3
+            np.testing.assert_allclose(derivative, anew, atol=0.01 * (0.05 + np.abs(anew).max()))
+
+
+def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion_ends(solver):
+    # m_a = 2 − 1.5 ln Γ is straight in ln Γ, so that the step of 5 % errs by nothing
+    # red: 2 * STEP → 3 * STEP beside high_mass - low_mass; high_mass - low_mass → +
+    def damping(log_change):
+        def of_motion(frequency, level):
+            value = 300 * np.exp(log_change) * np.ones_like(frequency)
+            return value, (2 - 1.5 * np.log(level)) * np.ones_like(frequency), frequency > 0
+
+        return of_motion
+
+    step = 2e-3
+    found = solve(solver, damping(0.0))
+    got = uncertainty.sensitivity(solver, Layout([Load(0, damping(0.0))], FACTOR), found, NODES)
+    up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
+    anew = np.log(up / down) / (2 * step)
+    by_motion = got.log_acceleration[:4, 0].sum() * 1.5
+    assert abs(by_motion) > 0.05  # the mass moves enough to be seen
+    # the search closes to 1e-6 over 4e-3; the rest is the change of slope over the step
+    np.testing.assert_allclose(got.log_psd[:4].sum(axis=0), anew, atol=2e-3 * np.abs(anew).max())
+
+
+def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver):
+    rng = np.random.default_rng(3)
+    root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
+    found = solve(solver, moved())
+    errors = uncertainty.sensitivity(
+        solver, Layout([Load(0, moved())], FACTOR), found, NODES
+    ).under(root @ root.T)
+    drawn = []
+    for _ in range(120):
+        change = root @ rng.normal(size=8)
+        one = solve(solver, moved(change[:4], change[4:]))
+        drawn.append([*np.log(one.response.acceleration_rms), np.log(one.acceleration_g[0])])
+    # the standard deviation of 120 draws is good to 6.5 %, the linearisation to about as much
+    np.testing.assert_allclose(
+        np.std(drawn, axis=0), [*errors.log_rms, *errors.log_acceleration], rtol=0.2
+    )
+
+
+# ------------------------------------------------------------------ several dampers
+
+
+@pytest.fixture(scope="module")
+def three():
+    """Three modes under white sound, two patches that feel all of them."""
+    modes = np.array([65.0, 120.0, 180.0])
+    lines = frequency_grid(20.0, 300.0, RATIO, modes)
+    root = np.array([[[1.0, 0.5, 0.2], [0.3, 0.8, -0.4]], [[0.4, -0.6, 0.9], [0.1, 0.5, 0.5]]])
+    patches = Patches(AREA * root.swapaxes(1, 2) @ root, np.array([AREA, 0.5 * AREA]))
+    force = np.array([[0.3, 0.1, 0.0], [0.1, 0.2, 0.05], [0.0, 0.05, 0.3]])
+    basis = ModalBasis(modes, [1.5, 1.2, 1.5], RATIO)
+    points = np.array([[1.0, -0.4, 0.2], [0.3, 1.0, -0.7]])
+    return {
+        form: panel_solver(basis, patches, lines, points, force, is_diagonal=form == "diagonal")
+        for form in ("full", "diagonal")
+    }
+
+
+def heavier(log_damping=0.0, mass=0.0):
+    """C_e = 400 Γ^−0.4 and m_a = 5 − 0.6 ln Γ, altered as by `moved`."""
+
+    def damping(frequency, level):
+        x, at = np.log(frequency), np.log(NODES)
+        change = np.interp(x, at, np.broadcast_to(log_damping, NODES.shape))
+        more = np.interp(x, at, np.broadcast_to(mass, NODES.shape))
+        value = 400 * level**-0.4 * np.exp(change)
+        return value, 5 - 0.6 * np.log(level) + more, np.ones(frequency.shape, bool)
+
+    return damping
+
+
+def loads_with(change, stays=False):
+    """Two loads with a change (16,) of ln C_e and m_a at the nodes; the second without Γ or not."""
+    one, two = change[:8], change[8:]
+    second = heavier(two[:4], two[4:])
+    if stays:
+        return [
+            Load(0, moved(one[:4], one[4:])),
+            Load(1, lambda f, _level: second(f, 3.0), False),
+        ]
+    return [Load(0, moved(one[:4], one[4:])), Load(1, second)]
+
+
+@pytest.mark.parametrize("form", ["full", "diagonal"])
+@pytest.mark.parametrize("stays", [False, True])
+def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form, stays):
+    # every Γ follows what is changed on either patch; red: jacobian → 0 * jacobian;
+    # local[0] * of_damping → local[0][::-1] * of_damping; by[load] → by[0]
+    one, step = three[form], 1e-3
+    loads = loads_with(np.zeros(16), stays)
+    found = solve_layout(one, loads, FACTOR, with_slope=True)
+    own = Layout(loads, FACTOR).follows_motion
+    got = uncertainty.sensitivity(one, Layout(loads, FACTOR), found, NODES)
+    assert got.log_acceleration.shape == (16, 2)
+    for number in range(16):
+        up, down = (
+            solve_layout(one, loads_with(sign * step * np.eye(16)[number], stays), FACTOR)
+            for sign in (1, -1)
+        )
+        for of, derivative in (
+            (lambda r: r.response.acceleration_rms, got.log_rms[number]),
+            (lambda r: r.response.acceleration_psd, got.log_psd[number]),
+            (lambda r: r.acceleration_g[own], got.log_acceleration[number][own]),
+        ):
+            anew = np.log(of(up) / of(down)) / (2 * step)
+            # the search closes to 1e-6 over 2e-3, and central differences over 5 % of Γ
+            np.testing.assert_allclose(derivative, anew, atol=0.005 * (0.1 + np.abs(anew).max()))
+    if stays:
+        assert np.all(got.log_acceleration[:, 1] == 0)
+
+
+def test_slopes_are_computed_where_they_are_not_at_hand(three):
+    # red: layout.factor * answer.slope → answer.slope
+    loads = loads_with(np.zeros(16))
+    with_them, without = (
+        uncertainty.sensitivity(
+            three["full"], Layout(loads, FACTOR),
+            solve_layout(three["full"], loads, FACTOR, with_slope=with_slope), NODES,
+        )
+        for with_slope in (True, False)
+    )  # fmt: skip
+    np.testing.assert_allclose(without.log_psd, with_them.log_psd, rtol=1e-9, atol=1e-12)
+
+
+def test_dead_weight_has_no_slope_in_its_damping(three):
+    # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts; red: damping[:, :, None] * slope.imag → slope.imag
+    loads = [Load(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False) for patch in (0, 1)]
+    found = solve_layout(three["full"], loads, FACTOR)
+    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
+    by_load = got.log_rms.reshape(2, 2, 4, 2)
+    assert np.all(by_load[:, 0] == 0)
+    assert np.all(np.abs(by_load[:, 1]).max(axis=(1, 2)) > 1e-3)
+    heavier_by = 1e-4
+    more = [
+        Load(load.patch, lambda f, _level: (0 * f, 0 * f + 4.0 + heavier_by, f > 0), False)
+        for load in loads
+    ]
+    up = solve_layout(three["full"], more, FACTOR).response.acceleration_rms
+    anew = np.log(up / found.response.acceleration_rms) / heavier_by
+    np.testing.assert_allclose(by_load[:, 1].sum(axis=(0, 1)), anew, rtol=1e-2)
+
+
+def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_not(three):
+    # the standard deviation of 150 layouts with drawn dampers, good to 6 %, the linearisation to
+    # about as much; red: joint_covariance that leaves out blocks off the diagonal
+    rng = np.random.default_rng(5)
+    root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
+    own = root @ root.T
+    loads = loads_with(np.zeros(16))
+    found = solve_layout(three["full"], loads, FACTOR, with_slope=True)
+    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
+    errors = {}
+    for together, cross in ((True, own), (False, None)):
+        covariance, known = uncertainty.joint_covariance([[own, cross], [cross, own]], len(NODES))
+        assert known.all()
+        stated = got.under(covariance)
+        drawn = []
+        for _ in range(150):
+            first, second = (root @ rng.normal(size=8) for _ in range(2))
+            change = np.concatenate([first, first if together else second])
+            one = solve_layout(three["full"], loads_with(change), FACTOR)
+            drawn.append([*np.log(one.response.acceleration_rms), *np.log(one.acceleration_g)])
+        errors[together] = [*stated.log_rms, *stated.log_acceleration]
+        np.testing.assert_allclose(np.std(drawn, axis=0), errors[together], rtol=0.2)
+    assert np.max(np.abs(np.divide(errors[True], errors[False]) - 1)) > 0.2
+
+
+def test_a_damper_without_errors_counts_as_exact_and_is_told():
+    # red: is not None → is None in the flags of `joint_covariance`
+    own = np.diag(np.arange(1.0, 5.0))
+    covariance, known = uncertainty.joint_covariance([[None, None], [None, own]], 2)
+    assert known.tolist() == [False, True]
+    np.testing.assert_array_equal(covariance, np.diag([0, 0, 0, 0, 1, 2, 3, 4]))
+
+
+def test_rows_without_errors_say_so():
+    row = {"acceleration_rms_g": 3.0, "damping_read_at_g": np.nan}
+    (got,) = uncertainty.error_columns([row], None)
+    assert np.isnan(got["acceleration_rms_error_g"]) and np.isnan(got["reduction_error_db"])
+
+
+def test_the_error_of_a_reduction_is_that_of_the_rms_in_decibels():
+    row = {"acceleration_rms_g": 3.0, "damping_read_at_g": 50.0}
+    errors = uncertainty.StandardErrors(np.zeros((1, 1)), np.array([0.02]), np.array([0.1]))
+    (got,) = uncertainty.error_columns([row], errors)
+    assert got["acceleration_rms_error_g"] == pytest.approx(0.06)
+    # 20 lg 1.02 = 0.172 to first order 0.1737
+    assert got["reduction_error_db"] == pytest.approx(0.1737, rel=1e-3)
+    assert got["damping_read_at_error_g"] == pytest.approx(5.0)

@@ -1,0 +1,128 @@
+"""The page of verification: what it says of rows that hold, that do not, and of no tolerance."""
+
+import math
+
+import pytest
+
+from pidpanel.damping import inelastic
+from pidpanel.report import html, style
+from pidpanel.verification import figures as verification_figures
+from pidpanel.verification import page as verification_page
+from pidpanel.verification.coupon import contacts, shaken
+from pidpanel.verification.rows import Row
+
+
+def row(case, computed, reference, tolerance=math.nan, at=math.nan, resolution=math.nan, unit="1"):
+    return Row(
+        case,
+        f"x at {at:g}",
+        computed,
+        reference,
+        unit,
+        tolerance,
+        "with care",
+        "a book",
+        at,
+        resolution,
+    )
+
+
+def family(case, truth, levels, errors, tolerance):
+    """Rows of a case over its points and resolutions; the last resolution is held."""
+    return [
+        row(case, truth(at) * (1 + error) if truth(at) else 1e-5, truth(at),
+            tolerance if size == list(errors)[-1] else math.nan, at, size)
+        for size, error in errors.items() for at in levels
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rows():
+    collisions = [
+        row(contacts.COLLISION, (1 - e**2) * (1 + 0.1 * step), 1 - e**2,
+            0.02 if step == 0.1 else math.nan, e, step)
+        for e in (0.3, 0.8) for step in (0.2, 0.1, 0.05)
+    ]  # fmt: skip
+    return [
+        *collisions,
+        *family(
+            shaken.SLUG, inelastic.slug_energy, (1.0, 2.0), {1: -0.16, 12: -0.04, 48: 0.01}, 0.04
+        ),
+        *family(shaken.FLOOR, inelastic.floor_energy, (0.9, 2.0), {1: 0.2, 48: 0.002}, 0.05),
+        row("Panel of Navier", 44.99, 45.0, 1e-3, unit="Hz"),
+    ]
+
+
+def told(rows):
+    with style.context():
+        return verification_page.verification_page(rows, [("Run", "make verification")])
+
+
+def test_a_case_of_another_stage_needs_nothing_but_its_rows(rows):
+    # red: SHOWN[case] for SHOWN.get(case)
+    text = html.render(told(rows))
+    assert "Panel of Navier" in text and "44.99" in text and "Hz" in text
+
+
+def test_a_number_beyond_its_tolerance_is_told_at_the_top_and_in_its_row(rows):
+    # red: missed always empty
+    good, bad = told(rows), told([*rows, row("Beam", 1.1, 1.0, 0.05, at=3.0)])
+    assert good.warnings == [] and "NOT MET" not in html.render(good)
+    assert bad.warnings == ["Beam, x at 3: error +10 %, tolerance 5 %."]
+    assert bad.claims.rows[-1] == ["Beam", "0 of 1", "NOT MET", "x at 3: +10 %, tolerance 5 %"]
+    assert bad.summary[0].startswith(
+        f"{sum(r.held for r in rows)} of {sum(r.held for r in rows) + 1}"
+    )
+
+
+def test_a_number_that_is_none_is_the_worst_of_all(rows):
+    # red: math.isnan left out, so that max passes it by
+    page = told(
+        [*rows, row("Beam", 1.01, 1.0, 0.05, at=1.0), row("Beam", math.nan, 1.0, 0.05, at=2.0)]
+    )
+    assert page.claims.rows[-1][1:3] == ["1 of 2", "NOT MET"]
+    assert page.claims.rows[-1][3].startswith("x at 2")
+
+
+def test_a_number_that_must_be_exact_is_worst_only_where_it_is_not(rows):
+    # red: |error| over a tolerance of 0, and the 0/0 taken for the worst
+    near = row("Beam", 1.02, 1.0, 0.05, at=2.0)
+    page = told([*rows, row("Beam", 0.0, 0.0, 0.0, at=1.0), near])
+    assert page.claims.rows[-1][2:] == ["met", "x at 2: +2 %, tolerance 5 %"]
+    page = told([*rows, row("Beam", 1.0, 0.0, 0.0, at=1.0), near])
+    assert page.claims.rows[-1][2] == "NOT MET"
+    assert page.claims.rows[-1][3].startswith("x at 1")
+
+
+def test_errors_are_written_in_percent_with_powers_of_ten_where_small():
+    # red: an exponent as a computer writes it
+    errors = [row("Beam", 1 + error, 1.0, 0.01) for error in (0.02, -3.2e-5, 1.6e-8)]
+    written = [verification_page.percent(one, one.error, "+") for one in errors]
+    assert written == ["+2 %", "−0.0032 %", "+1.6·10⁻⁶ %"]
+    assert verification_page.percent(errors[0], 0.01) == "1 %"
+
+
+def test_the_difference_at_each_resolution_is_taken_over_the_held_points(rows):
+    # red: all points taken, the one beyond the range included
+    beyond = row(shaken.FLOOR, 0.0, 2.0, at=3.0, resolution=48)
+    found = verification_figures.differences([*(r for r in rows if r.case == shaken.FLOOR), beyond])
+    assert list(found) == [1, 48]
+    assert found[1] == pytest.approx([1e-5, 0.2 * inelastic.floor_energy(2.0)])
+    assert found[48] == pytest.approx([1e-5, 0.002 * inelastic.floor_energy(2.0)])
+
+
+def test_a_case_that_nothing_holds_is_refused():
+    with pytest.raises(ValueError, match="case 'Beam': no row with a tolerance"):
+        told([row("Beam", 1.0, 1.0)])
+
+
+def test_cases_with_a_curve_have_a_figure_with_units(rows):
+    pictures = {picture.name for picture in told(rows).pictures}
+    assert pictures == {"collision", "slug", "floor"}
+    figures = [
+        shown.figure([r for r in rows if r.case == case])
+        for case, shown in verification_page.SHOWN.items()
+    ]
+    for axes in (axes for figure in figures for axes in figure.axes):
+        assert axes.get_xlabel().endswith("–")
+        assert axes.get_ylabel().endswith(("–", "$"))
