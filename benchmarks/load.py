@@ -198,9 +198,9 @@ def report(sizes: list[int]) -> None:
             frame.to_csv(table, index=False)
             for rule in rules:
                 line = next(one for one in said.splitlines() if f"-m scripts.{rule} " in one)
-                words = line.split("python ")[1].split(" --made")[0].split(" 2> ")[0]
-                words = words.replace('"$PIDPANEL_STUDY"', str(study))
-                command = ["env", "-C", folder, f"PYTHONPATH={ROOT}/workflow", sys.executable]
+                words = line.split("python ")[1].split(" 2> ")[0]
+                variables = [f"PYTHONPATH={ROOT}/workflow", f"PIDPANEL_STUDY={study}"]
+                command = ["env", "-C", folder, *variables, sys.executable]
                 cpu, memory, _ = measured([*command, "-c", SHOWS, real, *words.split()[1:]])
                 print(f"{len(frame)} cases, {rule}: {cpu:.1f} CPU-s, {memory:.0f} MB", flush=True)
 

@@ -17,8 +17,8 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
     )
     code = (
         "from pidpanel.paths import DATA, PACKAGE, PROJECT, SNAKEFILE, STUDIES, TEMPLATES, WORKFLOW\n"
-        "from pidpanel.fingerprint import code_digest\n"
-        "code_digest('scripts.response')\n"
+        "from pidpanel.provenance.digests import package_digest\n"
+        "package_digest()\n"
         "print(PACKAGE, PROJECT, SNAKEFILE.is_file(), len(list(DATA.rglob('*.csv'))), sep='|')"
     )
     done = subprocess.run(

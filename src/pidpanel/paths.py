@@ -18,6 +18,9 @@ DATA = WORKFLOW / "data"
 PAPER_TABLE = DATA / "paper" / "table_1.csv"
 """Natural frequencies as the paper printed them."""
 
+COUPON = Path("results") / "coupon"
+"""LIGGGHTS runs of all studies, below the working folder."""
+
 SECTION = "coupon"
 """Name of the damper that the section ``coupon`` of a study is."""
 

@@ -51,7 +51,7 @@ STUDIES = [
     ("coupon", "depth_mm: 10", "depth_mm: 2", "coupon.particles.diameter_mm = 2.5: the largest particle, 2.5 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 2"),
     ("full", "fill_fraction: 0.6", "fill_fraction: 0.9", "scenarios.place.fill_fraction = 0.9: must be in the range of coupon.sweep, 0.4 to 0.8"),
     ("thin", "[paper_corrected]", "[DEM]", "damping.readings[0] = DEM: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
-    ("thin", "damping:\n  readings: [paper_corrected]", "damping: 0.02", "damping = 0.02: must be a mapping with keys readings, level, table, interpolation, coupled, target, tones"),
+    ("thin", "damping:\n  readings: [paper_corrected]", "damping: 0.02", "damping = 0.02: must be a mapping with keys readings, level, table, interpolation, coupled, tones"),
     # what YAML makes of it
     ("thin", "sound:\n  spectrum: spectrum.csv\n  oaspl_db: 150\n  field: diffuse\n  speed_m_s: 343\n  air_density_kg_m3: 1.2\n", "  sound: {spectrum: spectrum.csv}\n", "sound: missing", "panel.sound = {spectrum: spectrum.csv}: unknown key; sound is a top-level section; do not indent its line"),
     ("thin", "spectrum: spectrum.csv", 'spectrum: "C:\\data\\spl.csv"', "not YAML: a '\\' within double quotes; write a path with '/', or in single quotes"),

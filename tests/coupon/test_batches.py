@@ -6,8 +6,6 @@ import math
 import pytest
 
 from pidpanel.coupon import batches
-from pidpanel.coupon.cases import Case
-from pidpanel.coupon.coding import from_shared_json
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
@@ -37,14 +35,6 @@ def test_a_batch_is_closed_when_it_is_worth_its_process():
         assert sum(before) < batches.WORTH
 
 
-def test_a_batch_fits_into_one_argument():
-    accuracy = {"relative_error": 0.5, "seeds": 10, "min_cycles": 10, "max_cycles": 10}
-    sweep = {"fill_fraction": [0.1], "frequency_hz": [2000], "acceleration_g": list(range(20, 60))}
-    for batch in batches.batches_of(cases(sweep=sweep, accuracy=accuracy)):
-        assert sum(len(case.runs) for case in batch.cases) <= batches.MOST_RUNS
-        assert len(batch.as_text()) < 128 * 1024
-
-
 def test_the_label_knows_the_target():
     accuracy = {"relative_error": 0.04, "seeds": 2, "min_time_s": 0.1, "max_cycles": 300}
     one, other = (
@@ -54,12 +44,11 @@ def test_the_label_knows_the_target():
     assert one != other
 
 
-def test_cases_that_share_their_beds_come_back_from_their_text_as_they_were():
-    # red: `whole` of lists left out; the number of a mapping taken before what it holds
+def test_cases_come_back_from_the_file_of_their_batch(tmp_path):
+    # red: a field left out of `content`
     batch = batches.Batch(cases())
-    text = batch.as_text()
-    assert [Case.from_dict(values) for values in from_shared_json(text)] == list(batch.cases)
-    assert len(text) < len(json.dumps([case.as_dict() for case in batch.cases])) / 3
+    (tmp_path / "batch.json").write_text(json.dumps(batch.content))
+    assert batches.read_cases(tmp_path / "batch.json") == list(batch.cases)
 
 
 def test_where_jobs_have_a_time_limit_only_a_long_case_is_in_a_batch_longer_than_its_share():

@@ -41,15 +41,21 @@ def left(tmp_path, monkeypatch):
     monkeypatch.setattr(attempts, "shake_case", lambda case, folder: [outcome])
     batch = Batch((case,))
     (tmp_path / "batch").mkdir()
-    attempts.shake_cases([case], tmp_path, tmp_path / "batch" / f"{batch.label}.json", "code")
+    attempts.shake_cases([case], tmp_path, tmp_path / "batch" / f"{batch.label}.json")
     return tmp_path, batch, file, outcome
 
 
 def test_a_batch_that_is_as_it_was_left_is_not_shaken_again(left):
     # red: `!=` for `==` anywhere
     folder, batch, _, _ = left
-    assert finished.changes(batch, folder, "code") == (False, [])
-    assert finished.changes(batch, folder, "other code") == (True, [])
+    assert finished.changes(batch, folder) == (False, [])
+
+
+def test_another_version_of_the_judging_judges_every_run_again(left, monkeypatch):
+    # red: the version not compared
+    folder, batch, _, _ = left
+    monkeypatch.setattr(finished, "JUDGING_VERSION", 0)
+    assert finished.changes(batch, folder) == (True, [])
 
 
 @pytest.mark.parametrize(
@@ -59,7 +65,6 @@ def test_a_batch_that_is_as_it_was_left_is_not_shaken_again(left):
             ("outcome", "cycles_1.txt", "at_12.dump"), ("flipped", "empty", "missing")
         ),
         ("batch", "empty"),
-        ("batch", "missing"),
     ],
 )
 def test_a_damaged_file_of_a_finished_run_is_named(left, name, kind):
@@ -73,7 +78,7 @@ def test_a_damaged_file_of_a_finished_run_is_named(left, name, kind):
     path.write_text("" if kind == "empty" else f"{data[:place]}7{data[place + 1 :]}")
     if kind == "missing":
         path.unlink()
-    anew, faults = finished.changes(batch, folder, "code")
+    anew, faults = finished.changes(batch, folder)
     assert anew
     assert len(faults) == 1 and str(file.parent if name != "batch" else path) in faults[0]
 
@@ -83,7 +88,7 @@ def test_a_failure_of_the_machine_is_tried_again_and_one_of_the_inputs_is_not(le
     # red: `BY_INPUTS` empty, or holding RunStopped
     folder, batch, file, outcome = left
     coding.write(file, dataclasses.replace(outcome, status=status, found=None))
-    anew, faults = finished.changes(batch, folder, "code")
+    anew, faults = finished.changes(batch, folder)
     assert anew == again
     assert any(f"{file.parent}: {status} in the last call" in fault for fault in faults) == again
 
@@ -98,10 +103,10 @@ def test_a_bed_is_as_it_was_left_or_named(left):
     files = {"bed.csv": "0" * 64}
     coding.write(home / "bed.json", LoosenOutcome("ok", "", 1, "3.8.0", 0.0, bed, None, files))
     finished._fault_of_bed.cache_clear()
-    assert "bed.csv: damaged or changed" in finished.changes(batch, folder, "code")[1][0]
+    assert "bed.csv: damaged or changed" in finished.changes(batch, folder)[1][0]
     shutil.rmtree(home)
     finished._fault_of_bed.cache_clear()
-    assert finished.changes(batch, folder, "code") == (False, [])
+    assert finished.changes(batch, folder) == (False, [])
 
 
 def test_a_solver_that_dies_before_its_first_line_is_no_wrong_version(tmp_path, monkeypatch):
@@ -124,7 +129,7 @@ def test_an_outcome_of_another_target_in_its_place_is_named(left):
     folder, batch, file, outcome = left
     shorter = dataclasses.replace(outcome.target, max_cycles=outcome.target.max_cycles // 2)
     coding.write(file, dataclasses.replace(outcome, target=shorter, seeds=1))
-    assert finished.changes(batch, folder, "code") == (True, [f"{file}: belongs to another target"])
+    assert finished.changes(batch, folder) == (True, [f"{file}: belongs to another target"])
 
 
 def test_the_time_of_a_run_is_that_of_all_calls(left):
@@ -132,5 +137,5 @@ def test_the_time_of_a_run_is_that_of_all_calls(left):
     folder, batch, file, _ = left
     assert coding.read(ShakeOutcome, file).solver_cpu_s == 1.0
     again = folder / "batch" / f"{batch.label}.json"
-    attempts.shake_cases(list(batch.cases), folder, again, "code")
+    attempts.shake_cases(list(batch.cases), folder, again)
     assert coding.read(ShakeOutcome, file).solver_cpu_s == 2.0

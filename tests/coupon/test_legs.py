@@ -3,13 +3,12 @@
 import json
 
 import pytest
-from scripts import shake_leg as script
 
 from pidpanel.coupon import attempts, coding, deadline, legs, runs, summary
-from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import RunState
 from pidpanel.study.coupon import Coupon
+from tests.jobs import call
 
 
 def two_seeds(**accuracy):
@@ -62,12 +61,15 @@ def test_seeds_shaken_leg_by_leg_have_the_bits_of_a_case_shaken_in_one_go(tmp_pa
         prepared(case, folder)
     attempts.shake_cases([case], whole, tmp_path / "whole.json")
     for number in range(2):
-        before, status, count = "none", legs.CONTINUES, 0
+        before, status, count = None, legs.CONTINUES, 0
+        request = tmp_path / "request.json"
+        values = {"case": case.as_dict(), "runs": [number], "is_last": False}
+        request.write_text(json.dumps(values))
         while status == legs.CONTINUES:
             file = shared / f"{number}_{count}.json"
             # no time at all: one stretch a leg
-            arguments = [Batch((case,)).as_text(), str(number), str(before), "0"]
-            script.main([*arguments, str(shared), "0", str(file)])
+            read = {"request": request, "before": before}
+            call("shake_leg", "", read, {"leg": file}, seconds=0.0, coupon=shared)
             before, status, count = file, json.loads(file.read_text())["status"], count + 1
         # to cycles 4, 8, 10, 14, 15, the balance
         assert (status, count) == (legs.DONE, 6)

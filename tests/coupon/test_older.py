@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pidpanel import cli, durable
+from pidpanel import cli
 from pidpanel.coupon import coding, older
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import process
@@ -17,6 +17,7 @@ from pidpanel.coupon.records import (
     RunState,
     ShakeOutcome,
 )
+from pidpanel.provenance import durable, locks
 from pidpanel.study.coupon import Coupon
 
 
@@ -104,10 +105,7 @@ def test_clean_lists_it_and_removes_it_only_when_told_to(left, monkeypatch, caps
     said = capsys.readouterr().out
     assert said.count("of another version") == 4 and "psd.nc.broken: damaged" in said
     assert own.is_dir()
-    with (results / ".running").open("a") as held:
-        import fcntl
-
-        fcntl.flock(held, fcntl.LOCK_SH)
+    with locks.hold(folder):
         assert cli.main([*command, "--yes"]) == 1  # red: `is_running` not asked
         assert own.is_dir()
     assert cli.main([*command, "--yes"]) == 0

@@ -380,7 +380,7 @@ def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
 # ------------------------------------------------------------------ judged anew
 
 
-def test_other_code_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
+def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
     tmp_path, bed_file, monkeypatch
 ):
     # red: `state.balance is None` in place of the code that measured it
@@ -390,12 +390,12 @@ def test_other_code_of_the_balance_measures_it_anew_and_runs_no_cycle_again(
     again, _ = shaken(tmp_path, bed_file)
     assert again == first
     assert not (folder / "shake_2.log").exists()  # all was there
-    monkeypatch.setattr(window, "code", lambda: "other code")
+    monkeypatch.setattr(window, "BALANCE_VERSION", 2)
     anew, _ = shaken(tmp_path, bed_file)
     assert (folder / "shake_2.log").exists()
     assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
     state = records.RunState.read(folder)
-    assert (state.legs, state.balance_code) == ((10,), "other code")
+    assert (state.legs, state.balance_version) == ((10,), 2)
     # from a restart at the cycle at which it was measured before: the same bits
     assert anew == first
 

@@ -4,13 +4,12 @@ import json
 
 import pandas as pd
 import pytest
-from scripts import cases as cases_script
-from scripts import loosen, pour, shake
 
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.summary import CoverageMissed
 from pidpanel.study import load_any_study
+from tests.jobs import call
 
 STUDY = """
 coupon:
@@ -27,6 +26,11 @@ def study_file(folder, coverage):
     return path
 
 
+def gather(study, folder):
+    made, params = {"cases": folder / "cases.csv"}, {"damper": "coupon"}
+    call("cases", study, {}, made, params=params, coupon=folder / "coupon")
+
+
 @pytest.mark.liggghts
 def test_a_small_study_goes_through_all_scripts(tmp_path):
     # red: the bed looked for by another name than it was written to
@@ -38,12 +42,16 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
     bed_file = coupon / "bed" / bed.label / "bed.json"
     for file in (packing_file, bed_file):
         file.parent.mkdir(parents=True)  # as Snakemake does
-    pour.main([json.dumps(bed.packing.as_dict()), str(packing_file)])
-    loosen.main([json.dumps(bed.as_dict()), str(packing_file), str(bed_file)])
-    shake.main([Batch(cases).as_text(), str(coupon), "code", "inf", str(tmp_path / "batch.json")])
+    values = tmp_path / "values.json"
+    values.write_text(json.dumps(bed.packing.as_dict()))
+    call("pour", study, {"values": values}, {"packing": packing_file})
+    values.write_text(json.dumps(bed.as_dict()))
+    call("loosen", study, {"values": values, "packing": packing_file}, {"bed": bed_file})
+    values.write_text(json.dumps(Batch(cases).content))
+    call("shake", study, {"batch": values}, {"batch": tmp_path / "batch.json"}, coupon=coupon)
     states = json.loads((tmp_path / "batch.json").read_text())["ended"]
     assert states == {f"{case.label}/s1": "ok" for case in cases}
-    cases_script.main([str(study), "coupon", str(coupon), "none", str(tmp_path / "cases.csv")])
+    gather(study, tmp_path)
     table = pd.read_csv(tmp_path / "cases.csv")
     assert table["case"].tolist() == [case.label for case in cases]
     assert (table["equivalent_damping_n_s_m3"] > 0).all()
@@ -54,9 +62,7 @@ def test_a_table_without_its_coverage_is_refused_with_the_cases_named(tmp_path):
     # red: no coverage checked in `write_table`
     study = study_file(tmp_path, 1.0)
     with pytest.raises(CoverageMissed) as ended:
-        cases_script.main(
-            [str(study), "coupon", str(tmp_path / "coupon"), "none", str(tmp_path / "cases.csv")]
-        )
+        gather(study, tmp_path)
     said = str(ended.value).splitlines()
     assert len(said) == 3
     assert ": RecordUnreadable: " in said[0]

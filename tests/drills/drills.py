@@ -88,7 +88,7 @@ def make_stage(folder: Path) -> Stage:
         tables[name] = _undisturbed(world)
     prepared = done.copy(folder / "prepared")
     for path in (prepared.folder / "results/coupon").iterdir():
-        if path.name not in ("packing", "bed"):
+        if path.is_dir() and path.name not in ("packing", "bed"):
             shutil.rmtree(path)
     shutil.rmtree(prepared.folder / "results/drill")
     cut = []
@@ -249,7 +249,7 @@ def power_cut(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 KINDS = (
     "*/packing.csv", "*/packing.json", "*/bed.csv", "*/bed.json", "bed/*/walls.stl", "s1/walls.stl",
     "s1/start.data", "s1/cycles_*.txt", "s1/*.restart", "s1/*.dump", "s1/state.json", "s1/*pc_*.json",
-    "batch/*.json", "cases.csv", ".made/*.rests", ".made/*.sums",
+    "batch/*.json", "cases.csv", ".made/*.json", ".made/*.record",
 )  # fmt: skip
 """Kinds of files that are kept."""
 

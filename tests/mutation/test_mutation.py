@@ -76,8 +76,7 @@ reason = "left to the reader"
 ORPHAN = "HALF * s → HALF / s"
 
 OTHERS = {
-    "": "api arrays check columns constants durable fingerprint locks made owner paths progress "
-    "script stamp text_files",
+    "": "api arrays check columns constants paths progress text_files",
     "geometry": "",
     "solve": "",
     "sampling": "from_study rounds",

@@ -5,14 +5,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from scripts import panel
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.mesh import read_mesh
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.panel.shapes import LEAST_MODES
-from pidpanel.stamp import stamp
+from pidpanel.provenance.digests import stamp
 from pidpanel.study import load_study
+from tests.jobs import make_panel
 
 STUDY = """
 damping: {readings: [paper_corrected]}
@@ -26,14 +26,13 @@ sound: {spectrum: smc_s_016_2014_min_third.csv}
 response: {frequency_hz: [30, 1400]}
 scenarios: {one: {title: "One", patch: [P], fill_fraction: 0.5}}
 """
-OUTPUTS = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("script")
     (folder / "small.yaml").write_text(STUDY)
-    panel.main([str(folder / name) for name in ("small.yaml", *OUTPUTS)])
+    make_panel(folder / "small.yaml", folder)
     return folder
 
 

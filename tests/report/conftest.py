@@ -2,7 +2,6 @@
 
 import shutil
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +16,11 @@ from pidpanel.coupon.from_study import cases_of, write_table
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
+from pidpanel.provenance.digests import stamp
 from pidpanel.report import style
 from pidpanel.report.inputs import Inputs
-from pidpanel.stamp import stamp
 from pidpanel.study import load_any_study, load_study
+from tests.jobs import RESPONSE, call, make_panel, make_sound, within
 
 PRINTED = Path(__file__).parents[2] / "workflow" / "data" / "paper" / "table_1.csv"
 SIZE = (1.5, 1.0)
@@ -255,16 +255,6 @@ coupon:
 """
 
 
-def script_of(name):
-    return import_module(f"scripts.{name}").main
-
-
-@pytest.fixture(scope="session")
-def script():
-    """A script of the workflow by its name."""
-    return script_of
-
-
 @pytest.fixture(scope="session")
 def table(tmp_path_factory, write_study, table_values):
     """Results of a study with measured damping, from mesh to maps; its file and its folder."""
@@ -273,24 +263,19 @@ def table(tmp_path_factory, write_study, table_values):
     for stage in ("panel", "sound", "response"):
         (folder / stage).mkdir(parents=True)
 
-    def at(*names):
-        return [str(folder / name) for name in names]
-
-    modes, force, air = at("panel/modes.nc", "sound/modal_force.nc", "sound/air.nc")
-    section, plate = at("panel/section.csv", "panel/plate.nc")
-    panel = at("panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh")
-    script_of("panel")([str(study), modes, *panel, section, plate])
-    script_of("sound")([str(study), modes, *at("sound/spectrum.csv"), force, air])
-    names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
-    response = at(*(f"response/{name}" for name in (*names, "radiation.csv")))
-    script_of("response")(
-        [str(study), modes, force, plate, section, "none", air, "none", *response]
-    )
-    left_out, psd, *maps = at(
-        "response/left_out.nc", "response/psd.nc", "response/maps.nc", "response/maps"
-    )
-    script_of("maps")([str(study), modes, force, "none", plate, left_out, psd, "none", *maps])
-    script_of("report")([str(study), str(folder), str(folder.parent / "coupon")])
+    panel, sound, made = folder / "panel", folder / "sound", folder / "response"
+    make_panel(study, panel)
+    make_sound(study, sound, modes=panel / "modes.nc", air=True)
+    upstream = {"modes": panel / "modes.nc", "modal_force": sound / "modal_force.nc"}
+    upstream["plate"] = panel / "plate.nc"
+    read = upstream | {"section": panel / "section.csv", "air": sound / "air.nc"}
+    response = within(made, RESPONSE | {"radiation": "radiation.csv"})
+    call("response", study, read, response)
+    read = upstream | {"left_out": response["left_out"], "psd": response["psd"]}
+    call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))
+    page = within(folder, {"page": "report.html", "figures": "report"})
+    runs = folder.parent / "coupon"
+    call("report", study, {}, page, params={"results": str(folder)}, coupon=runs)
     return study, folder
 
 
@@ -316,6 +301,6 @@ def coupon(tmp_path_factory):
     found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest, "")
     coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")
-    paths = ("cases.csv", "runs", "report.html", "report")
-    script_of("coupon_report")([str(file), *(str(folder / path) for path in paths)])
+    page = within(folder, {"page": "report.html", "figures": "report"})
+    call("coupon_report", file, {"cases": folder / "cases.csv"}, page, coupon=folder / "runs")
     return file, folder, case

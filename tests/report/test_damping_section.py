@@ -13,7 +13,7 @@ from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report import damping_figures, style
-from pidpanel.report.damping_section import damping_section, target_table
+from pidpanel.report.damping_section import damping_section, rounds_table
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
 
@@ -79,29 +79,16 @@ def test_the_pictures_are_there_with_the_split_of_the_loss(section):
     assert names == wanted | {"loss_split"}
 
 
-def test_the_rounds_of_a_target_name_the_scenario_with_the_largest_error():
-    # red: min for max; the cases of the round itself for those before it
-    rounds = [
-        Round(0, ("a", "b"), 2),
-        Round(1, ("a", "b", "c"), 1, False, 0.03, 0.08, {"x": {"1": 0.08, "2": 0.01}}),
-        Round(2, ("a", "b", "c"), 0, True, 0.03, 0.02, {"x": {"1": 0.01, "2": 0.0207}}),
-    ]
-    table = target_table(rounds)
-    assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
-    assert table.caption.endswith("With 3 cases the target is reached.")
-    assert "not reached" in target_table(rounds[:2]).caption
-
-
-def test_the_rounds_of_tones_say_how_many_cases_are_tones():
-    # red: len(before.cases) for its count; the branch of `tones` left out
+def test_rounds_name_the_scenario_with_the_largest_error_and_how_many_cases_are_tones():
+    # red: min for max; len(before.cases) for its count
     point = (0.5, 60.0, 29.1)
     rounds = [
-        Round(0, ("a", "b"), 2, of="tones"),
-        Round(1, ("a", "b"), 1, False, 0.02, 0.08, {"x": {"1": 0.08}}, (point,), "tones"),
-        Round(2, ("a", "b"), 0, True, 0.02, 0.01, {"x": {"1": 0.01}}, (point,), "tones"),
+        Round(0, ("a", "b"), 2),
+        Round(1, ("a", "b"), 1, False, 0.08, {"x": {"1": 0.08, "2": 0.01}}, (point,)),
+        Round(2, ("a", "b"), 0, True, 0.02, {"x": {"1": 0.01, "2": 0.0207}}, (point,)),
     ]
-    table = target_table(rounds)
-    assert [row[1] for row in table.rows] == ["2", "3"]
+    table = rounds_table(rounds)
+    assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
     assert table.caption.endswith(
         "1 of 3 cases are tones at the fills and motions of the scenarios."
     )

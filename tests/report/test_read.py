@@ -15,7 +15,7 @@ from pidpanel.report.read import read_coupled, read_damping
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """
-damping: {readings: [dem], target: {relative_error: 0.05, start: 4}}
+damping: {readings: [dem], tones: {relative_error: 0.05}}
 coupon:
   cell: {depth_mm: 30}
   sweep: {fill_fraction: [0.1, 0.6, 0.9], frequency_hz: [50, 150, 450], acceleration_g: [5, 50]}
@@ -55,7 +55,7 @@ def folder(tmp_path):
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
     forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)
     Round(0, ("a", "b"), 2).write(tmp_path / "design" / "round0.json")
-    last = Round(1, ("a", "b"), 0, True, 0.05, 0.04, {"PID-1": {"1": 0.04}})
+    last = Round(1, ("a", "b"), 0, True, 0.04, {"PID-1": {"1": 0.04}})
     last.write(tmp_path / "design" / "round1.json")
     return tmp_path
 
@@ -72,10 +72,10 @@ def test_the_damping_of_a_study_is_read_whole(dem, folder):
     assert value == pytest.approx(0.6 * 150, rel=0.04)
 
 
-def test_rounds_are_read_where_the_study_has_a_target(dem, folder):
+def test_rounds_are_read_where_the_study_has_tones(dem, folder):
     # red: rounds always read, and a file missed
     assert [one.round for one in read_damping(dem, "coupon", folder).rounds] == [0, 1]
-    without = dem.damping.model_copy(update={"target": None})
+    without = dem.damping.model_copy(update={"tones": None})
     (folder / "design" / "round0.json").unlink()
     assert read_damping(dem.model_copy(update={"damping": without}), "coupon", folder).rounds == ()
 

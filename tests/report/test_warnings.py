@@ -5,7 +5,6 @@ import dataclasses
 import pandas as pd
 import pytest
 
-from pidpanel.coupon.round import Round
 from pidpanel.report import warnings
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import READINGS
@@ -95,21 +94,6 @@ def test_the_accuracy_of_cases_stopped_at_max_cycles_is_the_largest_of_them(case
     (said,) = warnings.coupon_warnings(cases)
     assert said.startswith("2 of 12 coupon cases stopped at max_cycles")
     assert said.endswith("their relative standard errors reach 50 %.")
-
-
-def test_a_target_reached_with_few_cases_is_said_not_to_be_worth_its_error():
-    # red: nothing said of a target that is reached
-    first = Round(0, ("a",), 1)
-    reached = Round(1, ("a",), 0, True, 0.03, 0.02, {"x": {"1": 0.02}})
-    assert warnings.target_warnings([first, reached]) == [warnings.FEW_CASES]
-    assert warnings.target_warnings([]) == []
-    # tones come on top of a whole sweep
-    assert warnings.target_warnings([dataclasses.replace(reached, of="tones")]) == []
-    errors = {"x": {"1": 0.042, "2": 0.001}, "y": {"1": 0.01}}
-    missed = Round(1, ("a",), 0, False, 0.03, 0.042, errors)
-    (said,) = warnings.target_warnings([first, missed])
-    assert said.startswith("damping.target is not reached: 1 cases were run")
-    assert said.endswith("the required standard error of 3.00 % are: x 4.20 %.")
 
 
 def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(

@@ -7,6 +7,7 @@ import pytest
 
 from pidpanel.report import read
 from pidpanel.study import StudyError, load_any_study
+from tests.jobs import call
 
 
 def images(page):
@@ -96,14 +97,16 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
 # --------------------------------------------------------------------------- verification
 
 
-def test_a_case_is_computed_shown_and_confirmed(tmp_path, script):
+def test_a_case_is_computed_shown_and_confirmed(tmp_path):
     # red: verify that returns no rows; a page of the rows of the first file alone
-    first, second = str(tmp_path / "plate.csv"), str(tmp_path / "field.csv")
-    script("verify")(["panel", "isotropic_core", first])
-    script("verify")(["sound", "field", second])
+    rows = [tmp_path / "plate.csv", tmp_path / "field.csv"]
+    for (stage, case), file in zip(
+        (("panel", "isotropic_core"), ("sound", "field")), rows, strict=True
+    ):
+        call("verify", "", {}, {"rows": file}, params={"stage": stage, "case": case})
     page, figures, said = (tmp_path / name for name in ("page.html", "figures", "verified.txt"))
-    script("verification")([str(page), str(figures), first, second])
-    script("verified")([str(said), first, second])
+    call("verification", "", {"rows": rows}, {"page": page, "figures": figures})
+    call("verified", "", {"rows": rows}, {"verdict": said})
     count = int(re.match(r"(\d+) of \1 numbers within their tolerance\n", said.read_text())[1])
     text = page.read_text(encoding="utf-8")
     assert f"{count} of {count} numbers agree with their reference" in text

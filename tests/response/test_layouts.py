@@ -1,7 +1,6 @@
 """What the files of the stage say of layouts: masses, dead weight, errors, patches, supports."""
 
 import copy
-import importlib
 
 import numpy as np
 import pandas as pd
@@ -18,6 +17,7 @@ from pidpanel.response.from_study import (
 )
 from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
+from tests.jobs import make_panel, make_sound
 
 OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
 AREA = 0.3 * 0.25
@@ -62,12 +62,8 @@ def files_of(tmp_path_factory, write_study, law_values):
         folder = tmp_path_factory.mktemp(name)
         path = write_study(folder, name, values)
         study = load_study(path)
-        at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
-        panel = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-        importlib.import_module("scripts.panel").main([str(path), *at(*panel)])
-        importlib.import_module("scripts.sound").main(
-            [str(path), *at("modes.nc", "spectrum.csv", "modal_force.nc")]
-        )
+        make_panel(path, folder)
+        make_sound(path, folder)
         upstream = PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)
         files = ResponseFiles(*(folder / output for output in OUTPUTS))
         write_response(study, upstream, folder / "plate.nc", folder / "section.csv", None, files)

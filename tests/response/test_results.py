@@ -1,7 +1,5 @@
 """What a study asks of the response is done, or refused by name."""
 
-import importlib
-
 import pandas as pd
 import pytest
 
@@ -13,6 +11,7 @@ from pidpanel.response.from_study import (
 )
 from pidpanel.response.results import OutsideSimulatedRange
 from pidpanel.study import load_study
+from tests.jobs import make_panel, make_sound
 
 OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
 
@@ -21,14 +20,9 @@ OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "l
 def upstream(tmp_path_factory, write_study, table_values):
     """Files of panel and sound."""
     folder = tmp_path_factory.mktemp("upstream")
-    study = str(write_study(folder, "table", table_values()))
-    at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
-    importlib.import_module("scripts.panel").main(
-        [study, *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]
-    )
-    importlib.import_module("scripts.sound").main(
-        [study, *at("modes.nc", "spectrum.csv", "modal_force.nc", "air.nc")]
-    )
+    study = write_study(folder, "table", table_values())
+    make_panel(study, folder)
+    make_sound(study, folder, air=True)
     return PanelFiles(folder / "modes.nc", folder / "modal_force.nc", folder / "air.nc")
 
 

@@ -9,6 +9,7 @@ import pytest
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
+from pidpanel.damping.thinned import spread_out
 from pidpanel.sampling import choice as design
 
 POOL = np.stack(
@@ -32,27 +33,21 @@ def run(points):
     )  # fmt: skip
 
 
+def spread(count):
+    """Numbers of cases that are spread over the sweep."""
+    at = np.column_stack([POOL[:, 0], np.log(POOL[:, 1:])])
+    return spread_out(at / np.ptp(at, axis=0), count).tolist()
+
+
 @pytest.fixture(scope="module")
 def surface():
-    return DampingSurface.from_frame(run(POOL[design.spread(POOL, 14)]))
+    return DampingSurface.from_frame(run(POOL[spread(14)]))
 
 
 def wanted(surface, fill=0.5, level=40.0, at=300.0):
     """Something that reads C_e round one frequency, and m_a a little."""
     weight = np.exp(-(np.log(surface.nodes / at) ** 2) / 0.2)
     return design.Demand(fill, level, np.concatenate([0.1 * weight, 0.01 * weight])[:, None])
-
-
-def test_cases_to_start_with_are_spread_over_the_sweep():
-    chosen = POOL[design.spread(POOL, 12)]
-    assert len(np.unique(chosen, axis=0)) == 12
-    for axis in range(3):  # both ends of every axis are among them
-        assert {POOL[:, axis].min(), POOL[:, axis].max()} <= set(chosen[:, axis])
-    # no two of twelve nearer than the worst pair of a random dozen, in units of the ranges
-    at = np.column_stack([chosen[:, 0], np.log(chosen[:, 1:])])
-    at = at / np.ptp(at, axis=0)
-    distance = np.linalg.norm(at[:, None] - at[None], axis=-1) + 9 * np.eye(12)
-    assert distance.min() > 0.39
 
 
 def test_the_variance_taken_away_is_the_variance_that_is_gone(surface):
@@ -83,10 +78,10 @@ def test_a_batch_holds_no_case_twice_and_ends_where_the_target_is_met(surface):
 
 def test_chosen_cases_narrow_it_more_than_cases_spread_evenly(surface):
     one = wanted(surface)
-    start = design.spread(POOL, 14)
+    start = spread(14)
     left = [i for i in range(len(POOL)) if i not in start]
     chosen = design.next_cases(surface, [one], POOL[left], 0.05, 1e-4, 4)
-    even = [i for i in design.spread(POOL, 18) if i not in start]
+    even = [i for i in spread(18) if i not in start][:4]
     found = [
         design.variances(DampingSurface.from_frame(run(POOL[start + more])), [one])[0][0]
         for more in ([left[i] for i in chosen], even)
@@ -102,22 +97,6 @@ GRID = np.stack(
     ],
     axis=1,
 )  # fmt: skip
-
-
-def scaled(points):
-    at = np.column_stack([points[:, 0], np.log(points[:, 1:])])
-    return (at - at.min(axis=0)) / np.ptp(at, axis=0)
-
-
-def test_the_first_case_is_the_middle_and_each_further_one_the_farthest():
-    # in r, ln f and ln Γ, each over its range, though r has a range of 0.04 only
-    # red: np.ptp → np.min in `spread`; argmin → argmax for the first
-    chosen = design.spread(GRID, 15)
-    at = scaled(GRID)
-    np.testing.assert_allclose(at[chosen[0]], 0.5)
-    for count in range(1, 15):
-        nearest = np.linalg.norm(at[:, None] - at[chosen[:count]], axis=2).min(axis=1)
-        assert nearest[chosen[count]] == pytest.approx(nearest.max())
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Rounds of a target: cases spread over the sweep first, then those that narrow rms values most."""
+"""Rounds of tones: the whole sweep first, then cases where the scenarios read it."""
 
 import json
 from types import SimpleNamespace
@@ -6,24 +6,22 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from scripts import design as design_script
-from scripts import panel as panel_script
-from scripts import sound as sound_script
 
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round, read_rounds
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.response.from_study import PanelFiles, read_panel_in_sound, scenarios_of
-from pidpanel.sampling.rounds import _wanted, first_round, next_round, next_tones, swept_round
+from pidpanel.sampling.rounds import _wanted, next_tones, swept_round
 from pidpanel.study import load_study
-from pidpanel.study.damping import Target, Tones
+from pidpanel.study.damping import Tones
+from tests.jobs import call, make_panel, make_sound
 
 CASE_ERROR = 0.03
 
 
 def test_a_round_comes_back_from_its_file(tmp_path):
-    one = Round(3, ("a", "b"), 1, False, 0.05, 0.07, {"PID-1_r0.5": {"centre": 0.07}})
+    one = Round(3, ("a", "b"), 1, False, 0.07, {"PID-1_r0.5": {"centre": 0.07}})
     one.write(tmp_path / "round3.json")
     assert Round.read(tmp_path / "round3.json") == one
 
@@ -32,7 +30,7 @@ def test_a_round_comes_back_from_its_file(tmp_path):
 def test_a_file_that_is_no_round_is_named(tmp_path, text):
     # red: `except ValueError` alone in Round.read
     (tmp_path / "round0.json").write_text(text)
-    with pytest.raises(ValueError, match=r"round0\.json: not a round of a target"):
+    with pytest.raises(ValueError, match=r"round0\.json: not a round of tones"):
         Round.read(tmp_path / "round0.json")
 
 
@@ -76,14 +74,8 @@ def law(tmp_path_factory, write_study, law_values):
     values = law_values()
     values["scenarios"] = {"fill": values["scenarios"]["fill"]}
     study = write_study(folder, "law", values)
-    at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
-    panel_script.main(
-        [
-            str(study),
-            *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc"),
-        ]
-    )
-    sound_script.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc")])
+    make_panel(study, folder)
+    make_sound(study, folder)
     return study, PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)
 
 
@@ -101,80 +93,6 @@ def surface_of(labels):
         if c.label in labels
     ]
     return DampingSurface.from_frame(pd.DataFrame(rows))
-
-
-def target(relative_error, **values):
-    return Target(relative_error=relative_error, **{"start": 8, "batch": 3, **values})
-
-
-def test_the_first_round_spreads_so_many_cases_over_the_sweep():
-    one = first_round(target(0.05), POOL)
-    assert (one.round, one.new, one.reached) == (0, 8, False)
-    assert len(set(one.cases)) == 8
-    # the ends of every axis are among them
-    for end in ("r0.3", "r0.8", "f40.0", "f150.0", "a3.0", "a300.0"):
-        assert any(end in label for label in one.cases)
-
-
-def test_a_further_round_adds_new_cases_and_states_the_errors_it_saw(panel):
-    # red: `cases` of the new round without those before
-    before = first_round(target(0.05), POOL)
-    one = next_round(before, target(1e-4), POOL, CASE_ERROR, *panel, surface_of(before.cases))
-    assert (one.round, one.new, one.reached) == (1, 3, False)
-    assert one.cases[:8] == before.cases and len(set(one.cases)) == 11
-    stated = [value for of in one.relative_error.values() for value in of.values()]
-    assert set(one.relative_error) == {"PID-1_r0.3_150dB", "PID-1_r0.8_150dB"}
-    # five digits of each are kept
-    assert max(stated) == pytest.approx(one.largest_relative_error, abs=1e-5)
-
-
-def test_no_case_is_chosen_twice_however_many_are_wanted(panel):
-    # red: `left` that holds the whole pool
-    before = first_round(target(1e-4), POOL)
-    asked = target(1e-4, batch=100)
-    one = next_round(before, asked, POOL, CASE_ERROR, *panel, surface_of(before.cases))
-    assert one.new == len(POOL) - 8
-    assert set(one.cases) == {c.label for c in POOL} and len(one.cases) == len(POOL)
-
-
-def test_a_target_that_is_met_wants_no_more_cases(panel):
-    # red: `reached` with `>=`
-    before = first_round(target(0.9), POOL)
-    one = next_round(before, target(0.9), POOL, CASE_ERROR, *panel, surface_of(before.cases))
-    assert one.reached and one.is_last
-    assert one.cases == before.cases
-
-
-def test_no_round_goes_beyond_the_most_cases(panel):
-    # red: `room` without max_cases
-    asked = target(1e-4, max_cases=9)
-    before = first_round(asked, POOL)
-    one = next_round(before, asked, POOL, CASE_ERROR, *panel, surface_of(before.cases))
-    assert one.new == 1
-    two = next_round(one, asked, POOL, CASE_ERROR, *panel, surface_of(one.cases))
-    assert two.is_last and not two.reached
-
-
-def test_more_cases_state_smaller_errors(panel):
-    few = first_round(target(1e-4), POOL)
-    all_labels = {c.label for c in POOL}
-    errors = [
-        next_round(few, target(1e-4), POOL, CASE_ERROR, *panel, surface).largest_relative_error
-        for surface in (surface_of(few.cases), surface_of(all_labels))
-    ]
-    assert errors[1] < errors[0]
-
-
-def test_without_the_mass_of_the_particles_less_is_uncertain(panel):
-    # red: without_mass that returns self
-    before = first_round(target(1e-4), POOL)
-    surface = surface_of(before.cases)
-    with_mass, without = (
-        next_round(before, target(1e-4), POOL, CASE_ERROR, *panel, one).largest_relative_error
-        for one in (surface, surface.without_mass())
-    )
-    assert 0 < without < with_mass
-    assert np.isfinite(with_mass)
 
 
 TONES = Tones(relative_error=1e-4, damping_error=1e-3, batch=5, most=8)
@@ -221,10 +139,31 @@ def test_tones_end_where_rms_values_and_damping_are_known_well_enough(panel):
     assert not next_tones(first, along, CASE_ERROR, None, *panel, surface).is_last
 
 
+def test_a_round_states_the_errors_it_saw(panel):
+    # red: the errors of other scenarios
+    first = swept_round(POOL)
+    one = next_tones(first, TONES, CASE_ERROR, None, *panel, surface_of(first.cases))
+    stated = [value for of in one.relative_error.values() for value in of.values()]
+    assert set(one.relative_error) == {"PID-1_r0.3_150dB", "PID-1_r0.8_150dB"}
+    # five digits of each are kept
+    assert max(stated) == pytest.approx(one.largest_relative_error, abs=1e-5)
+
+
+def test_without_the_mass_of_the_particles_less_is_uncertain(panel):
+    # red: without_mass that returns self
+    first = swept_round(POOL)
+    surface = surface_of(first.cases)
+    with_mass, without = (
+        next_tones(first, TONES, CASE_ERROR, None, *panel, one).largest_relative_error
+        for one in (surface, surface.without_mass())
+    )
+    assert 0 < without < with_mass
+
+
 def test_a_round_is_plain_json(tmp_path):
-    first_round(target(0.05), POOL).write(tmp_path / "round0.json")
+    swept_round(POOL).write(tmp_path / "round0.json")
     values = json.loads((tmp_path / "round0.json").read_text())
-    assert values["new"] == 8 and not values["reached"]
+    assert values["new"] == len(POOL) and not values["reached"]
 
 
 COUPON = {
@@ -245,7 +184,7 @@ def test_the_rounds_of_a_study_leave_the_mass_out_where_it_says_so(
         values = law_values()
         values["scenarios"] = {"fill": values["scenarios"]["fill"]}
         values["coupon"] = COUPON
-        values["damping"] = {"readings": ["dem"], "target": {"relative_error": 1e-4}}
+        values["damping"] = {"readings": ["dem"], "tones": {"relative_error": 1e-4}}
         values["response"]["damper_mass"] = mass
         folder = tmp_path / str(mass)
         study = write_study(folder, "dem", values)
@@ -256,13 +195,12 @@ def test_the_rounds_of_a_study_leave_the_mass_out_where_it_says_so(
             for c in cases
         ]
         pd.DataFrame(rows).to_csv(folder / "cases.csv", index=False)
-        at = lambda name: str(folder / name)  # noqa: B023, E731
-        files = [str(law[1].modes), str(law[1].modal_force)]
-        design_script.main([str(study), *files, "none", "none", "none", at("round0.json")])
-        design_script.main(
-            [str(study), *files, "none", at("round0.json"), at("cases.csv"), at("round1.json")]
-        )
-        first, second = Round.read(folder / "round0.json"), Round.read(folder / "round1.json")
+        read = {"modes": law[1].modes, "modal_force": law[1].modal_force}
+        rounds = [folder / "round0.json", folder / "round1.json"]
+        call("design", study, read, {"round": rounds[0]})
+        read |= {"before": rounds[0], "cases": folder / "cases.csv"}
+        call("design", study, read, {"round": rounds[1]})
+        first, second = map(Round.read, rounds)
         assert (first.round, second.round) == (0, 1)
         assert second.cases[: len(first.cases)] == first.cases
         stated[mass] = second.largest_relative_error

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from scripts import panel, sound
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.sound import field
@@ -14,6 +13,7 @@ from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.study.sound import Sound
+from tests.jobs import make_panel, make_sound
 
 STUDY = """
 damping: {{readings: [paper_corrected]}}
@@ -37,16 +37,7 @@ def basis(tmp_path_factory):
     folder = tmp_path_factory.mktemp("basis")
     (folder / "bands.csv").write_text(BANDS)
     (folder / "small.yaml").write_text(STUDY.format(sound="field: uniform", air_mass="true"))
-    names = (
-        "small.yaml",
-        "modes.nc",
-        "modes.csv",
-        "modes.vtu",
-        "mesh.msh",
-        "section.csv",
-        "plate.nc",
-    )
-    panel.main([str(folder / name) for name in names])
+    make_panel(folder / "small.yaml", folder)
     return folder / "modes.nc"
 
 
@@ -58,9 +49,7 @@ def run(tmp_path, basis):
         (tmp_path / "bands.csv").write_text(BANDS)
         text = STUDY.format(sound=keys, air_mass=air_mass).replace("[30, 250]", f"[30, {highest}]")
         (tmp_path / "small.yaml").write_text(text)
-        names = ("spectrum.csv", "modal_force.nc", *["air.nc"] * air)
-        study = tmp_path / "small.yaml"
-        sound.main([str(study), str(basis), *(str(tmp_path / name) for name in names)])
+        make_sound(tmp_path / "small.yaml", tmp_path, modes=basis, air=air)
         return tmp_path
 
     return main

@@ -118,11 +118,10 @@ def test_a_law_leaves_the_sweep_of_the_section_coupon(loaded):
     "key",
     [
         {"tones": {}},
-        {"target": {"relative_error": 0.1}},
         {"level": {"kind": "stated", "acceleration_g": 20}},
         {"level": {"by": "element"}},
     ],
-    ids=["tones", "target", "stated level", "level by element"],
+    ids=["tones", "stated level", "level by element"],
 )
 def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
     # red: `is_of_tones` without one of its parts
@@ -196,21 +195,20 @@ REFUSED = [
     ("scenarios.bare_150dB", {"layout": {"PID-1": {"damper": "pot"}}}, "scenarios.bare_150dB = {layout: {PID-1: {damper: pot}}}: two scenarios would have the name bare_150dB; give the layout another name"),
     ("dampers.two kinds", {"law": "paper_corrected"}, "dampers.two kinds = {law: paper_corrected}: must have a name of letters"),
     ("damping.readings", ["dem"], "coupon: missing; required for the damping model 'dem'"),
-    ("damping.target", {"relative_error": 0.1}, "damping.target = {relative_error: 0.1}: only allowed with the damping model 'dem'"),
     ("damping.level", {"by": "element", "kind": "stated", "acceleration_g": 5}, "damping.level.by = element: only allowed for kind: patch; a stated acceleration holds for all elements"),
     ("dampers.acrylic.coupon.vary", {"gravity_g": [0, 1]}, "dampers.acrylic.coupon.vary = {gravity_g: [0, 1]}: only allowed in a study without a panel"),
     ("dampers", None, "there are no dampers"),
 ]  # fmt: skip
 
 
-def test_a_target_is_for_patches_one_by_one(refusal):
-    # red: `_mistakes_of_target` that yields nothing: the errors of two patches are not of one point
+def test_tones_are_for_patches_one_by_one(refusal):
+    # red: `_mistakes_of_tones` that yields nothing: the errors of two patches are not of one point
     values = changed(("coupon", COUPON), ("damping.readings", ["dem"]), ("scenarios.place", None))
-    values["damping"]["target"] = {"relative_error": 0.1}
+    values["damping"]["tones"] = {}
     values["scenarios"]["both"]["layout"]["PID-2"] = {"damper": "coupon", "fill_fraction": 0.5}
     lines, _ = refusal(values)
     assert len(lines) == 1
-    assert lines[0].endswith("several patches together are not allowed with damping.target")
+    assert lines[0].endswith("several patches together are not allowed with damping.tones")
 
 
 @pytest.mark.parametrize(("key", "value", "message"), REFUSED)

@@ -141,14 +141,6 @@ def test_a_group_of_a_mesh_file_is_text_whether_a_number_or_not():
     assert Panel.model_validate(values).patches["middle"].group == "2"
 
 
-def test_a_panel_depends_on_its_mesh_and_on_the_table_of_its_core():
-    # red: Panel.files without one of them
-    table = str(STUDIES.parent / "data" / "materials" / "honeycomb_5056.csv")
-    mesh = str(STUDIES / "bdf_panel.bdf")
-    assert load_study(STUDIES / "bdf_panel.yaml").panel.files == (mesh, table)
-    assert load_study(STUDIES / "paper.yaml").panel.files == ()
-
-
 def test_the_first_bare_panel_is_mapped_unless_others_are_named():
     # red: `or` the last label
     assert [s.label for s in load_study(STUDIES / "smoke.yaml").mapped_scenarios()] == [

@@ -6,7 +6,7 @@ from importlib import import_module
 
 import pytest
 
-from pidpanel.script import run
+from pidpanel.provenance.job import arguments_of, run
 from pidpanel.verification.rows import (
     COLUMNS,
     Row,
@@ -90,8 +90,9 @@ def test_a_missed_number_is_named_and_refused():
 def test_a_missed_number_ends_the_script_in_one_message_and_leaves_no_file(tmp_path, monkeypatch):
     # red: the verdict written before it is known; an error that `run` does not know as ours
     write_rows(tmp_path / "rows.csv", [row(102.0, 100.0)])
-    arguments = ["verified", str(tmp_path / "verified.txt"), str(tmp_path / "rows.csv")]
-    monkeypatch.setattr(sys, "argv", arguments)
+    files = {"input": {"rows": "rows.csv"}, "output": {"verdict": "verified.txt"}}
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["verified", *arguments_of(**files)])
     with pytest.raises(SystemExit, match="1 of 1 numbers miss their tolerance"):
         run(import_module("scripts.verified").main)
     assert not (tmp_path / "verified.txt").exists()

@@ -1,5 +1,6 @@
 """The workflow as a module of another one, as the workflow catalogue deploys it."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -62,3 +63,54 @@ def test_the_catalogue_finds_what_it_asks_for():
     for name in ("workflow/Snakefile", "config/README.md", "config/config.yaml", "LICENSE"):
         assert (ROOT / name).is_file(), name
     assert 'include: "workflow/Snakefile"' in (ROOT / "Snakefile").read_text()
+
+
+# ------------------------------------------------------------------ configuration
+
+
+STUDY = ROOT / "workflow" / "studies" / "l_panel.yaml"
+
+
+def refusal(folder, *options):
+    """What Snakemake says where it refuses the configuration."""
+    snakemake = Path(sys.executable).with_name("snakemake")
+    command = [snakemake, "-n", "-s", ROOT / "Snakefile", "-d", folder, *options]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode != 0 and "Traceback" not in said(result)
+    return said(result)
+
+
+def test_config_yaml_names_the_study_of_plain_snakemake(tmp_path):
+    # red: `configfile` left out of rules/common.smk
+    (tmp_path / "config").mkdir()
+    shutil.copy(STUDY, tmp_path / "config" / "mine.yaml")
+    (tmp_path / "config" / "config.yaml").write_text("study: config/mine.yaml\n")
+    assert "results/mine/report.html" in dry_run(tmp_path, "-s", ROOT / "Snakefile")
+    # and not where a study is given
+    named = dry_run(tmp_path, "-s", ROOT / "Snakefile", "--configfile", STUDY)
+    assert "results/l_panel/report.html" in named
+
+
+def test_a_study_may_be_named_and_settings_given_on_the_command_line(tmp_path):
+    # red: `study` or `job_minutes` left out of SETTINGS
+    options = ["-s", ROOT / "Snakefile", "--config", f"study={STUDY}", "job_minutes=25"]
+    assert "results/l_panel/report.html" in dry_run(tmp_path, *options)
+
+
+def test_values_beside_the_file_of_the_study_are_refused_in_one_line(tmp_path):
+    # red: `config.get(key) != written.get(key)` left out
+    further = tmp_path / "further.yaml"
+    further.write_text("title: Another\n")
+    for options, key in (
+        (["--configfile", STUDY, "--config", "title=Another"], "title"),
+        (["--configfile", STUDY, further], "sound"),
+        (["--configfile", STUDY, "--config", "sound={oaspl_db: 120}"], "sound"),
+        (["--config", f"study={STUDY}", "title=Another"], "title"),
+    ):
+        (line,) = [x for x in refusal(tmp_path, *options).splitlines() if "one file" in x]
+        assert f"{key}: " in line or key == "sound"
+
+
+def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
+    # red: a study by default
+    assert "no study: snakemake --configfile study.yaml" in refusal(tmp_path)

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.script import optional, run
+from pidpanel.provenance.job import Job, arguments_of, run
+from tests.jobs import PANEL, RESPONSE, SOUND, call, make_panel, make_sound, within
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "workflow" / "scripts").glob("[!_]*.py"))
 MOST_LINES = 25
@@ -54,41 +55,33 @@ def test_a_failure_of_ours_is_one_line_and_any_other_keeps_its_traceback():
         run(fails(ValueError("ours neither")))
 
 
-def test_none_on_the_command_line_is_no_path():
-    assert optional("none") is None
-    assert optional("a/none") == Path("a/none")
+def test_files_and_texts_of_a_job_come_back_from_its_arguments(monkeypatch):
+    # red: partition("=") → rpartition("="); the names of the inputs for the outputs
+    monkeypatch.setenv("PIDPANEL_STUDY", "a b.yaml")
+    read = {"modes": "a=b/m.nc", "surfaces": ["1.nc", "2.nc"], "air": []}
+    job = Job.parse(arguments_of(input=read, output={"psd": "p.nc"}, params={"damper": "x=y"}))
+    assert (job.study, job.params, job.seconds) == (Path("a b.yaml"), {"damper": "x=y"}, np.inf)
+    assert (job.input.modes, job.input.get("air")) == (Path("a=b/m.nc"), None)
+    assert job.input.several("surfaces") == [Path("1.nc"), Path("2.nc")]
+    assert job.output.psd == Path("p.nc")
+    with pytest.raises(AttributeError, match="no file of the name air"):
+        _ = job.input.air
+    with pytest.raises(ValueError, match="surfaces: 2 files"):
+        _ = job.input.surfaces
 
 
 def stages(folder, study, *, radiation):
     """Call the scripts from the mesh to the exports, as the rules do; the folder of each file."""
-    names = ("panel", "sound", "response", "maps", "export")
-    panel, sound, response, maps, export = (importlib.import_module(f"scripts.{n}") for n in names)
-    at = lambda *names: [str(folder / name) for name in names]  # noqa: E731
-    panel.main(
-        [
-            str(study),
-            *at("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc"),
-        ]
+    make_panel(study, folder)
+    make_sound(study, folder, air=radiation)
+    names = {**PANEL, **SOUND, **RESPONSE, **({"air": "air.nc"} if radiation else {})}
+    files = within(folder, names)
+    response = within(folder, RESPONSE | ({"radiation": "radiation.csv"} if radiation else {}))
+    call("response", study, files, response)
+    call(
+        "maps", study, files | {"air": None}, within(folder, {"maps": "maps.nc", "folder": "maps"})
     )
-    air = at("air.nc") if radiation else []
-    sound.main([str(study), *at("modes.nc", "spectrum.csv", "modal_force.nc"), *air])
-    beside = at("radiation.csv") if radiation else []
-    response.main(
-        [str(study), *at("modes.nc", "modal_force.nc", "plate.nc", "section.csv"), "none",
-         *(air or ["none"]), "none",
-         *at("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"), *beside]
-    )  # fmt: skip
-    maps.main(
-        [
-            str(study),
-            *at("modes.nc", "modal_force.nc"),
-            "none",
-            *at("plate.nc", "left_out.nc", "psd.nc"),
-            "none",
-            *at("maps.nc", "maps"),
-        ]
-    )
-    export.main([str(study), *at("modes.nc", "psd.nc", "summary.csv", "export")])
+    call("export", study, files, {"folder": folder / "export"})
     return folder
 
 

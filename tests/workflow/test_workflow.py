@@ -109,7 +109,6 @@ def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
     "name",
     [
         "paper",
-        "paper_target",
         "launch",
         "l_panel",
         "coupon_friction",
@@ -195,7 +194,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
 
 @pytest.mark.liggghts
 def test_rows_cut_behind_the_workflows_back_are_named_and_made_again(smoke, tmp_path):
-    # red: `finished.faults` that looks at outcomes alone
+    # red: `finished.changes` that looks at outcomes alone
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
     rows = next((folder / "results" / "coupon").glob("r*/s1/cycles_1.txt"))
@@ -210,64 +209,13 @@ def test_rows_cut_behind_the_workflows_back_are_named_and_made_again(smoke, tmp_
     assert rows.read_text() == whole and cases.read_bytes() == before
 
 
-def with_target(folder, name, target, file):
-    """The smoke study with a target, run up to a file; its folder of results and its rounds."""
-    values = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
-    values["damping"]["target"] = target
-    study = folder / f"{name}.yaml"
-    study.write_text(yaml.safe_dump(values))
-    results = folder / "results" / name
-    result = snakemake(folder, study, f"results/{name}/{file}")
-    assert result.returncode == 0, said(result)
-    rounds = sorted((results / "design").glob("round*.json"))
-    return results, [json.loads(path.read_text()) for path in rounds]
-
-
-@pytest.fixture(scope="module")
-def reached(tmp_path_factory):
-    """A run from nothing to a target between what four cases give, 2.9 %, and all eight, 2.2 %."""
-    folder = tmp_path_factory.mktemp("target")
-    target = {"relative_error": 0.026, "start": 4, "batch": 1}
-    return with_target(folder, "near", target, "coupon/cases.csv")
-
-
 @pytest.mark.liggghts
-def test_a_target_ends_the_rounds_before_the_whole_sweep_is_run(reached):
-    # red: last_round in common.smk that returns round 0, or next_cases without its break
-    results, rounds = reached
-    *before, last = rounds
-    assert len(before) >= 2  # at least one round of a case chosen after the first four
-    assert [one["new"] for one in rounds] == [4] + [1] * (len(rounds) - 2) + [0]
-    assert not any(one["reached"] for one in before)
-    assert last["reached"]
-    cases = pd.read_csv(results / "coupon" / "cases.csv")
-    assert set(cases["case"]) == set(last["cases"])
-    assert 4 < len(cases) < 8
-    # no case was run that is not among them
-    run = {path.parts[-3] for path in (results.parent / "coupon").glob("r*/s*/cycles_1.txt")}
-    assert run == set(cases["case"])
-
-
-@pytest.mark.liggghts
-def test_another_target_makes_the_rounds_run_again(reached):
-    # red: the target left out of the params of the checkpoint `design`
-    folder = reached[0].parents[1]
-    study = folder / "near.yaml"
-    text = study.read_text()
-    study.write_text(text.replace("relative_error: 0.026", "relative_error: 0.025"))
-    assert text != study.read_text()
-    try:
-        assert "design" in jobs(snakemake(folder, study, "-n"))
-    finally:
-        study.write_text(text)
-
-
-@pytest.mark.liggghts
-def test_tones_are_run_where_the_scenarios_read_them(reached):
+def test_tones_are_run_where_the_scenarios_read_them(smoke, tmp_path):
     # after the whole sweep, at the fills and motions of the scenarios; the table, the surface and
     # the page have them, and a second call finds nothing to do
-    # red: the tones left out of `write_table`; add_batch left out of cases_of_round
-    folder = reached[0].parents[1]
+    # red: the tones left out of `write_table`; `_add` left out of cases_of_round
+    folder = tmp_path / "tones"
+    shutil.copytree(smoke, folder)
     values = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
     values["damping"]["tones"] = {"relative_error": 1e-4, "batch": 1, "most": 2}
     study = folder / "tones.yaml"
@@ -292,20 +240,6 @@ def test_tones_are_run_where_the_scenarios_read_them(reached):
         assert surface.sizes["case"] == counted.sum()
     assert "2 of 10 cases are tones" in (results / "report.html").read_text()
     assert jobs(snakemake(folder, study, "-n")) == {}
-
-
-@pytest.mark.liggghts
-def test_a_target_out_of_reach_is_told_in_the_design_and_on_the_page(reached):
-    # red: target_warnings left out of the warnings of the page
-    folder = reached[0].parents[1]
-    target = {"relative_error": 0.001, "start": 4, "batch": 1, "max_cases": 5}
-    results, rounds = with_target(folder, "far", target, "report.html")
-    assert not rounds[-1]["reached"]
-    assert rounds[-1]["new"] == 0
-    assert len(rounds[-1]["cases"]) == 5
-    page = (results / "report.html").read_text()
-    assert "damping.target is not reached: 5 cases were run" in page
-    assert "PID-1_r0.4" in page.split("damping.target is not reached")[1][:300]
 
 
 def only_line(result):

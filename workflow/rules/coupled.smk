@@ -1,93 +1,97 @@
 # Panel and particles in one time integration, for the reading `coupled`.
 
-from pidpanel.coupled.from_study import coupled_scenarios
+from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 
-COUPLED_SCENARIOS = {in_a_path(label): one for label, one in coupled_scenarios(STUDY).items()}
-COUPLED_NAMES = ("summary.csv", "third_octaves.csv", "impedance.csv", "psd.csv")
-COUPLED = [results(f"coupled/{name}") for name in COUPLED_NAMES]
+COUPLED_SCENARIOS = {in_a_path(label): s for label, s in coupled_scenarios(STUDY).items()}
+COUPLED = {
+    name: results(f"coupled/{name}.csv")
+    for name in ("summary", "third_octaves", "impedance", "psd")
+}
 # the beds of the first runs are poured and shaken loose by the rules of the coupon, those of
 # further runs where they are wanted
-BEDS |= {bed.label: bed for one in COUPLED_SCENARIOS.values() for bed in one.beds[0]}
-PACKINGS |= {bed.packing.label: bed.packing for bed in BEDS.values()}
+RUNS.add_beds(bed for scenario in COUPLED_SCENARIOS.values() for bed in scenario.beds[0])
 
 
-wildcard_constraints:
-    scenario="[^/]+",
+def coupled_values(label):
+    """What the study says of the runs of a scenario."""
+    return values_digest(depends_on(STUDY, COUPLED_SCENARIOS[label]))
 
 
 rule coupled_scenario:
     input:
-        modes=results("panel/modes.nc"),
-        modal_force=results("sound/modal_force.nc"),
-        plate=results("panel/plate.nc"),
+        modes=PANEL["modes"],
+        modal_force=SOUND["modal_force"],
+        plate=PANEL["plate"],
         air=AIR,
-        beds=lambda wildcards: [
-            f"results/coupon/bed/{bed.label}/bed.json"
-            for bed in COUPLED_SCENARIOS[wildcards.scenario].beds[0]
-        ],
-        rests=rests(
+        beds=lambda wildcards: bed_files(COUPLED_SCENARIOS[wildcards.scenario].beds[0]),
+        request=request(
             results("coupled/{scenario}.nc"),
-            values=lambda wildcards: coupled_digest(wildcards.scenario),
-            decks=commands("coupled.in.j2", "header.j2", "contacts.j2"),
-            code=code("coupled_scenario"),
+            values=lambda wildcards: coupled_values(wildcards.scenario),
         ),
     output:
-        results("coupled/{scenario}.nc"),
+        estimate=results("coupled/{scenario}.nc"),
     log:
         results("coupled/{scenario}.log"),
-    # on a cluster a job whose time is over goes on from its last checkpoint
-    retries: TRIED_AGAIN
+    benchmark:
+        results("benchmark/coupled_{scenario}.tsv")
+    # on a cluster a job whose time is over continues from its last checkpoint
+    retries: RUNS.retries
     params:
-        label=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,
-        air=AIR or "none",
-        folder=lambda wildcards, output: str(Path(output[0]).with_suffix("")),
+        job=job(
+            scenario=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,
+            folder=lambda wildcards: results(f"coupled/{wildcards.scenario}"),
+        ),
+    message:
+        "Panel and particles together, {wildcards.scenario}"
     shell:
-        'python -m scripts.coupled_scenario "$PIDPANEL_STUDY" {params.label:q}'
-        " {input.modes} {input.modal_force} {input.plate} {params.air} results/coupon"
-        " {params.folder:q} {output:q}"
-        " --made {input.rests:q} --to {output:q} 2> {log:q}"
+        "python -m scripts.coupled_scenario {params.job:q} 2> {log:q}"
 
 
 rule coupled:
     input:
-        modes=results("panel/modes.nc"),
-        modal_force=results("sound/modal_force.nc"),
-        plate=results("panel/plate.nc"),
+        modes=PANEL["modes"],
+        modal_force=SOUND["modal_force"],
+        plate=PANEL["plate"],
         air=AIR,
         estimates=[results(f"coupled/{name}.nc") for name in COUPLED_SCENARIOS],
-        rests=rests(
-            *COUPLED,
-            values=lambda wildcards: [coupled_digest(label) for label in COUPLED_SCENARIOS],
+        request=request(
+            *COUPLED.values(),
+            values=lambda wildcards: [coupled_values(label) for label in COUPLED_SCENARIOS],
             scenarios=lambda wildcards: SCENARIOS,
-            code=code("coupled"),
         ),
     output:
-        COUPLED,
+        **COUPLED,
     log:
         results("coupled.log"),
+    benchmark:
+        results("benchmark/coupled.tsv")
     params:
-        air=AIR or "none",
+        job=job(),
+    message:
+        "Tables of the coupled runs"
     shell:
-        'python -m scripts.coupled "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {params.air} {output} {input.estimates:q}"
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.coupled {params.job:q} 2> {log}"
 
 
 rule verdict:
     input:
         psd=results("response/psd.nc"),
-        summary=results("coupled/summary.csv"),
-        bands=results("coupled/third_octaves.csv"),
-        rests=rests(
+        summary=COUPLED["summary"],
+        third_octaves=COUPLED["third_octaves"],
+        request=request(
             results("coupled/verdict.csv"),
             scenarios=lambda wildcards: SCENARIOS,
             readings=STUDY.readings,
-            code=code("verdict"),
         ),
     output:
-        results("coupled/verdict.csv"),
+        verdict=results("coupled/verdict.csv"),
     log:
         results("verdict.log"),
+    benchmark:
+        results("benchmark/verdict.tsv")
+    params:
+        job=job(),
+    message:
+        "Damping models against the coupled runs"
     shell:
-        'python -m scripts.verdict "$PIDPANEL_STUDY" {input.psd} {input.summary} {input.bands}'
-        " {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.verdict {params.job:q} 2> {log}"

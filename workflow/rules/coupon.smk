@@ -1,145 +1,149 @@
 # Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
 #
 # docs/reruns.md lists what triggers a rerun: the labels of packings, beds and cases hold all that
-# their numbers depend on, so only the judgement of runs has the code among its params.
+# their numbers depend on.
 
-# the coupons of a study share the runs; a case of two of them runs once, to the accuracy of both
-COUPON_CASES = cases_by_coupon(STUDY)
-DISTINCT_CASES = distinct(COUPON_CASES)
-CASES = {case.label: case for cases in DISTINCT_CASES.values() for case in cases}
-# no batch of two coupons: a change of one leaves the batches of the others as they are
-for damper, cases in DISTINCT_CASES.items():
-    alone = HAS_TARGET and damper == SECTION
-    for batch in [Batch((case,)) for case in cases] if alone else batches_of(cases, JOB_SECONDS):
-        add_batch(batch)
-if HAS_ROUNDS:
+# before all else that waits
+FIRST = 10**6
+
+if PLAN.has_rounds:
     # where a job is a process of its own, it knows the rounds by what is there
-    for number in itertools.count():
-        file = Path(results(f"design/round{number}.json"))
-        if not file.exists():
-            break
-        cases_of_round(file)
-
-
-# judges what was run: other code judges it anew, and runs nothing that is there
-SHAKE = code("shake")
-
-
-wildcard_constraints:
-    damper=NAME,
-    leg=r"\d+",
-    part=r"\d+",
+    for file in sorted(Path(results("design")).glob("round*.json")):
+        RUNS.cases_of_round(file)
 
 
 rule pour:
+    input:
+        values=lambda wildcards: RUNS.packing(wildcards.packing),
     output:
-        "results/coupon/packing/{packing}/packing.json",
+        packing="results/coupon/packing/{packing}/packing.json",
     log:
         "results/coupon/packing/{packing}.log",
+    benchmark:
+        "results/coupon/benchmark/packing/{packing}.tsv"
     priority: FIRST
     params:
-        values=lambda wildcards: json.dumps(PACKINGS[wildcards.packing].as_dict()),
+        job=job(),
+    message:
+        "Pour packing {wildcards.packing}"
     shell:
-        "python -m scripts.pour {params.values:q} {output} 2> {log}"
+        "python -m scripts.pour {params.job:q} 2> {log}"
 
 
 rule loosen:
     input:
-        lambda wildcards: f"results/coupon/packing/{BEDS[wildcards.bed].packing.label}/packing.json",
+        values=lambda wildcards: RUNS.bed(wildcards.bed),
+        packing=lambda wildcards: RUNS.packing_of(wildcards.bed),
     output:
-        "results/coupon/bed/{bed}/bed.json",
+        bed="results/coupon/bed/{bed}/bed.json",
     log:
         "results/coupon/bed/{bed}.log",
+    benchmark:
+        "results/coupon/benchmark/bed/{bed}.tsv"
     priority: FIRST
     params:
-        values=lambda wildcards: json.dumps(BEDS[wildcards.bed].as_dict()),
+        job=job(),
+    message:
+        "Shake bed {wildcards.bed} loose"
     shell:
-        "python -m scripts.loosen {params.values:q} {input} {output} 2> {log}"
+        "python -m scripts.loosen {params.job:q} 2> {log}"
 
 
-# runs of a long case, leg by leg; only where jobs have a time limit (`JOB_SECONDS`)
+# runs of a long case, leg by leg; only where jobs have a time limit (`job_minutes`)
 rule shake_leg:
     input:
-        before=leg_of_part_before,
-        beds=beds_of_part,
-        rests=rests(
-            "results/coupon/leg/{case}/{part}_{leg}.json",
-            end=lambda wildcards: CASES[wildcards.case].outcome,
-            runs=lambda wildcards: part_of(wildcards).runs,
-        ),
+        before=lambda w: RUNS.leg_before(w.case, int(w.part), int(w.leg)),
+        beds=lambda w: RUNS.beds_of_part(w.case, int(w.part)),
+        request=lambda w: RUNS.leg(w.case, int(w.part), int(w.leg)),
     output:
-        "results/coupon/leg/{case}/{part}_{leg}.json",
+        leg="results/coupon/leg/{case}/{part}_{leg}.json",
     log:
         "results/coupon/leg/{case}/{part}_{leg}.log",
-    priority: cost_left
-    retries: TRIED_AGAIN
+    benchmark:
+        "results/coupon/benchmark/leg/{case}/{part}_{leg}.tsv"
+    priority: lambda w: RUNS.cost_from_leg(w.case, int(w.part), int(w.leg))
+    retries: RUNS.retries
     resources:
-        runtime=lambda wildcards, attempt: job_minutes(cost_left(wildcards), attempt),
-        mem_mb=lambda wildcards, attempt: attempt * memory_of(CASES[wildcards.case].runs[:1]),
+        runtime=lambda w, attempt: RUNS.job_minutes(
+            RUNS.cost_from_leg(w.case, int(w.part), int(w.leg)), attempt
+        ),
+        mem_mb=lambda w, attempt: RUNS.memory_of_case(w.case, attempt),
     params:
-        values=lambda wildcards: Batch((CASES[wildcards.case],)).as_text(),
-        runs=lambda wildcards: ",".join(map(str, part_of(wildcards).runs)),
-        before=lambda wildcards, input: input.before or "none",
-        last=lambda wildcards: (int(int(wildcards.leg) + 1 == part_of(wildcards).legs)),
+        job=job(),
+    message:
+        "Shake case {wildcards.case}, part {wildcards.part}, leg {wildcards.leg}"
     shell:
-        "python -m scripts.shake_leg {params.values:q} {params.runs} {params.before}"
-        ' {params.last} results/coupon "$PIDPANEL_JOB_SECONDS" {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.shake_leg {params.job:q} 2> {log}"
 
 
 rule shake:
     input:
-        beds=lambda wildcards: beds_of(BATCHES[wildcards.batch]),
-        legs=lambda wildcards: last_legs(BATCHES[wildcards.batch]),
+        batch=lambda wildcards: RUNS.batch(wildcards.batch),
+        beds=lambda wildcards: RUNS.beds_of_batch(wildcards.batch),
+        legs=lambda wildcards: RUNS.legs_of_batch(wildcards.batch),
     output:
-        "results/coupon/batch/{batch}.json",
+        batch="results/coupon/batch/{batch}.json",
     log:
         "results/coupon/batch/{batch}.log",
-    priority: lambda wildcards: int(BATCHES[wildcards.batch].cost)
-    retries: TRIED_AGAIN
+    benchmark:
+        "results/coupon/benchmark/batch/{batch}.tsv"
+    priority: lambda wildcards: RUNS.cost_of_batch(wildcards.batch)
+    retries: RUNS.retries
     resources:
-        runtime=lambda wildcards, attempt: job_minutes(BATCHES[wildcards.batch].cost, attempt),
-        mem_mb=lambda wildcards, attempt: attempt
-        * memory_of(run for case in BATCHES[wildcards.batch].cases for run in case.runs[:1]),
+        runtime=lambda wildcards, attempt: RUNS.job_minutes(
+            RUNS.cost_of_batch(wildcards.batch), attempt
+        ),
+        mem_mb=lambda wildcards, attempt: RUNS.memory_of_batch(wildcards.batch, attempt),
     params:
-        values=lambda wildcards: BATCHES[wildcards.batch].as_text(),
-        code=SHAKE,
+        job=job(),
+    message:
+        "Shake batch {wildcards.batch}"
     shell:
-        "python -m scripts.shake {params.values:q} results/coupon {params.code}"
-        ' "$PIDPANEL_JOB_SECONDS" {output} 2> {log}'
+        "python -m scripts.shake {params.job:q} 2> {log}"
+
+
+def outcomes_of_section(wildcards):
+    """What the cases of the section `coupon` leave: its sweep, and the tones of all rounds."""
+    if PLAN.has_rounds:
+        return RUNS.outcomes(RUNS.cases_of_round(last_round()))
+    return RUNS.outcomes(RUNS.swept(SECTION))
 
 
 rule cases:
     input:
-        outcomes=lambda wildcards: outcomes_wanted(SECTION),
-        rests=rests(
-            results("coupon/cases.csv"),
-            study=lambda wildcards: coupon_digest(SECTION),
-            code=code("cases"),
-        ),
+        outcomes=outcomes_of_section,
+        round=lambda wildcards: last_round() if PLAN.has_rounds else [],
+        request=request(results("coupon/cases.csv"), study=lambda wildcards: PLAN.coupon()),
     output:
-        results("coupon/cases.csv"),
+        cases=results("coupon/cases.csv"),
     log:
         results("coupon/cases.log"),
+    benchmark:
+        results("benchmark/cases.tsv")
     params:
-        chosen=lambda wildcards: last_round() if HAS_ROUNDS else "none",
+        job=job(damper=SECTION),
+    message:
+        "Gather the cases of the coupon"
     shell:
-        'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.cases {params.job:q} 2> {log}"
 
 
 rule damper_cases:
     input:
-        outcomes=lambda wildcards: outcomes_wanted(wildcards.damper),
-        rests=rests(
+        outcomes=lambda wildcards: RUNS.outcomes(RUNS.swept(wildcards.damper)),
+        request=request(
             results("coupon/{damper}/cases.csv"),
-            study=lambda wildcards: coupon_digest(wildcards.damper),
-            code=code("cases"),
+            study=lambda wildcards: PLAN.coupon(wildcards.damper),
         ),
     output:
-        results("coupon/{damper}/cases.csv"),
+        cases=results("coupon/{damper}/cases.csv"),
     log:
         results("coupon/{damper}/cases.log"),
+    benchmark:
+        results("benchmark/cases_{damper}.tsv")
+    params:
+        job=job(damper=lambda wildcards: wildcards.damper),
+    message:
+        "Gather the cases of damper {wildcards.damper}"
     shell:
-        'python -m scripts.cases "$PIDPANEL_STUDY" {wildcards.damper} results/coupon none {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.cases {params.job:q} 2> {log}"

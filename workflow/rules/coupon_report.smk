@@ -5,13 +5,7 @@ rule coupon_report:
     input:
         cases=results("coupon/cases.csv"),
         films=FILMS,
-        rests=rests(
-            results("report.html"),
-            results("report"),
-            study=section(),
-            files=content(*PAGE_FILES),
-            code=code("coupon_report"),
-        ),
+        request=request(results("report.html"), results("report"), study=section()),
     output:
         page=report(
             results("report.html"),
@@ -22,6 +16,11 @@ rule coupon_report:
         figures=directory(results("report")),
     log:
         results("report.log"),
+    benchmark:
+        results("benchmark/coupon_report.tsv")
+    params:
+        job=job(),
+    message:
+        "Report of the coupon"
     shell:
-        'python -m scripts.coupon_report "$PIDPANEL_STUDY" {input.cases} results/coupon'
-        " {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.coupon_report {params.job:q} 2> {log}"

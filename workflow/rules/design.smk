@@ -1,47 +1,72 @@
-# With a target, rounds choose the cases: round 0 spreads them over the sweep, each further one
-# computes what the panel makes of the cases before it. With tones, round 0 is the whole sweep, and
-# further cases follow at the motions of the scenarios. The loop from the response back to the
-# coupon is here and nowhere else.
+# Rounds of tones: round 0 is the whole sweep, further cases follow at the motions of the scenarios.
+# The loop from the response back to the coupon is here and nowhere else.
 
 
-wildcard_constraints:
-    round=r"\d+",
+def last_round():
+    """The round that wants no more cases."""
+    number = 0
+    while True:
+        file = checkpoints.design.get(round=number).output[0]
+        if Round.read(Path(file)).is_last:
+            return file
+        number += 1
+
+
+def before(name):
+    """A file of the round before; none before the first."""
+
+    def file_of(wildcards):
+        number = int(wildcards.round) - 1
+        return results(f"design/{name.format(number)}") if number >= 0 else []
+
+    return file_of
+
+
+def this_round(wildcards):
+    """The round of a table of cases."""
+    return checkpoints.design.get(round=wildcards.round).output[0]
 
 
 checkpoint design:
     input:
-        before=round_before,
-        modes=results("panel/modes.nc"),
-        modal_force=results("sound/modal_force.nc"),
+        before=before("round{}.json"),
+        cases=before("cases{}.csv"),
+        modes=PANEL["modes"],
+        modal_force=SOUND["modal_force"],
         air=AIR,
-        rests=rests(
+        request=request(
             results("design/round{round}.json"),
             study=section("coupon", *RESPONSE_SECTIONS, without={"response": {"maps"}}),
             scenarios=SCENARIOS,
-            code=code("design"),
         ),
     output:
-        results("design/round{round}.json"),
+        round=results("design/round{round}.json"),
     log:
         results("design/round{round}.log"),
+    benchmark:
+        results("benchmark/design_{round}.tsv")
     params:
-        before=lambda wildcards: round_before(wildcards) or "none none",
-        air=AIR or "none",
+        job=job(),
+    message:
+        "Round {wildcards.round} of tones"
     shell:
-        'python -m scripts.design "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {params.before} {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.design {params.job:q} 2> {log}"
 
 
 rule round_cases:
     input:
-        outcomes=outcomes_of_round,
-        rests=rests(results("design/cases{round}.csv"), code=code("cases")),
+        outcomes=lambda wildcards: RUNS.outcomes(RUNS.cases_of_round(this_round(wildcards))),
+        round=this_round,
+        request=request(results("design/cases{round}.csv")),
     output:
-        results("design/cases{round}.csv"),
+        cases=results("design/cases{round}.csv"),
     log:
         results("design/cases{round}.log"),
+    benchmark:
+        results("benchmark/round_cases_{round}.tsv")
     params:
-        chosen=lambda wildcards: results(f"design/round{wildcards.round}.json"),
+        job=job(damper=SECTION),
+    message:
+        "Gather the cases of round {wildcards.round}"
     shell:
-        'python -m scripts.cases "$PIDPANEL_STUDY" coupon results/coupon {params.chosen} {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.cases {params.job:q} 2> {log}"

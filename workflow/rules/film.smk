@@ -1,37 +1,42 @@
 # A shaken cell in motion, for the pages: some cycles after those that count.
 
-FILMS = [coupon_file("coupon", damper, "film.nc") for damper in STUDY.coupons]
+FILMS = [damper_file("coupon", damper, "film.nc") for damper in STUDY.coupons]
 
 
 rule film:
     input:
         cases=results("coupon/cases.csv"),
-        rests=rests(
-            results("coupon/film.nc"),
-            study=lambda wildcards: coupon_digest(SECTION),
-            code=code("film"),
-        ),
+        request=request(results("coupon/film.nc"), study=lambda wildcards: PLAN.coupon()),
     output:
-        results("coupon/film.nc"),
+        film=results("coupon/film.nc"),
     log:
         results("coupon/film.log"),
+    benchmark:
+        results("benchmark/film.tsv")
+    params:
+        job=job(damper=SECTION),
+    message:
+        "Film a run of the coupon"
     shell:
-        'python -m scripts.film "$PIDPANEL_STUDY" coupon {input.cases} results/coupon {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.film {params.job:q} 2> {log}"
 
 
 rule damper_film:
     input:
         cases=results("coupon/{damper}/cases.csv"),
-        rests=rests(
+        request=request(
             results("coupon/{damper}/film.nc"),
-            study=lambda wildcards: coupon_digest(wildcards.damper),
-            code=code("film"),
+            study=lambda wildcards: PLAN.coupon(wildcards.damper),
         ),
     output:
-        results("coupon/{damper}/film.nc"),
+        film=results("coupon/{damper}/film.nc"),
     log:
         results("coupon/{damper}/film.log"),
+    benchmark:
+        results("benchmark/film_{damper}.tsv")
+    params:
+        job=job(damper=lambda wildcards: wildcards.damper),
+    message:
+        "Film a run of damper {wildcards.damper}"
     shell:
-        'python -m scripts.film "$PIDPANEL_STUDY" {wildcards.damper} {input.cases} results/coupon'
-        " {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.film {params.job:q} 2> {log}"

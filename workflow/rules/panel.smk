@@ -1,27 +1,34 @@
 # Mesh the panel and find its modes and residual vectors.
 
-from pidpanel.panel.from_study import damper_masses
-
-PANEL_NAMES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-PANEL = [results(f"panel/{name}") for name in PANEL_NAMES]
+PANEL = {
+    "modes": results("panel/modes.nc"),
+    "table": results("panel/modes.csv"),
+    "shapes": results("panel/modes.vtu"),
+    "mesh": results("panel/mesh.msh"),
+    "section": results("panel/section.csv"),
+    "plate": results("panel/plate.nc"),
+}
 
 
 rule panel:
     input:
-        rests=rests(
-            *PANEL,
+        request=request(
+            *PANEL.values(),
             study=section("panel"),
             # the basis follows the panel with its heaviest dampers
-            damper_mass=text_digest([json.dumps(damper_masses(STUDY), sort_keys=True)]),
+            damper_mass=values_digest(damper_masses(STUDY)),
             highest=STUDY.response.frequency_hz[1],
             speed=STUDY.sound.speed_m_s,
-            files=content(*STUDY.panel.files),
-            code=code("panel"),
         ),
     output:
-        PANEL,
+        **PANEL,
     log:
         results("panel/panel.log"),
+    benchmark:
+        results("benchmark/panel.tsv")
+    params:
+        job=job(),
+    message:
+        "Mesh and modes of the panel"
     shell:
-        'python -m scripts.panel "$PIDPANEL_STUDY" {output}'
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.panel {params.job:q} 2> {log}"

@@ -1,10 +1,10 @@
-# PSDs of every scenario in every reading of the damping; maps; files for other programs.
+# PSDs of every scenario with every damping model; maps; files for other programs.
 
-SURFACES = [coupon_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"target", "tones", "coupled"}}
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
 SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
+SURFACES = [damper_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 # coupons come as surfaces
 DAMPERS = values_digest(
     {
@@ -12,89 +12,104 @@ DAMPERS = values_digest(
         for damper in STUDY.used_dampers
     }
 )
-BESIDE = [results("response/radiation.csv")] if STUDY.response.radiation_beside != "none" else []
-RESPONSE_NAMES = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
-RESPONSE = [*(results(f"response/{name}") for name in RESPONSE_NAMES), *BESIDE]
-MAPS, MAPS_FOLDER = results("response/maps.nc"), results("response/maps")
-EXPORT = results("response/export")
+RESPONSE = {
+    "psd": results("response/psd.nc"),
+    "summary": results("response/summary.csv"),
+    "layouts": results("response/layouts.csv"),
+    "stress": results("response/stress.nc"),
+    "stress_table": results("response/stress.csv"),
+    "left_out": results("response/left_out.nc"),
+}
+if STUDY.response.radiation_beside != "none":
+    RESPONSE["radiation"] = results("response/radiation.csv")
+RESPONSE_FOLDERS = {}
+if SURFACES:
+    RESPONSE_FOLDERS["damping"] = results("damping")
+if STUDY.is_coupled:
+    RESPONSE_FOLDERS["coupled"] = results("coupled")
+MAPS = results("response/maps.nc")
+MAPS_FOLDER, EXPORT = results("response/maps"), results("response/export")
 
 
 rule response:
     input:
-        modes=results("panel/modes.nc"),
-        modal_force=results("sound/modal_force.nc"),
-        plate=results("panel/plate.nc"),
-        section=results("panel/section.csv"),
+        modes=PANEL["modes"],
+        modal_force=SOUND["modal_force"],
+        plate=PANEL["plate"],
+        section=PANEL["section"],
         surfaces=SURFACES,
         air=AIR,
-        coupled=COUPLED if STUDY.is_coupled else [],
-        rests=rests(
-            *RESPONSE,
+        coupled=list(COUPLED.values()) if STUDY.is_coupled else [],
+        request=request(
+            *RESPONSE.values(),
             study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
             dampers=DAMPERS,
             scenarios=SCENARIOS,
-            code=code("response"),
         ),
     output:
-        RESPONSE,
+        **RESPONSE,
     log:
         results("response/response.log"),
+    benchmark:
+        results("benchmark/response.tsv")
     params:
-        damping=lambda wildcards, input: results("damping") if input.surfaces else "none",
-        air=AIR or "none",
-        coupled=results("coupled") if STUDY.is_coupled else "none",
+        job=job(**RESPONSE_FOLDERS),
+    message:
+        "Response of the panel in all scenarios"
     shell:
-        'python -m scripts.response "$PIDPANEL_STUDY" {input.modes} {input.modal_force}'
-        " {input.plate} {input.section} {params.damping} {params.air}"
-        " {params.coupled} {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.response {params.job:q} 2> {log}"
 
 
 rule maps:
     input:
-        modes=results("panel/modes.nc"),
-        modal_force=results("sound/modal_force.nc"),
+        modes=PANEL["modes"],
+        modal_force=SOUND["modal_force"],
         air=AIR,
-        plate=results("panel/plate.nc"),
-        left_out=results("response/left_out.nc"),
-        psd=results("response/psd.nc"),
-        coupled=results("coupled/impedance.csv") if STUDY.is_coupled else [],
-        rests=rests(
+        plate=PANEL["plate"],
+        left_out=RESPONSE["left_out"],
+        psd=RESPONSE["psd"],
+        coupled=COUPLED["impedance"] if STUDY.is_coupled else [],
+        request=request(
             MAPS,
             MAPS_FOLDER,
             study=section("panel", "sound", "response"),
             scenarios=SCENARIOS,
-            code=code("maps"),
         ),
     output:
-        MAPS,
-        directory(MAPS_FOLDER),
+        maps=MAPS,
+        folder=directory(MAPS_FOLDER),
     log:
         results("response/maps.log"),
+    benchmark:
+        results("benchmark/maps.tsv")
     params:
-        air=AIR or "none",
-        coupled=lambda wildcards, input: input.coupled or "none",
+        job=job(),
+    message:
+        "Maps of rms acceleration"
     shell:
-        'python -m scripts.maps "$PIDPANEL_STUDY" {input.modes} {input.modal_force} {params.air}'
-        " {input.plate} {input.left_out} {input.psd} {params.coupled} {output}"
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.maps {params.job:q} 2> {log}"
 
 
 rule export:
     input:
-        modes=results("panel/modes.nc"),
-        psd=results("response/psd.nc"),
-        summary=results("response/summary.csv"),
-        rests=rests(
+        modes=PANEL["modes"],
+        psd=RESPONSE["psd"],
+        summary=RESPONSE["summary"],
+        request=request(
             EXPORT,
             readings=STUDY.readings,
             damping_ratio=STUDY.panel.damping_ratio,
             scenarios=SCENARIOS,
-            code=code("export"),
         ),
     output:
-        directory(EXPORT),
+        folder=directory(EXPORT),
     log:
         results("response/export.log"),
+    benchmark:
+        results("benchmark/export.tsv")
+    params:
+        job=job(),
+    message:
+        "Files for other programs"
     shell:
-        'python -m scripts.export "$PIDPANEL_STUDY" {input.modes} {input.psd}'
-        " {input.summary} {output} --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.export {params.job:q} 2> {log}"

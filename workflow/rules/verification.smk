@@ -29,27 +29,24 @@ VERIFIED = {
 }
 
 
-DECKS = sorted(
-    str(path) for path in TEMPLATES.rglob("*.j2") if path.parent.name not in ("report", "study")
-)
-
-
 rule verify:
     input:
-        rests=rests(
-            "results/verification/{stage}/{case}.csv",
-            decks=commands(*DECKS),
-            code=lambda wildcards: digest_of_code(
-                "scripts.verify", f"pidpanel.verification.{wildcards.stage}"
-            ),
-        ),
+        request=request("results/verification/{stage}/{case}.csv"),
     output:
-        "results/verification/{stage}/{case}.csv",
+        rows="results/verification/{stage}/{case}.csv",
     log:
         "results/verification/{stage}/{case}.log",
+    benchmark:
+        "results/verification/benchmark/{stage}_{case}.tsv"
+    params:
+        job=job(
+            stage=lambda wildcards: wildcards.stage,
+            case=lambda wildcards: wildcards.case,
+        ),
+    message:
+        "Verify {wildcards.stage}, {wildcards.case}"
     shell:
-        "python -m scripts.verify {wildcards.stage} {wildcards.case} {output}"
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.verify {params.job:q} 2> {log}"
 
 
 VERIFIED_ROWS = [
@@ -62,20 +59,20 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
-        rests=rests(
-            "results/verification/verification.html",
-            "results/verification/figures",
-            files=content(*PAGE_FILES),
-            code=code("verification"),
-        ),
+        request=request("results/verification/verification.html", "results/verification/figures"),
     output:
         page="results/verification/verification.html",
         figures=directory("results/verification/figures"),
     log:
         "results/verification/verification.log",
+    benchmark:
+        "results/verification/benchmark/page.tsv"
+    params:
+        job=job(),
+    message:
+        "Page of the verification"
     shell:
-        "python -m scripts.verification {output.page} {output.figures} {input.rows}"
-        " --made {input.rests} --to {output} 2> {log}"
+        "python -m scripts.verification {params.job:q} 2> {log}"
 
 
 # after the page, so that the page shows a number outside its tolerance as well
@@ -84,8 +81,14 @@ rule verification:
         page="results/verification/verification.html",
         rows=VERIFIED_ROWS,
     output:
-        "results/verification/verified.txt",
+        verdict="results/verification/verified.txt",
     log:
         "results/verification/verified.log",
+    benchmark:
+        "results/verification/benchmark/verified.tsv"
+    params:
+        job=job(),
+    message:
+        "Compare the verification with its tolerances"
     shell:
-        "python -m scripts.verified {output} {input.rows} 2> {log}"
+        "python -m scripts.verified {params.job:q} 2> {log}"

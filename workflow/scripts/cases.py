@@ -1,17 +1,14 @@
-"""Gather the runs of a coupon, or those that a round of its design has chosen: ``cases.csv``."""
-
-from collections.abc import Sequence
-from pathlib import Path
+"""Gather the runs of a coupon, or those of a round of tones: ``cases.csv``."""
 
 from pidpanel.coupon.from_study import write_table
-from pidpanel.script import optional, run
+from pidpanel.provenance.job import Job, run
 from pidpanel.study import load_any_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, name of the damper, results/coupon, JSON file of the round or none; cases.csv."""
-    study, damper, folder, chosen, output = arguments
-    write_table(load_any_study(study), damper, Path(folder), Path(output), optional(chosen))
+def main(job: Job) -> None:
+    """From the round, if there is one, and results/coupon."""
+    study, damper = load_any_study(job.study), job.params["damper"]
+    write_table(study, damper, job.coupon, job.output.cases, job.input.get("round"))
 
 
 if __name__ == "__main__":

@@ -1,18 +1,15 @@
-"""Integrate the panel and the particles of a scenario until its rms accelerations are known."""
-
-from collections.abc import Sequence
-from pathlib import Path
+"""Integrate panel and particles of a scenario until its rms accelerations are known."""
 
 from pidpanel.coupled.from_study import CoupledFiles, write_scenario
-from pidpanel.script import optional, run
+from pidpanel.provenance.job import Job, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, label, modes.nc, modal_force.nc, plate.nc, air.nc or none, store; folder, output."""
-    study, label, modes, modal_force, plate, air, *paths = arguments
-    files = CoupledFiles(Path(modes), Path(modal_force), Path(plate), optional(air))
-    write_scenario(load_study(study), files, label, *map(Path, paths))
+def main(job: Job) -> None:
+    """From panel, sound and beds; the runs are kept in a folder beside the estimate."""
+    read, label, folder = job.input, job.params["scenario"], job.folder("folder")
+    files = CoupledFiles(read.modes, read.modal_force, read.plate, read.get("air"))
+    write_scenario(load_study(job.study), files, label, job.coupon, folder, job.output.estimate)
 
 
 if __name__ == "__main__":

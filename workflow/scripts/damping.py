@@ -1,17 +1,14 @@
-"""From cases.csv to the surface (.nc, .csv), the constants of the law, and the forms compared."""
-
-from collections.abc import Sequence
-from pathlib import Path
+"""From ``cases.csv`` to the surface, the constants of the law, and the forms compared."""
 
 from pidpanel.damping.from_study import write_damping
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, name of the damper, cases.csv; surface.nc, surface.csv, law.csv, forms.csv."""
-    study, damper, *files = arguments
-    write_damping(load_study(study), damper, *map(Path, files))
+def main(job: Job) -> None:
+    """From the cases of a coupon."""
+    study, damper, made = load_study(job.study), job.params["damper"], job.output
+    write_damping(study, damper, job.input.cases, made.surface, made.table, made.law, made.forms)
 
 
 if __name__ == "__main__":

@@ -1,19 +1,16 @@
-"""The next round of cases for a target: which to run, or that it is reached."""
+"""The next round of tones: which to run, or that there are enough."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
+from pidpanel.provenance.job import Job, run
 from pidpanel.response.from_study import PanelFiles
 from pidpanel.sampling.from_study import write_round
-from pidpanel.script import optional, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, modes.nc, modal_force.nc, air.nc or none, round and cases before or none; round."""
-    study, modes, modal_force, air, before, cases, output = arguments
-    files = PanelFiles(Path(modes), Path(modal_force), optional(air))
-    write_round(load_study(study), files, optional(before), optional(cases), Path(output))
+def main(job: Job) -> None:
+    """From panel, sound, and the round before with its cases."""
+    read, before = job.input, (job.input.get("before"), job.input.get("cases"))
+    files = PanelFiles(read.modes, read.modal_force, read.get("air"))
+    write_round(load_study(job.study), files, *before, job.output.round)
 
 
 if __name__ == "__main__":

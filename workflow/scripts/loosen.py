@@ -1,18 +1,15 @@
-"""Shake one bed loose: its values as JSON and its packing in, ``bed.json`` and its files out."""
-
-import json
-from collections.abc import Sequence
-from pathlib import Path
+"""Shake a poured packing loose: ``bed.json`` and its files."""
 
 from pidpanel.coupon import attempts
 from pidpanel.coupon.bed import Bed
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
+from pidpanel.provenance.requests import read_request
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the values of the bed and packing.json; write bed.json."""
-    values, packing, output = arguments
-    attempts.loosen_bed(Bed.from_dict(json.loads(values)), Path(packing), Path(output))
+def main(job: Job) -> None:
+    """From the values of the bed and its packing."""
+    bed = Bed.from_dict(read_request(job.input.values))
+    attempts.loosen_bed(bed, job.input.packing, job.output.bed)
 
 
 if __name__ == "__main__":

@@ -1,19 +1,16 @@
 """Rms all over the panel for some scenarios: maps.nc, and a folder for ParaView."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
+from pidpanel.provenance.job import Job, run
 from pidpanel.response.from_study import PanelFiles, write_maps
-from pidpanel.script import optional, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, modes, modal force, air or none, plate, left_out, psd, coupled or none; outputs."""
-    study, modes, modal_force, air, plate, left_out, psd, coupled, *outputs = arguments
-    files = PanelFiles(Path(modes), Path(modal_force), optional(air))
-    read = (Path(plate), Path(left_out), Path(psd), optional(coupled))
-    write_maps(load_study(study), files, *read, *map(Path, outputs))
+def main(job: Job) -> None:
+    """From panel, sound and response."""
+    read, made = job.input, job.output
+    files = PanelFiles(read.modes, read.modal_force, read.get("air"))
+    upstream = (read.plate, read.left_out, read.psd, read.get("coupled"))
+    write_maps(load_study(job.study), files, *upstream, made.maps, made.folder)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,15 @@
 """Mesh and modes of the panel of a study: modes, mesh, section and matrices."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from pidpanel.panel.from_study import write_panel
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the study; modes.nc, modes.csv, modes.vtu, mesh.msh, section.csv, plate.nc to write."""
-    study, *files = arguments
-    write_panel(load_study(study), *map(Path, files))
+def main(job: Job) -> None:
+    """From the study alone."""
+    made = job.output
+    paths = (made.modes, made.table, made.shapes, made.mesh, made.section, made.plate)
+    write_panel(load_study(job.study), *paths)
 
 
 if __name__ == "__main__":

@@ -1,18 +1,15 @@
-"""Pour one packing: its values as JSON in, ``packing.json`` and its other files out."""
-
-import json
-from collections.abc import Sequence
-from pathlib import Path
+"""Pour a packing: ``packing.json`` and its files."""
 
 from pidpanel.coupon import attempts
 from pidpanel.coupon.packing import Packing
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
+from pidpanel.provenance.requests import read_request
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the values of the packing; write packing.json."""
-    values, output = arguments
-    attempts.pour_packing(Packing.from_dict(json.loads(values)), Path(output))
+def main(job: Job) -> None:
+    """From the values of the packing."""
+    packing = Packing.from_dict(read_request(job.input.values))
+    attempts.pour_packing(packing, job.output.packing)
 
 
 if __name__ == "__main__":

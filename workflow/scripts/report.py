@@ -1,15 +1,13 @@
-"""The page of a study with a panel and its figures: report.html, report/*.png."""
+"""The page of a study with a panel, and its figures."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
+from pidpanel.provenance.job import Job, run
 from pidpanel.report.write import write_study_page
-from pidpanel.script import run
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the study, its results and the runs of the coupon."""
-    write_study_page(*map(Path, arguments))
+def main(job: Job) -> None:
+    """From all results of the study."""
+    made = job.output
+    write_study_page(job.study, job.folder("results"), job.coupon, made.page, made.figures)
 
 
 if __name__ == "__main__":

@@ -1,20 +1,18 @@
-"""Every scenario in every reading of the damping: psd.nc, summary.csv, stress and radiation."""
+"""Every scenario with every damping model: PSDs, rms values, stress, radiation."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
+from pidpanel.provenance.job import Job, run
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
-from pidpanel.script import optional, run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Study, four files of the panel and the sound, damping, air, coupled or none."""
-    study, modes, modal_force, plate, section, damping, air, coupled, *outputs = arguments
-    files = PanelFiles(Path(modes), Path(modal_force), optional(air))
-    made = ResponseFiles(*map(Path, outputs))
-    read = (Path(plate), Path(section), optional(damping))
-    write_response(load_study(study), files, *read, made, optional(coupled))
+def main(job: Job) -> None:
+    """From panel, sound, damping and coupled runs."""
+    read, made = job.input, job.output
+    files = PanelFiles(read.modes, read.modal_force, read.get("air"))
+    damping, coupled = (job.optional_folder(name) for name in ("damping", "coupled"))
+    tables = (made.psd, made.summary, made.layouts, made.stress, made.stress_table, made.left_out)
+    output = ResponseFiles(*tables, made.get("radiation"))
+    write_response(load_study(job.study), files, read.plate, read.section, damping, output, coupled)
 
 
 if __name__ == "__main__":

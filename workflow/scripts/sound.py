@@ -1,18 +1,16 @@
-"""The sound of a study: spectrum.csv, modal_force.nc and, where it is asked for, air.nc."""
-
-from collections.abc import Sequence
-from pathlib import Path
+"""The sound of a study: its spectrum, modal forces and, where it counts, the air."""
 
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the study, modes.nc and the files to write."""
-    study, modes, *files = arguments
-    write_sound(load_study(study), read_basis(Path(modes)), *map(Path, files))
+def main(job: Job) -> None:
+    """From the modes of the panel."""
+    basis, made = read_basis(job.input.modes), job.output
+    air = made.several("air")
+    write_sound(load_study(job.study), basis, made.spectrum, made.modal_force, *air)
 
 
 if __name__ == "__main__":

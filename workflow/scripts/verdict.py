@@ -1,17 +1,14 @@
-"""How far each reading of a study is from its coupled runs: verdict.csv."""
+"""How far each damping model is from the coupled runs: verdict.csv."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
+from pidpanel.provenance.job import Job, run
 from pidpanel.report.verdict_files import write_verdict
-from pidpanel.script import run
 from pidpanel.study import load_study
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take study, psd.nc, the summary and third octaves of the coupled runs; write verdict.csv."""
-    study, *paths = arguments
-    write_verdict(load_study(study), *map(Path, paths))
+def main(job: Job) -> None:
+    """From the PSDs and the tables of the coupled runs."""
+    read, study = job.input, load_study(job.study)
+    write_verdict(study, read.psd, read.summary, read.third_octaves, job.output.verdict)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,12 @@
-"""The page of the verification and its figures from the rows of all cases."""
+"""The page of the verification and its figures, from the rows of all cases."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
-from pidpanel.script import run
+from pidpanel.provenance.job import Job, run
 from pidpanel.verification.page import write_verification_page
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Take the page, the folder of its figures and the files of rows."""
-    page, figures, *rows = map(Path, arguments)
-    write_verification_page(rows, page, figures)
+def main(job: Job) -> None:
+    """From the rows of all cases."""
+    write_verification_page(job.input.several("rows"), job.output.page, job.output.figures)
 
 
 if __name__ == "__main__":

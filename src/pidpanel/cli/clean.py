@@ -21,9 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
-    from pidpanel import durable
     from pidpanel.coupon.older import older, size_of, size_text
-    from pidpanel.locks import is_running
+    from pidpanel.provenance import durable
+    from pidpanel.provenance.locks import is_running
 
     results = args.directory / "results"
     leftover = older(results / "coupon")

@@ -44,8 +44,8 @@ def call(args: argparse.Namespace) -> int:
 
 def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
     """Return the folder of the results that a study, or that folder itself, names; its study."""
-    from pidpanel.owner import check_owner
     from pidpanel.paths import study_path
+    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import StudyError, load_study
 
     study = None

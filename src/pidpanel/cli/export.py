@@ -26,7 +26,7 @@ def call(args: argparse.Namespace) -> int:
     import shutil
 
     from pidpanel.cli.results import make
-    from pidpanel.owner import check_owner
+    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import load_study
 
     study = load_study(args.study)

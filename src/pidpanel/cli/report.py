@@ -22,7 +22,7 @@ def call(args: argparse.Namespace) -> int:
     import webbrowser
 
     from pidpanel.cli.results import make
-    from pidpanel.owner import check_owner
+    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import Study, load_any_study
 
     study = load_any_study(args.study)

@@ -36,7 +36,7 @@ def call(args: argparse.Namespace) -> int:
     check_memory()  # before what takes it is imported
     from pidpanel.check import check_machine, checked_study
     from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
-    from pidpanel.owner import check_owner
+    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import StudyError
 
     study = checked_study(args.study)

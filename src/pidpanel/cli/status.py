@@ -24,7 +24,7 @@ def call(args: argparse.Namespace) -> int:
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
     from pidpanel.coupon.older import describe_older
-    from pidpanel.owner import check_owner
+    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import load_any_study
 
     study = load_any_study(args.study)

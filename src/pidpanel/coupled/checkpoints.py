@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel import durable
 from pidpanel.arrays import Array
 from pidpanel.coupled.integration import Rows, State
+from pidpanel.provenance import durable
 
 FILE = "state.npz"
 """Rows so far, the state, and the restarts that belong to it with their hashes."""

@@ -11,10 +11,10 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from pidpanel import durable
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.estimate import ScenarioEstimate
+from pidpanel.provenance import durable
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 
 DECIBEL = 10 / np.log(10)

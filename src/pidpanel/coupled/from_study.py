@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from pidpanel import durable
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import carried, estimate_files, sound_record, tables
@@ -39,6 +38,8 @@ from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import StoredPlate, read_plate
+from pidpanel.provenance import durable
+from pidpanel.provenance.digests import stamp
 from pidpanel.solve.bands import whole_third_octaves
 from pidpanel.solve.basis_error import joined_shapes, modal_basis
 from pidpanel.solve.lines import frequency_grid
@@ -49,7 +50,6 @@ from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air
 from pidpanel.sound.radiation import Air
-from pidpanel.stamp import stamp
 from pidpanel.study import Filling, Scenario, Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import NEIGHBOURS_DB
@@ -120,6 +120,21 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
         )
         for scenario in study.coupled_scenarios()
         if scenario.label in (keys.scenarios or [scenario.label])
+    }
+
+
+def depends_on(study: Study, coupled: CoupledScenario) -> dict[str, Any]:
+    """Return the values of a study on which the runs of a scenario depend."""
+    dampers = {str(filling.damper) for filling in coupled.scenario.fillings}
+    unused = {"coupon": {"sweep", "accuracy"}}
+    response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
+    return {
+        "scenario": coupled.scenario.model_dump(),
+        "coupled": study.damping.coupled.model_dump(exclude={"scenarios"}),
+        "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
+        "damping_ratio": study.panel.damping_ratio,
+        "sound": study.sound.model_dump(),
+        "response": study.response.model_dump(include=response),
     }
 
 

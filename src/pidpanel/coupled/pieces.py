@@ -22,7 +22,6 @@ from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
 from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
-from pidpanel.fingerprint import module_digest
 
 SILENCE_S = 300.0
 """Longest time without a finished row [s of wall time], which takes milliseconds."""
@@ -34,13 +33,9 @@ PIECE_S = 8.0
 """Estimated CPU time of a piece [s]: the most that a stopped run repeats. The pieces of a run are
 always the same."""
 
-CODE_OF_BITS = (
-    "pidpanel.coupled.integration",
-    "pidpanel.coupled.panel_motion",
-    "pidpanel.coupled.beds",
-    "pidpanel.coupon.liggghts.library",
-)
-"""Modules that change the bits of a run: with another version of them it starts anew."""
+INTEGRATION_VERSION = 1
+"""Of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
+`coupon.liggghts.library`. It grows when the bits of a run change; a run then starts anew."""
 
 
 class StartedBed(NamedTuple):
@@ -173,7 +168,7 @@ def run_identity(run: Integration, start: Array, beds: Sequence[StartedBed]) -> 
     """Return a hash of all that the bits of a run depend on."""
     panel, nowhere = run.panel, {"walls_file": Path("walls"), "data_file": Path("spheres")}
     return identity_of(
-        module_digest(*CODE_OF_BITS),
+        INTEGRATION_VERSION,
         *(getattr(panel, field.name) for field in fields(panel)),
         *(run.patch_area, run.cell_area, run.force, start),
         *(run.time_step, run.substeps, run.intervals_per_row, run.settled),

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel import durable
 from pidpanel.coupled.checkpoints import identity_of
 from pidpanel.coupled.segments import SettledRecord
+from pidpanel.provenance import durable
 
 IDENTITY, CONTENT = "identity", "content"
 """Attributes with the hash of all that a record depends on, and of what it holds."""

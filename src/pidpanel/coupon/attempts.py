@@ -21,7 +21,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from pidpanel import durable
 from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case, Target
@@ -49,10 +48,15 @@ from pidpanel.coupon.records import (
     files_of,
 )
 from pidpanel.coupon.runs import shake
-from pidpanel.locks import alone
 from pidpanel.progress import tracked
+from pidpanel.provenance import durable
+from pidpanel.provenance.locks import alone
 
 Product = TypeVar("Product")
+
+JUDGING_VERSION = 1
+"""Of the algorithms that decide from its rows whether a run is steady, long enough or in several
+states, and what its errors are. With another version every run is judged again from its rows."""
 
 
 def pour_packing(packing: Packing, file: Path) -> PourOutcome:
@@ -298,7 +302,7 @@ def _shake_all(case: Case, target: Target, folder: Path) -> list[ShakeOutcome]:
     return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
-def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "") -> None:
+def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
     """Shake all seeds of some cases, one after the other, and write how each ended.
 
     One process for all of them: what Python imports is paid once.
@@ -311,8 +315,6 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "")
         ``results/coupon``, with the beds in ``bed``; each run is in its folder there.
     file
         Gets the status of each run as JSON.
-    code
-        Hash of the code that judges runs, for that file.
     """
     ended = {}
     for case in tracked(cases, "cases"):
@@ -325,7 +327,9 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path, code: str = "")
                 ended[str(path.parent.relative_to(folder))] = outcome.status
             for path in paths[len(outcomes) :]:  # of an earlier version that needed them
                 path.unlink(missing_ok=True)
-    durable.write_text(file, json.dumps({"code": code, "ended": ended}, indent=1) + "\n")
+    durable.write_text(
+        file, json.dumps({"judging": JUDGING_VERSION, "ended": ended}, indent=1) + "\n"
+    )
 
 
 def _spent(file: Path) -> float:

@@ -7,23 +7,21 @@ long: its seeds are shaken by jobs of their own (`Part`), each in legs (`legs`).
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.coding import shared_json
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 from pidpanel.coupon.runs import ORDINARY_STEP
 
 WORTH = 120.0
 """CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
 much to look after it."""
-
-MOST_RUNS = 150
-"""Most runs of a batch: it goes to its process as one argument, of 128 KiB at the most."""
 
 SHARE = 0.25
 """Share of the longest time of a job that short runs are put together for [1]: no last job of many
@@ -53,9 +51,16 @@ class Batch:
         """CPU time that its cases will take on an ordinary core [s]."""
         return sum(map(expected_cost, self.cases))
 
-    def as_text(self) -> str:
-        """Its cases as JSON in which what they share stands once; see `coding.shared_json`."""
-        return shared_json(self.cases)
+    @property
+    def content(self) -> dict[str, Any]:
+        """What a file says of it, for `read_cases`."""
+        return {"cases": [case.as_dict() for case in self.cases]}
+
+
+def read_cases(file: Path) -> list[Case]:
+    """Read the cases of the file of a batch."""
+    content = json.loads(file.read_text(encoding="utf-8"))
+    return [Case.from_dict(values) for values in content["cases"]]
 
 
 def expected_cost(case: Case) -> float:
@@ -114,13 +119,13 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
     """
     worth = SHARE * job if job < math.inf else WORTH
     group: list[Case] = []
-    cost, count = 0.0, 0
+    cost = 0.0
     for case in cases:
-        expected, runs = expected_cost(case), len(case.runs) + len(case.reserve)
-        if group and (cost >= worth or cost + expected > LONG * job or count + runs > MOST_RUNS):
+        expected = expected_cost(case)
+        if group and (cost >= worth or cost + expected > LONG * job):
             yield Batch(tuple(group))
-            group, cost, count = [], 0.0, 0
+            group, cost = [], 0.0
         group.append(case)
-        cost, count = cost + expected, count + runs
+        cost += expected
     if group:
         yield Batch(tuple(group))

@@ -9,14 +9,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pidpanel import fingerprint
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts import deck, process, trust
 from pidpanel.coupon.liggghts.failures import DeckRefused
-from pidpanel.coupon.packing import PREPARING, Constants, Packing, identity_digest
+from pidpanel.coupon.packing import Constants, Packing, identity_digest
 from pidpanel.paths import TEMPLATES
+
+LOOSEN_VERSION = 1
+"""Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
+`packing.PLACEMENT_VERSION`."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,7 @@ class Bed:
             loosening(self).deck_digest(),
             process.RUN,
             process.VERSION,
-            fingerprint.module_digest(*PREPARING),
+            LOOSEN_VERSION,
         )
 
     @property

@@ -5,20 +5,21 @@ nothing but the labels to share runs with another:
 
 packing
     its values and outline, the constants of the pour (`POURING`), the deck that pours, the
-    command that runs it, the version of LIGGGHTS, the code that pours (`PREPARING`);
+    command that runs it, the version of LIGGGHTS, the versions of the algorithms that
+    place spheres and pour (`PLACEMENT_VERSION`, `POUR_VERSION`);
 bed
     its packing, its fill fraction, the constants of the loosening (`LOOSENING`), the deck that
-    shakes it loose, the command that runs it, the version of LIGGGHTS, the code that loosens
-    (`PREPARING`);
+    shakes it loose, the command that runs it, the version of LIGGGHTS, the version of the algorithm
+    that loosens (`LOOSEN_VERSION`);
 run
     its bed, its drive, the deck that shakes it, the command that runs a cycle, the version of
     LIGGGHTS;
 case
     its runs.
 
-A deck enters as LIGGGHTS takes it, rendered and without comments. Code enters without comments and
-docstrings. Code that reads rows and averages them (`cycles`, `rows`, `window`, `summary`) does not
-enter: it judges the rows that are there anew. ``docs/reruns.md`` lists what makes what run again.
+A deck enters as LIGGGHTS takes it, rendered and without comments. Algorithms enter by version
+numbers. Those that read rows and average them (`cycles`, `rows`, `window`, `summary`) do not enter.
+``docs/reruns.md`` lists what makes what run again.
 """
 
 from __future__ import annotations

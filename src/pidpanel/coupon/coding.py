@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, is_dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
-from pidpanel import durable
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
+from pidpanel.provenance import durable
 
 Record = TypeVar("Record")
 
@@ -102,61 +102,3 @@ def read(kind: type[Record], path: Path) -> Record:
     if written != _digest(values):
         raise RecordUnreadable(f"{path}: not as it was written: its values do not give its digest")
     return record
-
-
-SHARED = "="
-"""Key of what stands for an earlier record, with its number."""
-
-
-def shared_json(records: Sequence[Any]) -> str:
-    """Records as JSON in which one that comes again is written once.
-
-    Examples
-    --------
-    >>> from dataclasses import make_dataclass
-    >>> bed, run = make_dataclass("Bed", ["r"]), make_dataclass("Run", ["bed"])
-    >>> shared_json([run(bed(0.5)), run(bed(0.5))])
-    '[[{"r": 0.5}, {"bed": {"=": 0}}], [{"=": 1}, {"=": 1}]]'
-    """
-    numbers: dict[str, int] = {}
-    # of records that are not only equal but the same; kept, so that no other takes its place
-    same: dict[int, tuple[Any, dict[str, int]]] = {}
-    table: list[Any] = []
-
-    def shared(value: Any) -> Any:
-        if id(value) in same:
-            return same[id(value)][1]
-        if is_dataclass(value) or isinstance(value, Mapping):
-            values = value if isinstance(value, Mapping) else _fields_of(value)
-            short = {name: shared(item) for name, item in values.items()}
-            number = numbers.setdefault(json.dumps(short), len(table))
-            if number == len(table):
-                table.append(short)
-            same[id(value)] = (value, {SHARED: number})
-            return {SHARED: number}
-        if isinstance(value, list | tuple):
-            return [shared(item) for item in value]
-        return value
-
-    top = shared(records)
-    return json.dumps([table, top])
-
-
-def _fields_of(record: Any) -> dict[str, Any]:
-    """Values of its fields, without what it keeps besides (`functools.cached_property`)."""
-    return {field.name: getattr(record, field.name) for field in fields(record)}
-
-
-def from_shared_json(text: str) -> Any:
-    """The inverse of `shared_json`."""
-    table, top = json.loads(text)
-    decoded: list[Any] = []
-
-    def whole(value: Any) -> Any:
-        if isinstance(value, dict):
-            return decoded[value[SHARED]]
-        return [whole(item) for item in value] if isinstance(value, list) else value
-
-    for values in table:
-        decoded.append({key: whole(item) for key, item in values.items()})
-    return whole(top)

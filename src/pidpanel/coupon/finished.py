@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from pidpanel.coupon import coding, rows
-from pidpanel.coupon.attempts import check_sound
+from pidpanel.coupon.attempts import JUDGING_VERSION, check_sound
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case
@@ -22,17 +22,15 @@ from pidpanel.coupon.records import (
 from pidpanel.coupon.runs import last_file
 
 
-def changes(batch: Batch, folder: Path, code: str) -> tuple[bool, list[str]]:
+def changes(batch: Batch, folder: Path) -> tuple[bool, list[str]]:
     """Compare what is there with what a batch left.
 
     Parameters
     ----------
     batch
-        The batch, whose own file is there.
+        The batch.
     folder
         ``results/coupon``.
-    code
-        Hash of the code that judges runs; other code judges them anew.
 
     Returns
     -------
@@ -42,11 +40,13 @@ def changes(batch: Batch, folder: Path, code: str) -> tuple[bool, list[str]]:
         A line with the file for each that is damaged, lost, or tells of a failure of the machine.
     """
     file = folder / "batch" / f"{batch.label}.json"
+    if not file.exists():
+        return True, []
     try:
         left = json.loads(file.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
         return True, [f"{file}: {error}"]
-    if not isinstance(left, dict) or left.get("code") != code:
+    if not isinstance(left, dict) or left.get("judging") != JUDGING_VERSION:
         return True, []
     faults = [fault for case in batch.cases for fault in _faults_of_case(case, folder)]
     return bool(faults), list(dict.fromkeys(faults))

@@ -19,6 +19,15 @@ CONTINUES, DONE = "continues", "done"
 """Status of a leg whose runs go on in the next one, and of one that leaves nothing to do."""
 
 
+def write_leg(
+    request: Path, before: Path | None, folder: Path, file: Path, *, seconds: float
+) -> None:
+    """Shake the leg that a request asks for; see `shake_leg`."""
+    values = json.loads(request.read_text(encoding="utf-8"))
+    case, is_last = Case.from_dict(values["case"]), bool(values["is_last"])
+    shake_leg(case, values["runs"], before, folder, file, seconds=seconds, is_last=is_last)
+
+
 def shake_leg(
     case: Case,
     numbers: Sequence[int],

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from pidpanel import fingerprint
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
@@ -17,14 +16,13 @@ from pidpanel.coupon.liggghts import deck, process
 from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
 
-PREPARING = (
-    "pidpanel.coupon.geometry",
-    "pidpanel.coupon.preparation",
-    "pidpanel.coupon.liggghts.sphere_dump",
-    "pidpanel.coupon.liggghts.start_files",
-    "pidpanel.geometry.sizes",
-)
-"""Modules whose code decides where the spheres of a packing and a bed are."""
+PLACEMENT_VERSION = 1
+"""Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
+for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
+`bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`)."""
+
+POUR_VERSION = 1
+"""Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`."""
 
 
 def identity_digest(*parts: Any) -> str:
@@ -212,7 +210,7 @@ class Packing:
             deck.without_comments(text),
             process.RUN,
             process.VERSION,
-            fingerprint.module_digest(*PREPARING),
+            [PLACEMENT_VERSION, POUR_VERSION],
         )
 
     @property

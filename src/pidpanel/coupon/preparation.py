@@ -1,6 +1,6 @@
 """Pour a packing, shake a bed loose: what happens in ``results/coupon/packing`` and ``bed``.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
+A change of the bits that are written takes a new version number in `packing` or `bed`.
 """
 
 from __future__ import annotations

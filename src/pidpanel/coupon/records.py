@@ -217,8 +217,8 @@ class RunState:
     """File from which the run can continue; empty before the first."""
     ends: tuple[End, ...] = ()
     """One for each length at which the run has met a target."""
-    balance_code: str = ""
-    """`window.code` when their balances were measured; of other code they are measured anew."""
+    balance_version: int = 0
+    """`window.BALANCE_VERSION` when their balances were measured; those of another do not count."""
     rows_digest: str = ""
     """Hash of all rows; see `rows.digest`."""
     files: Files = field(default_factory=dict)
@@ -229,11 +229,11 @@ class RunState:
         """Of all legs."""
         return sum(self.legs)
 
-    def ended(self, end: End, balance_code: str) -> RunState:
-        """The state with one more end; those of other code of the balance do not count."""
-        ends = self.ends if self.balance_code == balance_code else ()
+    def ended(self, end: End, balance_version: int) -> RunState:
+        """The state with one more end; those of another version of the balance do not count."""
+        ends = self.ends if self.balance_version == balance_version else ()
         earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
-        return replace(self, ends=(*earlier, end), balance_code=balance_code)
+        return replace(self, ends=(*earlier, end), balance_version=balance_version)
 
     def advance(self, cycles: int, restart: str) -> RunState:
         """The state after so many more cycles of the last leg; its hashes are those of before."""

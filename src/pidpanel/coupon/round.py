@@ -1,4 +1,4 @@
-"""A round of a target or of tones: which cases were chosen, and what they reach.
+"""A round of tones: which cases were chosen, and what they reach.
 
 What the response decides (`sampling.rounds`) and the coupon runs.
 """
@@ -23,28 +23,22 @@ class Round:
     new
         How many cases this round adds; none in the last.
     reached
-        Whether all errors were within the target before this round.
-    target
-        Relative standard error asked of every rms acceleration [1]; None in round 0.
+        Whether all rms accelerations were accurate enough before this round.
     largest_relative_error
         The largest stated before this round [1]; None in round 0.
     relative_error
         By scenario and point [1].
     tones
         (r, f [Hz], Γ) of all cases beside the sweep chosen so far, those of this round last.
-    of
-        What the rounds are for, a key of ``damping``: ``target`` or ``tones``.
     """
 
     round: int
     cases: tuple[str, ...]
     new: int
     reached: bool = False
-    target: float | None = None
     largest_relative_error: float | None = None
     relative_error: dict[str, dict[str, float]] = field(default_factory=dict)
     tones: tuple[tuple[float, float, float], ...] = ()
-    of: str = "target"
 
     @property
     def count(self) -> int:
@@ -74,7 +68,7 @@ class Round:
             tones = tuple((r, f, gamma) for r, f, gamma in values["tones"])
             return Round(**{**values, "cases": tuple(values["cases"]), "tones": tones})
         except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"{path}: not a round of a target ({error})") from None
+            raise ValueError(f"{path}: not a round of tones ({error})") from None
 
 
 def read_rounds(folder: Path) -> tuple[Round, ...]:

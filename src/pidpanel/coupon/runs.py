@@ -16,7 +16,6 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from pidpanel import durable
 from pidpanel.coupon import deadline, geometry, rows, window
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Target
@@ -25,6 +24,7 @@ from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunSto
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
+from pidpanel.provenance import durable
 
 REPEAT_FOLDER = "again"
 """Folder below that of a run in which something of it is made again."""
@@ -85,7 +85,7 @@ def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
                 solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
                 _check_same(run, state, done, folder, home)
             end = _ended(solver, run, state, done, home, folder)
-            state = state.ended(end, window.code())
+            state = state.ended(end, window.BALANCE_VERSION)
             state.write(folder)
             shutil.rmtree(folder / REPEAT_FOLDER, ignore_errors=True)
     return Shaken(
@@ -126,8 +126,8 @@ def _judged(run: Run, target: Target, state: RunState, folder: Path) -> tuple[in
 
 
 def _end_at(state: RunState, done: int, folder: Path) -> End | None:
-    """What the run left after so many cycles; None if it is not there or of other code."""
-    if state.balance_code != window.code():
+    """What the run left after so many cycles; None if it is not there or of another version."""
+    if state.balance_version != window.BALANCE_VERSION:
         return None
     end = next((end for end in state.ends if end.cycles == done), None)
     name = last_file(done)

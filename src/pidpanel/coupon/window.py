@@ -1,19 +1,17 @@
 """The window of a run in which all contacts are listed, and its energy balance.
 
-Nothing here enters a label. A run whose balance was measured by other code (`code`) keeps its rows
-and has its balance measured anew.
+Nothing here enters a label. A run whose balance was measured by another version of the algorithm
+(`BALANCE_VERSION`) keeps its rows and has its balance measured anew.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel import fingerprint
 from pidpanel.arrays import Array
 from pidpanel.coupon import balance, cycles, geometry
 from pidpanel.coupon.bed import Run
@@ -22,6 +20,9 @@ from pidpanel.coupon.liggghts.failures import LogTruncated
 from pidpanel.coupon.liggghts.process import ContactFiles, Liggghts
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.records import MeasuredBalance
+
+BALANCE_VERSION = 1
+"""Of the algorithm that measures a balance: this module and `balance`."""
 
 CLOSURE_LIMIT = 0.02
 """Share of the work that may be missing in the energy balance [1]."""
@@ -36,12 +37,6 @@ each will do: at 30 Hz the loss moves by 0.3 %, its normal share by 0.0013 at th
 
 WINDOW = 2e-3
 """Shortest window of the energy balance [s]; one cycle where that is longer."""
-
-
-@lru_cache
-def code() -> str:
-    """Hash of the code that measures a balance."""
-    return fingerprint.module_digest("pidpanel.coupon.balance", "pidpanel.coupon.window")
 
 
 def measure_balance(

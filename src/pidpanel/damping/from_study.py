@@ -19,7 +19,7 @@ from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableReading, to_frame
-from pidpanel.stamp import stamp
+from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper

@@ -37,7 +37,7 @@ from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.stamp import stamp
+from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.panel import EXTENT, Panel
 from pidpanel.study.section import MaterialInput, PlyInput

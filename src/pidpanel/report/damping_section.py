@@ -79,7 +79,7 @@ def damping_section(results: DampingResults) -> PageSection:
         ),
     ]
     if results.rounds:
-        blocks.insert(1, target_table(results.rounds))
+        blocks.insert(1, rounds_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
     good = results.cases[results.cases["status"] == "ok"]
@@ -95,7 +95,7 @@ def damping_section(results: DampingResults) -> PageSection:
     return PageSection("damping", "Damping law", blocks)
 
 
-def target_table(rounds: Sequence[Round]) -> Table:
+def rounds_table(rounds: Sequence[Round]) -> Table:
     """Return how the errors of the rms accelerations fell, round by round."""
     rows = []
     for previous, current in pairwise(rounds):
@@ -106,15 +106,10 @@ def target_table(rounds: Sequence[Round]) -> Table:
         )
         rows.append([str(current.round), str(previous.count), percent(worst[0], 2), worst[1]])
     last = rounds[-1]
-    end = (
-        "reached" if last.reached else ("not reached, and no further case is available or allowed")
+    text = (
+        f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of "
+        "the scenarios."
     )
-    text = f"With {last.count} cases the target is {end}."
-    if last.of == "tones":
-        text = (
-            f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of "
-            "the scenarios."
-        )
     return Table(
         "Cases chosen in rounds. Each round takes the cases that most reduce the errors of "
         f"the rms accelerations. {text}",

@@ -13,11 +13,11 @@ from PIL import Image
 from pidpanel.coupon.film import Film, watch
 from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.coupon.liggghts.failures import SolverFailure
+from pidpanel.provenance.digests import stamp
 from pidpanel.report import evidence, pictures
 from pidpanel.report.evidence import Shot
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
-from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy
 
 CYCLES, FRAMES = 2, 24

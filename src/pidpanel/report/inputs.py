@@ -52,7 +52,7 @@ class DampingResults:
     depth
         Depth of the cell [m].
     rounds
-        ``design/round*.json`` in order; empty for a study without a target.
+        ``design/round*.json`` in order; empty for a study without tones.
     """
 
     surface: DampingSurface

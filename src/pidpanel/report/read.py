@@ -14,11 +14,11 @@ from pidpanel.damping import surface_files
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
+from pidpanel.provenance.digests import stamp
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
 from pidpanel.report.inputs import CoupledResults, CouponResults, DampingResults, Inputs
 from pidpanel.report.known_errors import with_known_errors
-from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy, Study, StudyError
 
 STEADINESS_SHOWN = 6
@@ -160,8 +160,7 @@ def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)
 
-    chosen = study.damping.target or study.damping.tones
-    has_rounds = chosen is not None and damper == SECTION
+    has_rounds = study.damping.tones is not None and damper == SECTION
     return DampingResults(
         surface_files.from_dataset(_read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),

@@ -5,7 +5,6 @@ Every function returns sentences, none where there is nothing to say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.round import Round
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.report.inputs import Inputs
@@ -42,13 +40,6 @@ EQUIVALENT_SINE = (
     "measured with single tones overestimates the effect of a damper under broadband sound."
 )
 
-FEW_CASES = (
-    "The cases of this study were chosen until the standard errors met damping.target. With "
-    "few cases these errors are too small: in the paper's study, rms accelerations with a "
-    "stated error of 5 % differed by 1 to 18 % from those of the whole sweep "
-    "(docs/theory/damping.md, Target). For critical results, run the whole sweep."
-)
-
 
 def study_warnings(inputs: Inputs) -> list[str]:
     """Return the limitations of a study with a panel, the most important first."""
@@ -65,8 +56,6 @@ def study_warnings(inputs: Inputs) -> list[str]:
         worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
         response = study.response
         lines.append(radiation_finding(rows, response.radiation, worst, air_mass=response.air_mass))
-    for results in inputs.damping.values():
-        lines += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():
         lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
     return lines
@@ -222,30 +211,6 @@ def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str)
     whole = np.trapezoid(change, frequency, axis=0)
     share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
     return share
-
-
-def target_warnings(rounds: Sequence[Round]) -> list[str]:
-    """Return what a target reached with few cases is worth, or that it was not reached.
-
-    Parameters
-    ----------
-    rounds
-        The rounds of the design in order; none for a study without a target.
-    """
-    if not rounds or rounds[-1].of == "tones":
-        return []
-    last = rounds[-1]
-    if last.reached or last.target is None:
-        return [FEW_CASES]
-    largest = {label: max(errors.values()) for label, errors in last.relative_error.items()}
-    missed_text = ", ".join(
-        f"{label} {percent(error, 2)}" for label, error in largest.items() if error > last.target
-    )
-    return [
-        f"damping.target is not reached: {len(last.cases)} cases were run, and no further case "
-        "is available or allowed. The rms accelerations above the required standard error of "
-        f"{percent(last.target, 2)} are: {missed_text}."
-    ]
 
 
 def coupon_warnings(cases: pd.DataFrame, suffix: str = "") -> list[str]:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pidpanel import durable
 from pidpanel.paths import SECTION
+from pidpanel.provenance import durable
+from pidpanel.provenance.digests import stamp
 from pidpanel.report import style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.html import Page, render
 from pidpanel.report.read import read_coupon, read_inputs
 from pidpanel.report.study_page import study_page
-from pidpanel.stamp import stamp
 from pidpanel.study import load_any_study, load_study
 
 
-def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
+def write_study_page(
+    study_file: Path, folder: Path, coupon: Path, file: Path, figures: Path
+) -> None:
     """Write ``report.html`` and ``report/*`` of a study with a panel.
 
     Parameters
@@ -24,9 +26,11 @@ def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
     study_file
         The study.
     folder
-        Results of the study, ``results/<study>``; the page is written there.
+        Results of the study, ``results/<study>``.
     coupon
         Runs of the coupon, ``results/coupon``.
+    file, figures
+        The page, and the folder of its figures.
 
     Raises
     ------
@@ -37,7 +41,7 @@ def write_study_page(study_file: Path, folder: Path, coupon: Path) -> None:
     inputs = read_inputs(study, folder, coupon)
     with style.context():
         page = study_page(inputs, [run_step(study_file), files_step(study, folder)])
-    write_page(page, folder / "report.html", folder / "report")
+    write_page(page, file, figures)
 
 
 def write_coupon_page(

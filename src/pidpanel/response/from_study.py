@@ -18,6 +18,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import SECTION, of_damper
+from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import Scenario
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, Filling
@@ -41,7 +42,6 @@ from pidpanel.sound.from_study import (
     spectrum_of,
 )
 from pidpanel.sound.radiation import Air
-from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.damping import COUPLED
 from pidpanel.study.response import Radiation

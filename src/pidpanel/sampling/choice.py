@@ -45,22 +45,6 @@ class Demand:
     derivative: Array
 
 
-def spread(points: Array, count: int) -> list[int]:
-    """Return the numbers of so many of the points (n, 3) of r, f [Hz], Γ, spread as far as they go.
-
-    The first is the one nearest to the middle; each further one is farthest from those before it,
-    in r, ln f and ln Γ, each over its range.
-    """
-    scaled = np.column_stack([points[:, 0], np.log(points[:, 1:])])
-    scaled = (scaled - scaled.mean(axis=0)) / np.maximum(np.ptp(scaled, axis=0), 1e-12)
-    chosen = [int(np.argmin((scaled**2).sum(axis=1)))]
-    nearest = np.full(len(scaled), np.inf)
-    while len(chosen) < min(count, len(scaled)):
-        nearest = np.minimum(nearest, ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1))
-        chosen.append(int(np.argmax(nearest)))
-    return chosen
-
-
 def variances(surface: DampingSurface, demands: Sequence[Demand]) -> list[Array]:
     """Return the variance (k,) of the quantities of each scenario."""
     return [

@@ -8,19 +8,19 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round
 from pidpanel.damping.from_study import read_cases, surface_of
 from pidpanel.response.from_study import PanelFiles, read_panel_in_sound, scenarios_of
-from pidpanel.sampling.rounds import first_round, next_round, next_tones, swept_round
+from pidpanel.sampling.rounds import next_tones, swept_round
 from pidpanel.study import Study, StudyError
 
 
 def write_round(
     study: Study, files: PanelFiles, before: Path | None, cases: Path | None, output: Path
 ) -> None:
-    """Write the round of a study's target or tones that follows another.
+    """Write the round of a study's tones that follows another.
 
     Parameters
     ----------
     study
-        With ``damping.target`` or ``damping.tones``.
+        With ``damping.tones``.
     files
         Of the stages upstream.
     before, cases
@@ -31,26 +31,18 @@ def write_round(
     Raises
     ------
     StudyError
-        For a study without either.
+        For a study without tones.
     """
-    target, tones, coupon = study.damping.target, study.damping.tones, study.coupon
-    if (target is None and tones is None) or coupon is None:
-        raise StudyError(f"{study.name}: damping.target or damping.tones: missing")
-    pool = cases_of(coupon)
+    tones, coupon = study.damping.tones, study.coupon
+    if tones is None or coupon is None:
+        raise StudyError(f"{study.name}: damping.tones: missing")
     if before is None or cases is None:
-        first = swept_round(pool) if target is None else first_round(target, pool)
-        first.write(output)
+        swept_round(cases_of(coupon)).write(output)
         return
     surface = surface_of(coupon, read_cases(cases))
     if not study.response.damper_mass:
         surface = surface.without_mass()
     panel = read_panel_in_sound(study, files, study.response.radiation)
+    error, fastest = coupon.accuracy.relative_error, coupon.sweep.max_velocity_m_s
     scenarios = scenarios_of(study)
-    error, last = coupon.accuracy.relative_error, Round.read(before)
-    if target is not None:
-        onward = next_round(last, target, pool, error, panel, scenarios, surface)
-    elif tones is not None:
-        onward = next_tones(
-            last, tones, error, coupon.sweep.max_velocity_m_s, panel, scenarios, surface
-        )
-    onward.write(output)
+    next_tones(Round.read(before), tones, error, fastest, panel, scenarios, surface).write(output)

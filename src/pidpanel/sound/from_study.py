@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.provenance.digests import stamp
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.excitation import SoundExcitation
@@ -27,7 +28,6 @@ from pidpanel.sound.radiation import Air
 from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
 from pidpanel.sound.table import read_spl_table
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
-from pidpanel.stamp import stamp
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
 from pidpanel.study.sound import Sound

@@ -57,29 +57,6 @@ class Level(SectionModel):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
-class Target(SectionModel):
-    """Target accuracy for which cases of ``coupon.sweep`` are chosen and run.
-
-    The first ``start`` cases are spread over the sweep. Rounds of ``batch`` cases follow, those
-    that most reduce the errors of the rms accelerations. They end when all relative standard errors
-    are below ``relative_error``, or after ``max_cases``.
-    """
-
-    relative_error: RelativeError
-    """Requested relative standard error of every rms acceleration."""
-    start: Annotated[int, whole(4, 200_000)] = 10
-    """Cases of the first round."""
-    batch: Annotated[int, whole(1, 10_000)] = 4
-    """Cases of each further round."""
-    max_cases: Annotated[int, whole(4, 200_000)] = 2000
-    """Maximum cases in total."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a start with more cases than are allowed in all."""
-        if self.start > self.max_cases:
-            yield Mistake(("start",), f"must be at most max_cases = {self.max_cases}")
-
-
 class Tones(SectionModel):
     """Further cases at the motions of the scenarios.
 
@@ -145,7 +122,7 @@ class Damping(SectionModel):
     particles are integrated together; patches without a coupon as in ``stated``. The others use
     the same damping for all patches: ``dem`` the section ``coupon`` under single tones,
     ``table`` the key below, ``paper_…`` the paper's law. The default is ``coupled`` where a
-    scenario has a coupon, because sound is broadband. With ``level``, ``target`` or ``tones``,
+    scenario has a coupon, because sound is broadband. With ``level`` or ``tones``,
     which are for single tones, with diagonal modal damping, or without a coupon, it is
     ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
@@ -156,8 +133,6 @@ class Damping(SectionModel):
     """Between the rows of the table: log (by default) or linear."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
-    target: Target | None = None
-    """Target accuracy; by default the whole of ``coupon.sweep`` is run."""
     tones: Tones | None = None
     """Further cases at the scenarios; none by default."""
 
@@ -175,6 +150,10 @@ class Damping(SectionModel):
             ]
             if "random" in values:
                 mistakes.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
+            if "target" in values:
+                says = "was removed, because its errors were too small; the whole of coupon.sweep "
+                says += "is run, and damping.tones adds cases for the scenarios"
+                mistakes.append(Mistake(("target",), says))
             if mistakes:
                 raise Mistakes(mistakes)
         return values
@@ -182,7 +161,7 @@ class Damping(SectionModel):
     @property
     def is_of_tones(self) -> bool:
         """Whether a key says at which single tones coupons are shaken, or read."""
-        return bool(self.target or self.tones or self.level != Level())
+        return bool(self.tones or self.level != Level())
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""
@@ -193,7 +172,5 @@ class Damping(SectionModel):
             yield Mistake(
                 ("table",), ("required for the damping model 'table', not allowed otherwise")
             )
-        if self.tones is not None and self.target is not None:
-            yield Mistake(("tones",), "not allowed together with target")
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")

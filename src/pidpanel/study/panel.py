@@ -23,7 +23,7 @@ from pidpanel.study.base import SectionModel, Size, Text
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.quantity import METRES, PERCENT, Quantity, whole
-from pidpanel.study.section import CORE_GRADES_FILE, Section
+from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
@@ -180,13 +180,6 @@ class Panel(SectionModel):
     """Areas whose cells may be filled, by name."""
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
     """Points at which the response is computed, by name: (x, y) [m], or a node of a mesh file."""
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Files on which the panel depends: its mesh, and the table of the grade of its core."""
-        core = getattr(self.section, "core", None)
-        table = CORE_GRADES_FILE if core is not None and core.grade is not None else None
-        return tuple(str(path) for path in (self.mesh.file, table) if path is not None)
 
     @property
     def size(self) -> tuple[float, float] | None:

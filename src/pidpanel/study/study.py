@@ -62,7 +62,7 @@ class Study(CouponStudy):
         if mistakes:
             return
         yield from self._mistakes_of_labels()
-        yield from self._mistakes_of_target()
+        yield from self._mistakes_of_tones()
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
@@ -186,23 +186,19 @@ class Study(CouponStudy):
                 ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
             )
         yield from mistakes_of_coupled(self)
-        if self.damping.target is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "target"), "only allowed with the damping model 'dem'")
         if self.damping.tones is not None and "dem" not in self.readings:
             yield Mistake(("damping", "tones"), "only allowed with the damping model 'dem'")
 
-    def _mistakes_of_target(self) -> Iterator[Mistake]:
+    def _mistakes_of_tones(self) -> Iterator[Mistake]:
         """Yield layouts and elements whose errors are not those of one fill and motion."""
-        for key in ("target", "tones"):
-            if getattr(self.damping, key) is not None and self.damping.level.by == "element":
-                says = f"must be patch with damping.{key}"
-                yield Mistake(("damping", "level", "by"), says)
+        if self.damping.tones is None:
+            return
+        if self.damping.level.by == "element":
+            yield Mistake(("damping", "level", "by"), "must be patch with damping.tones")
         for name, layout in self.layouts.items():
-            for key in ("target", "tones"):
-                is_set = getattr(self.damping, key) and "dem" in self.readings
-                if is_set and len(layout.layout) > 1:
-                    says = f"several patches together are not allowed with damping.{key}"
-                    yield Mistake(("scenarios", name, "layout"), says)
+            if "dem" in self.readings and len(layout.layout) > 1:
+                says = "several patches together are not allowed with damping.tones"
+                yield Mistake(("scenarios", name, "layout"), says)
 
     # ---------------------------------------------------------------------- scenarios
 

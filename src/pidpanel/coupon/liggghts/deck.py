@@ -15,8 +15,8 @@ import jinja2
 import jinja2.meta
 from jinja2.sandbox import ImmutableSandboxedEnvironment, SecurityError
 
-from pidpanel import fingerprint
 from pidpanel.paths import TEMPLATES
+from pidpanel.provenance.digests import text_digest
 
 START_FILE, WALLS_FILE = "start.data", "walls.stl"
 """What a deck reads; see `start_files`."""
@@ -50,7 +50,7 @@ def lists_contacts(template: Path) -> bool:
 @cache
 def digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
     """Hash of a deck without comments, rendered once in a process for the same values."""
-    return fingerprint.text_digest([without_comments(render(name, dict(values), folder))])
+    return text_digest([without_comments(render(name, dict(values), folder))])
 
 
 def _number(value: Any) -> Any:

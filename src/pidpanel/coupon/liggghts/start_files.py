@@ -1,6 +1,6 @@
 """What LIGGGHTS starts from, as text: the data file of the spheres, the STL of the walls.
 
-The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
+A change of the bits that are written takes a new version number in `packing` or `bed`.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ import json
 import os
 from pathlib import Path
 
-from pidpanel import durable
-from pidpanel.stamp import by_content
+from pidpanel.provenance import durable
+from pidpanel.provenance.digests import by_content
 from pidpanel.study import CouponStudy, StudyError, load_any_study
 from pidpanel.study.document import Document
 

@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pidpanel.stamp import stamp
+from pidpanel.provenance import digests
+from pidpanel.provenance.digests import stamp
 from pidpanel.study import load_any_study
 
-STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
+STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 SPECTRUM = "center_hz,spl_db\n100,120\n200,121\n"
 
 
@@ -80,3 +81,43 @@ def test_a_stamp_has_no_time_and_four_keys(tmp_path):
     assert set(said) == {"study", "study_hash", "pidpanel_version", "liggghts_version"}
     assert said["study"] == "mine"
     assert len(said["study_hash"]) == 16
+
+
+def test_files_count_by_their_content_and_order(tmp_path):
+    # red: file_digest of the names
+    one, two, same = (tmp_path / name for name in ("one", "two", "same"))
+    one.write_text("1")
+    two.write_text("2")
+    same.write_text("1")
+    assert digests.file_digest(one) == digests.file_digest(same)
+    assert digests.file_digest(one, two) != digests.file_digest(two, one)
+    assert digests.text_digest(["a", "b"]) != digests.text_digest(["ab"])
+
+
+@pytest.mark.parametrize(
+    "file", ["pidpanel/panel/plate.py", "workflow/scripts/panel.py", "templates/a.j2", "data/b.csv"]
+)
+def test_the_digest_of_the_package_follows_its_files_and_not_where_they_are(
+    tmp_path, monkeypatch, file
+):
+    # red: `path` in place of `path.relative_to(root)`; a root left out
+    found = []
+    for name, text in (("one", "1"), ("two", "1"), ("three", "2")):
+        root = tmp_path / name
+        for path in (
+            "pidpanel/panel/plate.py",
+            "workflow/scripts/panel.py",
+            "templates/a.j2",
+            "data/b.csv",
+        ):
+            (root / path).parent.mkdir(parents=True)
+            (root / path).write_text(text if path == file else "")
+        for key, folder in (
+            ("PACKAGE", "pidpanel"),
+            ("WORKFLOW", "workflow"),
+            ("TEMPLATES", "templates"),
+            ("DATA", "data"),
+        ):
+            monkeypatch.setattr(digests, key, root / folder)
+        found.append(digests.package_digest.__wrapped__())
+    assert found[0] == found[1] != found[2]

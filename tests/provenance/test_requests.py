@@ -1,39 +1,40 @@
-"""What a job has made, and from what, is seen to have changed; files are whole or as they were."""
+"""Requests are new only where a job has to run; files are whole or as they were."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
+import time
 
 import pytest
 
-from pidpanel import durable, locks, made
+from pidpanel.provenance import durable, locks, requests
+
+CONTENT = {"study": "a", "highest": [1, 2.5]}
 
 
 @pytest.fixture()
 def job(tmp_path, monkeypatch):
-    """A job that has made a file and a folder; its `rests_file` and its files."""
+    """A job that has made a file and a folder; its request and its files."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "results" / "maps"
     folder.mkdir(parents=True)
     (folder / "one.vtu").write_text("1")
     (tmp_path / "results" / "maps.nc").write_text("2")
     outputs = ["results/maps.nc", "results/maps"]
-    rests = made.rests_file(outputs[0])
-    made.write_rests(rests, {"study": "a"})
-    made.write_sums(rests, outputs)
-    return rests, outputs
+    request = requests.request_of(outputs[0])
+    requests.ask(request, CONTENT, outputs, is_made=False)
+    requests.write_record(request, requests.read_request(request), outputs)
+    return request, outputs
 
 
-def test_what_is_as_it_was_left_is_not_made_anew_whatever_its_age(job):
-    # red: the time stamp of a file among what is compared
-    rests, outputs = job
+def test_what_is_as_it_was_left_is_made_whatever_its_age(job):
+    # red: the time stamp of a file among what is compared; the attempt among the content
+    request, outputs = job
     os.utime("results/maps.nc", (0, 0))
-    before = rests.stat().st_mtime_ns
-    made.write_rests(rests, {"study": "a"})
-    assert rests.stat().st_mtime_ns == before
-    assert made.changes(rests, outputs) == (False, [])
+    assert requests.is_made(request, CONTENT, outputs) == (True, [])
 
 
 @pytest.mark.parametrize(
@@ -48,33 +49,55 @@ def test_what_is_as_it_was_left_is_not_made_anew_whatever_its_age(job):
 )
 def test_a_damaged_or_lost_file_is_named(job, tmp_path, name, change):
     # red: `now.keys()` alone, or `left.keys()` alone; `rglob` left out
-    rests, outputs = job
+    request, outputs = job
     change(tmp_path / "results" / name)
-    anew, damaged = made.changes(rests, outputs)
-    assert anew and [str(path) for path in damaged] == [f"results/{name}"]
+    made, damaged = requests.is_made(request, CONTENT, outputs)
+    assert not made and [str(path) for path in damaged] == [f"results/{name}"]
 
 
-def test_other_inputs_make_it_anew_and_name_no_file(job):
-    # red: the file of what it rests on left out of the sums
-    rests, outputs = job
-    made.write_rests(rests, {"study": "b"})
-    assert made.changes(rests, outputs) == (True, [])
+def test_other_values_name_no_file(job):
+    # red: the content left out of the record
+    request, outputs = job
+    assert requests.is_made(request, {"study": "b"}, outputs) == (False, [])
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1]", '{"results/maps.nc": "0"}', "\x00" * 40])
-def test_damaged_sums_make_it_anew(job, text):
+def test_after_a_damaged_record_it_is_made_anew(job, text):
     # red: only `OSError` caught
-    rests, outputs = job
-    rests.with_suffix(made.SUMS).write_text(text)
-    assert made.changes(rests, outputs)[0]
+    request, outputs = job
+    request.with_suffix(requests.RECORD).write_text(text)
+    assert requests.is_made(request, CONTENT, outputs) == (False, [])
 
 
-def test_nothing_that_was_not_made_is_asked_for(tmp_path, monkeypatch):
-    # red: True without sums
-    monkeypatch.chdir(tmp_path)
-    rests = made.rests_file("results/x.csv")
-    made.write_rests(rests, {})
-    assert made.changes(rests, ["results/x.csv"]) == (False, [])
+def test_a_request_is_older_than_every_result_where_all_is_made_and_new_where_not(job):
+    # red: `os.utime` left out; the attempt left out (Snakemake compares checksums)
+    request, outputs = job
+    requests.ask(request, CONTENT, outputs, is_made=True)
+    assert request.stat().st_mtime == requests.LONG_AGO
+    assert json.loads(request.read_text()) == CONTENT
+    texts = set()
+    for _ in range(2):  # damaged twice
+        now = time.time()
+        os.utime("results/maps.nc", (now, now))
+        requests.ask(request, CONTENT, outputs, is_made=False)
+        assert request.stat().st_mtime >= now - 1
+        texts.add(request.read_text())
+        requests.ask(request, CONTENT, outputs, is_made=True)
+    assert len(texts) == 2
+    assert requests.read_request(request) == CONTENT
+
+
+def test_a_request_that_waits_stays_as_it_is(job):
+    # red: `waiting` left out: whoever looks at a study that runs asks for all of it again
+    request, outputs = job
+    for output in outputs:
+        os.utime(output, (1, 1))
+    requests.ask(request, CONTENT, outputs, is_made=False)
+    before = request.read_text()
+    requests.ask(request, CONTENT, outputs, is_made=False)
+    assert request.read_text() == before
+    requests.ask(request, {"study": "b"}, outputs, is_made=False)
+    assert request.read_text() != before
 
 
 # ------------------------------------------------------------------ files
@@ -124,7 +147,7 @@ def child(text, *arguments):
 HOLD = """
     import sys
     from pathlib import Path
-    from pidpanel.locks import alone
+    from pidpanel.provenance.locks import alone
     with alone(Path(sys.argv[1])):
         print("held", flush=True)
         sys.stdin.readline()
@@ -145,7 +168,7 @@ def test_a_lock_is_waited_for_and_ends_with_its_process(tmp_path):
 
 FOLLOW = """
 import sys, time
-from pidpanel.locks import end_with
+from pidpanel.provenance.locks import end_with
 end_with(int(sys.argv[1]))
 print("there", flush=True)
 time.sleep(600)
@@ -182,27 +205,23 @@ def test_a_process_of_that_number_elsewhere_is_not_watched():
     assert follower.returncode == 0
 
 
-def test_a_lock_of_snakemake_is_taken_only_where_nobody_runs(tmp_path):
-    # red: the shared lock not asked for; LOCK_SH in place of LOCK_EX to begin with
-    stale = tmp_path / "locks" / "0.output.lock"
-    stale.parent.mkdir()
-    stale.write_text("")
-    other, taken = locks.take_stale(tmp_path, stale.parent)
-    assert taken == [stale] and not stale.exists()
-    stale.write_text("")
-    mine, taken = locks.take_stale(tmp_path, stale.parent)
-    assert taken == [] and stale.exists()
+def test_results_are_held_by_one_process_and_as_long_as_it_lives(tmp_path):
+    # red: LOCK_SH in place of LOCK_EX; the file closed
+    assert not locks.is_running(tmp_path)
+    held = locks.hold(tmp_path / "study")
+    assert held is not None and locks.hold(tmp_path / "study") is None
+    assert locks.is_running(tmp_path)
+    other = locks.hold(tmp_path / "other")
+    held.close()
     other.close()
-    mine.close()
-    third, taken = locks.take_stale(tmp_path, stale.parent)
-    assert taken == [stale]
-    third.close()
+    assert not locks.is_running(tmp_path)
+    assert locks.hold(tmp_path / "study") is not None
 
 
 ORPHAN = """
 import os, sys
 from pathlib import Path
-from pidpanel.locks import WORKFLOW_PROCESS, alone
+from pidpanel.provenance.locks import WORKFLOW_PROCESS, alone
 os.environ[WORKFLOW_PROCESS] = sys.argv[1]
 with alone(Path(sys.argv[2])):
     print("held", flush=True)

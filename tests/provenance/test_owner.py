@@ -5,8 +5,8 @@ import shutil
 import pytest
 
 from pidpanel.cli import MISTAKE, main
-from pidpanel.owner import MARK, OwnerError, check_owner, write_owner
 from pidpanel.paths import STUDIES
+from pidpanel.provenance.owner import MARK, OwnerError, check_owner, write_owner
 from pidpanel.study import load_any_study
 
 TEXT = (STUDIES / "l_panel.yaml").read_text()

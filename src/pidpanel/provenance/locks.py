@@ -17,6 +17,9 @@ from typing import IO
 WORKFLOW_PROCESS = "PIDPANEL_WORKFLOW_PROCESS"
 """Variable with the number of the Snakemake process of this machine for which scripts run."""
 
+RUNNING = ".running"
+"""File in a folder of results that the workflow locks."""
+
 
 @contextlib.contextmanager
 def alone(path: Path) -> Iterator[None]:
@@ -79,52 +82,36 @@ def _end_orphan(holder: str) -> bool:
 
 def is_running(results: Path) -> bool:
     """Whether a workflow runs in a folder of results."""
-    file = results / ".running"
-    if not file.exists():
-        return False
-    with file.open("a", encoding="ascii") as held:
-        try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        except OSError:
-            return False
+    for file in results.glob(f"*/{RUNNING}"):
+        with file.open("a", encoding="ascii") as held, contextlib.suppress(OSError):
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return True
     return False
 
 
-def take_stale(results: Path, locks: Path) -> tuple[IO[str] | None, list[Path]]:
-    """Remove locks of Snakemake that no process holds any more.
+def hold(folder: Path) -> IO[str] | None:
+    """Lock a folder of results for the workflow of this process.
 
-    Every process that runs the workflow here shares a lock of its own, which ends with it. Where
-    nobody has it, what Snakemake left is that of a process which was killed.
-
-    Parameters
-    ----------
-    results
-        Folder of the results, which is there.
-    locks
-        Snakemake's folder of locks.
+    The lock ends with the process, however that ends, so there is nothing to unlock by hand.
 
     Returns
     -------
-    held : file or None
-        The shared lock, held as long as the file is open; None on a file system without locks.
-    taken : list of Path
-        Locks that were removed.
+    file
+        Locked as long as it is open; open but not locked on a file system without locks. None if
+        another process has it.
     """
-    held = (results / ".running").open("a", encoding="ascii")
-    taken = []
+    folder.mkdir(parents=True, exist_ok=True)
+    held = (folder / RUNNING).open("a", encoding="ascii")
     try:
-        with contextlib.suppress(BlockingIOError):
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            taken = sorted(locks.glob("*.lock"))
-            for lock in taken:
-                lock.unlink()
-        fcntl.flock(held, fcntl.LOCK_SH)
-    except OSError:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
         held.close()
-        return None, taken
-    return held, taken
+        return None
+    except OSError:
+        pass
+    return held
 
 
 def end_with(parent: int) -> None:

@@ -1,0 +1,1 @@
+"""What a result depends on, and files that are whole: digests, requests, locks, ownership."""

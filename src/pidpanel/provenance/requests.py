@@ -1,0 +1,164 @@
+"""Requests and records: which jobs of the workflow Snakemake has to run.
+
+Every job has a request, a JSON file in ``.made`` beside its results that the rule takes as an
+input. It holds what the result depends on besides other results. A job that ends writes a record
+beside it: the digests of that and of all the files that it made. Before Snakemake builds its graph,
+`ask` compares them. Where all is as the job left it, the request is older than any result. Where
+values have changed, or a file is damaged or lost, the request is new, and Snakemake runs the job.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pidpanel.provenance import durable
+
+FOLDER, RECORD = ".made", ".record"
+ATTEMPT = "attempt"
+"""Key of a request that makes its content another one, since Snakemake compares checksums."""
+
+LONG_AGO = 1.0
+"""Time stamp of the request of a job that need not run [s since 1970]."""
+
+CHUNK = 1 << 20
+"""Bytes that are read at a time."""
+
+
+def request_of(output: str | Path) -> Path:
+    """Return the request of a job from the first file that it makes.
+
+    Examples
+    --------
+    >>> str(request_of("results/wing/panel/modes.nc"))
+    'results/wing/panel/.made/modes.nc.json'
+    """
+    output = Path(output)
+    return output.parent / FOLDER / f"{output.name}.json"
+
+
+def ask(
+    request: Path, content: Mapping[str, Any], outputs: Sequence[str | Path], *, is_made: bool
+) -> None:
+    """Write the request of a job, so that Snakemake runs it unless it is made.
+
+    Parameters
+    ----------
+    request
+        Its file.
+    content
+        What the job depends on, as JSON holds it.
+    outputs
+        What it makes.
+    is_made
+        Whether that is there, undamaged, and made from this content.
+    """
+    content = json.loads(json.dumps(content))
+    try:
+        there = json.loads(request.read_bytes())
+        since = request.stat().st_mtime
+    except (OSError, ValueError, RecursionError):
+        there, since = None, 0.0
+    if not is_made:
+        waiting = isinstance(there, dict) and there.pop(ATTEMPT, None) and there == content
+        if waiting and not any(_time(Path(output)) >= since for output in outputs):
+            return
+        _write(request, {**content, ATTEMPT: time.time_ns()})
+        return
+    if there != content:
+        _write(request, content)
+        since = time.time()
+    if since != LONG_AGO:
+        os.utime(request, (LONG_AGO, LONG_AGO))
+
+
+def is_made(
+    request: Path, content: Mapping[str, Any], outputs: Sequence[str | Path]
+) -> tuple[bool, list[Path]]:
+    """Compare what is there with the record that a job left.
+
+    Returns
+    -------
+    made : bool
+        Whether all its files are there, undamaged, and made from this content.
+    damaged : list of Path
+        Files that are not as the job left them, or are gone.
+    """
+    record = read_record(request)
+    if record is None:
+        return False, []
+    now, left = file_digests(outputs), record["files"]
+    damaged = [Path(file) for file in sorted(now.keys() | left.keys())
+               if now.get(file, "") != left.get(file)]  # fmt: skip
+    return not damaged and record["content"] == _digest(content), damaged
+
+
+def read_record(request: Path) -> dict[str, Any] | None:
+    """Return the record of a job; None where it has none, or a damaged one."""
+    try:
+        record = json.loads(request.with_suffix(RECORD).read_bytes())
+        return record if isinstance(record["files"], dict) and "content" in record else None
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        return None
+
+
+def read_request(request: Path) -> dict[str, Any]:
+    """Return what a job depends on; it is read before the job begins."""
+    content = json.loads(request.read_bytes())
+    content.pop(ATTEMPT, None)
+    return dict(content)
+
+
+def write_record(request: Path, content: Mapping[str, Any], outputs: Iterable[str | Path]) -> None:
+    """Note what a job that has ended made, and from what."""
+    record = {"content": _digest(content), "files": file_digests(outputs)}
+    durable.write_text(request.with_suffix(RECORD), json.dumps(record, indent=1) + "\n")
+
+
+def file_digests(paths: Iterable[str | Path]) -> dict[str, str]:
+    """Return the digest of each file, and of each in a folder; an empty one where there is none."""
+    return {str(file): _file_digest(file) for path in paths for file in _files(Path(path))}
+
+
+def _write(request: Path, content: Mapping[str, Any]) -> None:
+    """Write a request at one stroke; one that a power cut damages is written again."""
+    request.parent.mkdir(parents=True, exist_ok=True)
+    draft = request.with_name(f"{request.name}.{os.getpid()}")
+    draft.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    draft.replace(request)
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _time(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _files(path: Path) -> Iterator[Path]:
+    if path.is_dir():
+        # Snakemake puts files of its own into a folder
+        inside = (file for file in path.rglob("*") if not file.name.startswith(".snakemake"))
+        yield from sorted(file for file in inside if file.is_file())
+    else:
+        yield path
+
+
+def _file_digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(CHUNK):
+                digest.update(chunk)
+    except OSError:
+        return ""
+    return digest.hexdigest()

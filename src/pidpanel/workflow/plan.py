@@ -1,0 +1,127 @@
+"""What the workflow runs: a study, its LIGGGHTS runs, and the requests of its jobs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+from pidpanel.check import check_machine, checked_study
+from pidpanel.coupon.older import describe_older
+from pidpanel.paths import COUPON, PACKAGE, SECTION, WORKFLOW, of_damper
+from pidpanel.provenance import digests, locks
+from pidpanel.provenance.job import JOB_SECONDS, STUDY
+from pidpanel.provenance.owner import check_owner, write_owner
+from pidpanel.study import Study
+from pidpanel.workflow.configuration import study_file
+from pidpanel.workflow.coupon import CouponRuns
+from pidpanel.workflow.requests import Requests
+
+RESULTS = COUPON.parent
+
+
+class WorkflowRunning(RuntimeError):
+    """Another process runs the workflow on the same results."""
+
+
+class Plan:
+    """A study that the workflow runs.
+
+    Attributes
+    ----------
+    study
+        The study.
+    runs
+        Its LIGGGHTS runs.
+    requests
+        Of the jobs.
+    """
+
+    def __init__(self, config: Mapping[str, Any], files: Sequence[str | Path]) -> None:
+        """Read the study that a configuration is; see `study_file`.
+
+        Raises
+        ------
+        StudyError, OwnerError
+            In a line for each: what is wrong with the study, the machine or the results.
+        """
+        self._file = study_file(config, files)
+        self.study = checked_study(self._file)
+        check_machine(self.study, RESULTS)
+        check_owner(self.study, self._file, RESULTS)
+        self.requests = Requests()
+        self.runs = CouponRuns(
+            self.study, self.requests, 60 * float(config.get("job_minutes", "inf"))
+        )
+        self._locks: list[IO[str]] = []
+        self._set_environment()
+
+    def _set_environment(self) -> None:
+        """Set the variables with which jobs run."""
+        # jobs are many and short, so what they import is compiled once
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+        os.environ.update(
+            {
+                "PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
+                "PYTHONPATH": f"{WORKFLOW}:{PACKAGE.parent}",
+                # nothing is imported from the working folder
+                "PYTHONSAFEPATH": "1",
+                "OMP_NUM_THREADS": "1",
+                STUDY: str(self._file),
+                JOB_SECONDS: str(self.runs.job_seconds),
+                # jobs end with this process
+                locks.WORKFLOW_PROCESS: str(os.getpid()),
+            }
+        )
+
+    @property
+    def has_panel(self) -> bool:
+        """Whether the study has a panel."""
+        return isinstance(self.study, Study)
+
+    @property
+    def has_rounds(self) -> bool:
+        """Whether rounds of tones follow the sweep."""
+        return isinstance(self.study, Study) and self.study.damping.tones is not None
+
+    def results(self, name: str) -> str:
+        """Return a file of the study."""
+        return str(RESULTS / self.study.name / name)
+
+    def damper_file(self, stage: str, damper: str, name: str) -> str:
+        """Return a file of one coupon in the folder of a stage."""
+        return str(of_damper(Path(self.results(stage)), damper, name))
+
+    def section(self, *names: str, without: Any = None) -> str:
+        """Return the digest of sections of the study, or of all."""
+        included = set(names) or None
+        return digests.values_digest(self.study.model_dump(include=included, exclude=without))
+
+    def coupon(self, damper: str = SECTION) -> str:
+        """Return the digest of one coupon: no other one runs again when it changes."""
+        return digests.values_digest(self.study.coupons[damper].model_dump())
+
+    def begin(self) -> list[str]:
+        """Take the results for the jobs that follow; return lines for the user.
+
+        Raises
+        ------
+        WorkflowRunning
+            If another process runs the workflow on them.
+        """
+        if not self.requests.is_main:
+            return []
+        folders = [Path(self.results(""))]
+        if self.runs.is_open or self.has_rounds:
+            folders.append(COUPON)
+        for folder in folders:
+            held = locks.hold(folder)
+            if held is None:
+                raise WorkflowRunning(f"{folder}: another process runs the workflow here")
+            self._locks.append(held)
+        write_owner(self.study, self._file, RESULTS)
+        self.requests.begin()
+        older = describe_older(COUPON, self.runs.labels)
+        return [older] if older else []
