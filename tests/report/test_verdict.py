@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.verdict import BAND_LIMIT, RMS_LIMIT, Coupled, distance
+from pidpanel.report.verdict import BAND_LIMIT, RMS_LIMIT, CoupledRun, distance
 
 BANDS = np.array([5.0, 8.0, 3.0, 0.7])
 
 
 def run(rms_error=0.0, band_error=0.0):
-    return Coupled(10.0, rms_error, BANDS, np.full(4, band_error))
+    return CoupledRun(10.0, rms_error, BANDS, np.full(4, band_error))
 
 
 def shifted(db, band):

@@ -61,9 +61,9 @@ def format_error(error: OSError) -> str:
 
     Examples
     --------
-    >>> said(OSError(errno.ENOSPC, "No space left on device", "results/psd.nc"))
+    >>> format_error(OSError(errno.ENOSPC, "No space left on device", "results/psd.nc"))
     'results/psd.nc: no space left on the disk; free some and run the same command again'
-    >>> said(PermissionError(errno.EACCES, "Permission denied", "results"))
+    >>> format_error(PermissionError(errno.EACCES, "Permission denied", "results"))
     'results: permission denied'
     """
     place = f"{error.filename}: " if error.filename else ""

@@ -273,8 +273,8 @@ class PageSection:
 
         Examples
         --------
-        >>> Section("coupon", "Coupon", []).with_suffix("steel")
-        Section(name='coupon-steel', title='Coupon: steel', blocks=[], folded=False)
+        >>> PageSection("coupon", "Coupon", []).with_suffix("steel")
+        PageSection(name='coupon-steel', title='Coupon: steel', blocks=[], folded=False)
         """
         blocks = [_with_suffix(block, suffix) for block in self.blocks]
         return PageSection(f"{self.name}-{suffix}", f"{self.title}: {suffix}", blocks, self.folded)

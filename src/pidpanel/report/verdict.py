@@ -27,7 +27,7 @@ Holds = Literal["yes", "no", "open"]
 
 
 @dataclass(frozen=True)
-class Coupled:
+class CoupledRun:
     """A point of a coupled run.
 
     Attributes
@@ -70,7 +70,7 @@ class Distance:
     holds: Holds
 
 
-def distance(rms: float, band_rms: Array, coupled: Coupled) -> Distance:
+def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     """Return how far a reading is from a coupled run.
 
     Parameters
@@ -82,7 +82,7 @@ def distance(rms: float, band_rms: Array, coupled: Coupled) -> Distance:
 
     Examples
     --------
-    >>> run = Coupled(10.0, 0.05, np.array([8.0, 6.0, 0.01]), np.array([0.1, 0.1, 0.1]))
+    >>> run = CoupledRun(10.0, 0.05, np.array([8.0, 6.0, 0.01]), np.array([0.1, 0.1, 0.1]))
     >>> found = distance(10.1, np.array([8.0, 6.2, 0.02]), run)
     >>> found.band, round(found.band_db, 2), found.holds
     (1, 0.28, 'yes')

@@ -11,7 +11,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report.verdict import Coupled, Distance, distance
+from pidpanel.report.verdict import CoupledRun, Distance, distance
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
@@ -59,7 +59,7 @@ def write_verdict(
         for reading, accelerations in _readings(study, psd, scenario):
             for point, run in of_run.set_index("point").iterrows():
                 of_point = of_scenario[of_scenario["point"] == point]
-                coupled = Coupled(
+                coupled = CoupledRun(
                     float(run["g_rms"]), float(run["g_rms_error"]),
                     of_point["g_rms"].to_numpy(), of_point["error_db"].to_numpy(),
                 )  # fmt: skip
@@ -101,7 +101,7 @@ def _readings(
             yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
 
 
-def _distance(study: Study, frequency: Array, psd: Array, coupled: Coupled) -> Distance:
+def _distance(study: Study, frequency: Array, psd: Array, coupled: CoupledRun) -> Distance:
     low, high = study.response.frequency_hz
     _, edge = whole_third_octaves(low, high)  # as in the tables of the coupled runs
     return distance(
