@@ -68,7 +68,7 @@ def main():
     table = tabulate_diffuse(float(wavenumber(frequency[-1], SPEED)), face)
     search = frequency_grid(20.0, 2000.0, 0.01, lines_per_bandwidth=3.0)
     excitation = ModalForce(
-        lambda f: np.full(f.size, 100.0), lambda f: table.at(wavenumber(f, SPEED))
+        lambda f: np.full(f.size, 100.0), lambda f: table.matrix(wavenumber(f, SPEED))
     )
 
     def loads(seed):

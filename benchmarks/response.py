@@ -64,7 +64,7 @@ def main():
     ]
 
     def force(lines):
-        return table.at(wavenumber(lines, 343.0))
+        return table.matrix(wavenumber(lines, 343.0))
 
     def low_rank():
         (bare,) = bare_panels(
@@ -73,12 +73,12 @@ def main():
             [patches],
             points,
             spectrum,
-            lambda f: table.at(wavenumber(f, 343.0)),
+            lambda f: table.matrix(wavenumber(f, 343.0)),
         )
         return [attach_dampers(bare, c[None], m[None]).acceleration_psd for c, m in dampers]
 
     def dense(lines):
-        at_lines = table.at(k[lines])
+        at_lines = table.matrix(k[lines])
         psd = []
         for c, m in dampers:
             for line, G in zip(lines, at_lines, strict=True):

@@ -146,7 +146,7 @@ def sound_and_response(basis):
     def response():
         (bare,) = bare_panels(
             frequency, modal, [patches], points, np.ones(2000),
-            lambda lines: table.at(wavenumber(lines, 343.0)),
+            lambda lines: table.matrix(wavenumber(lines, 343.0)),
         )  # fmt: skip
         return [attach_dampers(bare, c[None], m[None]).acceleration_psd for c, m in fills]
 

@@ -87,7 +87,7 @@ def test_help_and_completion_import_nothing_that_is_slow():
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_and_exit_code_2(capsys, tmp_path, monkeypatch, arguments, line):
-    # red: Parser.error left out; `raise` in place of `return _told` in main
+    # red: Parser.error left out; `raise` in place of `return _print_error` in main
     monkeypatch.chdir(tmp_path)
     code, said = refused(capsys, *arguments)
     assert code == cli.MISTAKE

@@ -181,8 +181,8 @@ class Model:
         dims = ("fill_fraction", "frequency", "acceleration")
         return xr.Dataset(
             {
-                name: (dims, values, {"units": units, "long_name": said})
-                for name, values, units, said in (
+                name: (dims, values, {"units": units, "long_name": long_name})
+                for name, values, units, long_name in (
                     ("equivalent_damping", damping, "N s m-3", "C_e"),
                     ("equivalent_damping_error", error, "N s m-3", "standard error of C_e"),
                     ("apparent_mass", mass, "kg m-2", "m_a"),
@@ -204,13 +204,13 @@ class Model:
     def modes(self) -> xr.Dataset:
         """Return the modes of the panel: frequencies, masses, shapes at the points and the mesh."""
         with xr.open_dataset(self._stages["modes.nc"], engine="scipy") as dataset:
-            found = dataset.load()
-        own = found.isel(shape=np.flatnonzero(found["is_residual"].to_numpy() == 0))
-        own = own.sortby("natural_frequency").rename({"shape": "mode"})
-        names = [str(name) for name in found["point_names"].to_numpy()]
-        kept = ["natural_frequency", "modal_mass", "shape_at_points", "shape_at_vertices"]
-        number = np.arange(1, own.sizes["mode"] + 1)
-        return own[[*kept, "vertex_position", "cells"]].assign_coords(point=names, mode=number)
+            basis = dataset.load()
+        modes = basis.isel(shape=np.flatnonzero(basis["is_residual"].to_numpy() == 0))
+        modes = modes.sortby("natural_frequency").rename({"shape": "mode"})
+        names = [str(name) for name in basis["point_names"].to_numpy()]
+        fields = ["natural_frequency", "modal_mass", "shape_at_points", "shape_at_vertices"]
+        number = np.arange(1, modes.sizes["mode"] + 1)
+        return modes[[*fields, "vertex_position", "cells"]].assign_coords(point=names, mode=number)
 
     def sound(self) -> xr.Dataset:
         """Return the bands of the sound: levels, and the PSD of the pressure on the panel."""
@@ -244,10 +244,10 @@ class Model:
             psd = dataset.load()
         summary, psd = with_known_errors(study, self.summary(), psd)
         index = summary.set_index(["reading", "scenario", "point"])
-        like = psd["acceleration_psd"].isel(frequency=0, drop=True)
+        template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():
             if column in index:
-                rows = index[column].to_xarray().reindex_like(like).transpose(*like.dims)
+                rows = index[column].to_xarray().reindex_like(template).transpose(*template.dims)
                 psd[name] = (rows * factor).assign_attrs(units=units)
         return psd
 
@@ -270,7 +270,7 @@ class Model:
         """Of the response, or of the sweep of a coupon alone [Hz]."""
         if isinstance(self.study, Study):
             return self.study.response.frequency_hz
-        frequencies = [f for one in self.study.coupons.values() for f in one.sweep.frequencies]
+        frequencies = [f for c in self.study.coupons.values() for f in c.sweep.frequencies]
         return min(frequencies), max(frequencies)
 
     @property
@@ -305,13 +305,13 @@ class Model:
         """Compute sound and response beside the files of the panel."""
         study, files = self._with_panel(), self._stages
         folder = files["modes.nc"].parent
-        wanted = {study.response.radiation, study.response.radiation_beside} - {"none"}
-        air = folder / "air.nc" if wanted else None
+        sides = {study.response.radiation, study.response.radiation_beside} - {"none"}
+        air = folder / "air.nc" if sides else None
         force = folder / "modal_force.nc"
         with contextlib.redirect_stderr(io.StringIO()):  # what the log of the stage is told
             write_sound(study, read_basis(files["modes.nc"]), folder / "spectrum.csv", force, air)
-            beside = study.response.radiation_beside != "none"
-            names = RESPONSE_FILES if beside else RESPONSE_FILES[:-1]
+            compares_radiation = study.response.radiation_beside != "none"
+            names = RESPONSE_FILES if compares_radiation else RESPONSE_FILES[:-1]
             write_response(
                 study,
                 PanelFiles(files["modes.nc"], force, air),
@@ -328,19 +328,19 @@ class Model:
             return surface_of(study.coupons[SECTION], self.cases())
         # that of coupled runs is of their scenarios, and no function of r, f and Γ
         of_all = [n for n in study.readings if n not in ("stated", "bare", COUPLED)]
-        swept = [n for n, one in study.dampers.items() if one.coupon is None or n in study.surfaces]
-        known = dict.fromkeys([*swept, *of_all])
-        if source is None and len(known) == 1:
-            (source,) = known
-        if source not in known:
-            found = f"results/{study.name}/coupled/impedance.csv"
-            more = f"; results of coupled runs are in {found}" if study.is_coupled else ""
+        swept = [n for n, d in study.dampers.items() if d.coupon is None or n in study.surfaces]
+        sources = dict.fromkeys([*swept, *of_all])
+        if source is None and len(sources) == 1:
+            (source,) = sources
+        if source not in sources:
+            table = f"results/{study.name}/coupled/impedance.csv"
+            hint = f"; results of coupled runs are in {table}" if study.is_coupled else ""
             says = (
-                f"must be one of {', '.join(known)}"
-                if known
+                f"must be one of {', '.join(sources)}"
+                if sources
                 else "it has no damping over r, f and Γ"
             )
-            raise StudyError(f"source = {source}: {says}{more}")
+            raise StudyError(f"source = {source}: {says}{hint}")
         if source in study.dampers:
             damper = study.dampers[source]
             surface = None if damper.coupon is None else self._surface(source)
@@ -384,9 +384,9 @@ def _text(values: Mapping[str, Any], name: str) -> str:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return str(value) if isinstance(value, Path) else value

@@ -46,11 +46,11 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     document = Document(Path(path))
     study, mistakes = validated(document)
     if study is None:
-        partial, between = partial_study(document)
-        mistakes += [*between, *_check_tables(partial)]
+        partial, section_mistakes = partial_study(document)
+        mistakes += [*section_mistakes, *_check_tables(partial)]
         mistakes += check_sections(*good_sections(document))
     else:
-        mistakes += [one for name in study.coupons for one in check_decks(study, name)]
+        mistakes += [mistake for name in study.coupons for mistake in check_decks(study, name)]
         if isinstance(study, Study):
             mistakes += check_panel(study)
     if study is None or mistakes or document.mistakes:
@@ -89,9 +89,9 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         if path is None:
             continue
         # a varied deck is one of a list
-        varied = [str(one) for one in coupon.vary.get("deck", ())]
+        varied = [str(deck_path) for deck_path in coupon.vary.get("deck", ())]
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
-        given = case.point.deck_values(restart="none")
+        names = case.point.deck_values(restart="none")
         try:
             text = read_text(Path(path), LARGEST_DECK)
         except TextFileError as error:
@@ -99,7 +99,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
             yield Mistake(keys, f"{place}: {error.says}")
             continue
         try:
-            unknown = deck.undeclared(text, given)
+            unknown = deck.undeclared(text, names)
         except jinja2.TemplateSyntaxError as error:
             yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
             continue
@@ -112,7 +112,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
             except Exception as error:  # whatever a template of somebody else computes
                 yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
         for name in unknown:
-            yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(given))}")
+            yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(names))}")
         for name in unused:
             yield Mistake(
                 keys,
@@ -139,13 +139,13 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     yield from _check_tables(study)
     lines = line_count(low, high, study.panel.damping_ratio)
     if lines > LINES_AT_MOST:
-        least = smallest_damping_ratio(low, high)
-        figures = 2 - math.floor(math.log10(least))
-        least = math.ceil(least * 10**figures) / 10**figures
+        ratio = smallest_damping_ratio(low, high)
+        figures = 2 - math.floor(math.log10(ratio))
+        ratio = math.ceil(ratio * 10**figures) / 10**figures
         yield Mistake(
             ("panel", "damping_ratio"),
             f"resolving its resonances takes {lines} frequency lines from {low:g} to {high:g} "
-            f"Hz; allowed are {LINES_AT_MOST}, for ratios from {least:g}",
+            f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}",
         )
     yield from _check_layouts(study)
     yield from check_sections(study.panel, study.sound, study.response)
@@ -173,14 +173,14 @@ def _check_layouts(study: Study) -> Iterator[Mistake]:
             for patch, filled in layout.layout.items()
             if filled.fill_fraction is not None
         }
-        for (one, shape), (other, own) in itertools.combinations(shapes.items(), 2):
-            if shape is None or own is None:  # a mesh file has no element in two groups
+        for (patch, shape), (second, second_shape) in itertools.combinations(shapes.items(), 2):
+            if shape is None or second_shape is None:  # a mesh file has no element in two groups
                 continue
-            least = min(float(np.ptp(one.corners, axis=0).min()) for one in (shape, own))
-            if overlap(shape.corners, own.corners, 1e-3 * least):
-                keys = ("scenarios", name, "layout", other)
+            width = min(float(np.ptp(s.corners, axis=0).min()) for s in (shape, second_shape))
+            if overlap(shape.corners, second_shape.corners, 1e-3 * width):
+                keys = ("scenarios", name, "layout", second)
                 yield Mistake(
-                    keys, (f"covers cells of {one} too; a cell has only one fill fraction")
+                    keys, (f"covers cells of {patch} too; a cell has only one fill fraction")
                 )
 
 
@@ -194,12 +194,12 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
         yield Mistake(keys, f"{says}; in kHz?" if low <= 1e3 * highest <= 2 * high else says)
     if "fill_fraction" not in columns:
         return
-    least, most = (float(f(columns["fill_fraction"])) for f in (min, max))
+    emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
     damper = str(keys[1]) if keys[0] == "dampers" else None
     for way, fill in study.fills(damper):
-        if not least <= fill <= most:
-            of = ".".join(str(key) for key in keys)
-            yield Mistake(way, f"must be in the range of {of}, {least:g} to {most:g}")
+        if not emptiest <= fill <= fullest:
+            table = ".".join(str(key) for key in keys)
+            yield Mistake(way, f"must be in the range of {table}, {emptiest:g} to {fullest:g}")
 
 
 def check_sections(
@@ -239,12 +239,12 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
     if panel.outline is None:
         return
     try:
-        own = section_of(panel).mass_per_area * abs(signed_area(panel.outline.corners))
+        weight = section_of(panel).mass_per_area * abs(signed_area(panel.outline.corners))
     except ValueError:  # told of the section
         return
     for name, mass in panel.masses.items():
-        if mass.mass_kg > MOST_CARRIED * own:
-            says = f"more than {MOST_CARRIED} times the panel itself, which weighs {own:.3g} kg"
+        if mass.mass_kg > MOST_CARRIED * weight:
+            says = f"more than {MOST_CARRIED} times the panel itself, which weighs {weight:.3g} kg"
             grams = f"; {mass.mass_kg:g} g would be {mass.mass_kg / 1e3:g}"
             yield Mistake(("panel", "masses", name, "mass_kg"), says + grams)
 

@@ -40,8 +40,8 @@ class ColumnsError(ValueError):
     def __init__(self, faults: Sequence[str]) -> None:
         if len(faults) > MOST_FAULTS:
             file = faults[0].partition(", line ")[0]
-            more = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
-            faults = [*faults[:MOST_FAULTS], more]
+            summary = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
+            faults = [*faults[:MOST_FAULTS], summary]
         self.faults = tuple(faults)
         super().__init__("\n".join(faults))
 
@@ -57,8 +57,8 @@ class Allowed(NamedTuple):
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
-        below = value < self.low or (value == self.low and not self.low_itself)
-        if not below and value <= self.high:
+        too_low = value < self.low or (value == self.low and not self.low_itself)
+        if not too_low and value <= self.high:
             return ""
         words = []
         if self.low > -np.inf:
@@ -69,7 +69,7 @@ class Allowed(NamedTuple):
         return f"must be {' and '.join(words)}{hint}"
 
 
-class Rows(NamedTuple):
+class TableRows(NamedTuple):
     """A table as text.
 
     Attributes
@@ -92,7 +92,7 @@ class Rows(NamedTuple):
     rows: list[tuple[int, list[str]]]
 
 
-def read_rows(path: Path) -> Rows:
+def read_rows(path: Path) -> TableRows:
     """Read the cells of a table.
 
     Raises
@@ -107,11 +107,11 @@ def read_rows(path: Path) -> Rows:
         raise ColumnsError([f"{place}: {error.says}"]) from None
     comments, rows = [], []
     for number, content in enumerate(lines_of(text), start=1):
-        before, mark, comment = content.partition("#")
-        if mark and not before.strip():
+        values, mark, comment = content.partition("#")
+        if mark and not values.strip():
             comments.append((number, comment.strip()))
         try:
-            cells = next(csv.reader([before], skipinitialspace=True), [])
+            cells = next(csv.reader([values], skipinitialspace=True), [])
         except csv.Error as error:
             raise ColumnsError([f"{path}, line {number}: {error}"]) from None
         cells = [cell.strip() for cell in cells]
@@ -130,7 +130,7 @@ def read_rows(path: Path) -> Rows:
         raise ColumnsError(
             [f"{path}, line {line}: columns must be separated by ',', not by blanks"]
         )
-    return Rows(path, comments, header, line, rows)
+    return TableRows(path, comments, header, line, rows)
 
 
 def faults_of_names(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
@@ -160,9 +160,9 @@ def nearest(name: str, allowed: Sequence[str]) -> str:
     """Return the column that is meant; empty if none is near."""
     if not name:
         return ""
-    own = name.lower()
-    near = [one for one in allowed if own.startswith(one) or one.startswith(own)]
-    near += difflib.get_close_matches(own, allowed, n=1, cutoff=0.6)
+    key = name.lower()
+    near = [c for c in allowed if key.startswith(c) or c.startswith(key)]
+    near += difflib.get_close_matches(key, allowed, n=1, cutoff=0.6)
     return near[0] if near else ""
 
 
@@ -175,13 +175,13 @@ def unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
 
 
 def numbers(
-    table: Rows, columns: Mapping[str, Allowed]
+    table: TableRows, columns: Mapping[str, Allowed]
 ) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
     """Return lines and columns of the rows, and what is wrong in which line."""
     header = table.header
     faults: dict[str, list[tuple[int, str]]] = {}
     lines: list[int] = []
-    found: list[list[float]] = []
+    table_values: list[list[float]] = []
     for line, cells in table.rows:
         if len(cells) != len(header):
             commas = " (decimal commas?)" if len(cells) > len(header) else ""
@@ -199,18 +199,18 @@ def numbers(
                     faults.setdefault(kind, []).append((line, f"{name} = {says}"))
             values.append(value)
         lines.append(line)
-        found.append(values)
-    array = np.array(found).reshape(len(lines), len(header))
-    told = [fault for alike in faults.values() for fault in _told_once(alike)]
-    return lines, dict(zip(header, array.T, strict=True)), sorted(told, key=lambda fault: fault[0])
+        table_values.append(values)
+    array = np.array(table_values).reshape(len(lines), len(header))
+    messages = [fault for alike in faults.values() for fault in _told_once(alike)]
+    return lines, dict(zip(header, array.T, strict=True)), sorted(messages, key=lambda f: f[0])
 
 
 def _told_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
     """Return faults of one kind: of many the first, with the lines of the others."""
     if len(alike) <= MOST_ALIKE:
         return alike
-    (line, says), *others = alike
-    lines = [one for one, _ in others]
+    (line, says), *repeats = alike
+    lines = [number for number, _ in repeats]
     where = f"{lines[0]} to {lines[-1]}" if lines[-1] - lines[0] == len(lines) - 1 else (
         f"{', '.join(map(str, lines[:3]))} and {len(lines) - 3} more"
     )  # fmt: skip
@@ -220,8 +220,8 @@ def _told_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
 def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
     """Return the cell and what is allowed in its place; empty if there is nothing wrong."""
     if not np.isfinite(value):
-        shown = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
+        text = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
         comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
-        return f"{shown}: must be a finite number{comma}" if cell else "(empty): must be a number"
+        return f"{text}: must be a finite number{comma}" if cell else "(empty): must be a number"
     says = allowed.refuses(value)
     return f"{cell}: {says}" if says else ""

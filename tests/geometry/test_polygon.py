@@ -8,10 +8,10 @@ from pidpanel.geometry.polygon import (
     Polygon,
     Rectangle,
     check_panel,
+    lies_within,
     overlap,
     rounded,
     signed_area,
-    within,
 )
 
 L_SHAPE = Polygon(((0, 0), (1, 0), (1, 0.5), (0.5, 0.5), (0.5, 1), (0, 1)))
@@ -63,7 +63,7 @@ def test_arcs_that_need_more_than_their_edge_are_refused():
     ],
 )
 def test_what_lies_within_and_what_overlaps(other, inside, common):
-    assert within(other.corners, L_SHAPE.corners, 1e-9) is inside
+    assert lies_within(other.corners, L_SHAPE.corners, 1e-9) is inside
     assert overlap(other.corners, L_SHAPE.corners, 1e-9) is common
     assert overlap(L_SHAPE.corners, other.corners, 1e-9) is common
 

@@ -8,7 +8,7 @@ import pytest
 from coupled_study import coupled_results
 
 from pidpanel.report import answer, answer_section, answer_text
-from pidpanel.report.answer import AtPoint
+from pidpanel.report.answer import PointResponse
 from pidpanel.report.html import Picture
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import CARRIED, judged
@@ -32,7 +32,7 @@ def answered(study, respond, error_db=0.2, **changes):
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
-    # red: APART = 0; errors of a difference added up without squares would join r = 0.9 too
+    # red: SIGNIFICANCE = 0; errors of a difference added up without squares would join r = 0.9 too
     found = answered(study, respond)
     assert [one.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
     assert [one.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
@@ -62,14 +62,14 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
 
 
 def test_a_gain_within_its_error_is_none(study, respond):
-    # red: is_gain without APART
+    # red: is_gain without SIGNIFICANCE
     said = answer_text.headline(answered(study, respond, 1.6))
     assert said.endswith("no reduction beyond its error.")
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
     # red: `not abs(…) <= …` in are_apart
-    one, other = AtPoint(1.0, math.nan, 6.0, math.nan), AtPoint(1.0, 0.1, 0.0, 0.1)
+    one, other = PointResponse(1.0, math.nan, 6.0, math.nan), PointResponse(1.0, 0.1, 0.0, 0.1)
     assert not answer.are_apart(one, other)
     assert answer.is_gain(one) is None and answer.is_gain(other) is False
 
@@ -116,7 +116,7 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
     ]
     last = [one for one in found.candidates if one.scenario.patch == "B"]
     crowded = dataclasses.replace(found, candidates=(*many, *last))
-    chosen = answer.shown(crowded)
+    chosen = answer.select_candidates(crowded)
     assert len(chosen) == answer.ROWS
     assert chosen[-1] is last[0] and chosen[0] is many[0]
 

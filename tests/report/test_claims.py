@@ -48,7 +48,7 @@ def test_the_best_fill_by_bands_is_named_beside_the_one_by_rms():
 
 
 def test_every_fill_must_lower_every_point():
-    # red: `.any()` for `.all()` in decided; APART = 0
+    # red: `.any()` for `.all()` in decided; SIGNIFICANCE = 0
     bare = pd.Series([2.0, 1.2], index=POINTS)
     every, not_every = by_fill([1, 1], [1, 1.1], [1, 1]), by_fill([1, 1], [1, 1.3], [1, 1])
     assert claims.every_fill_lowers(every, certain(every), bare).holds is True

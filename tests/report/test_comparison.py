@@ -13,9 +13,9 @@ from pidpanel.report.comparison import (
     NothingInCommon,
     Side,
     Value,
+    comparison_lines,
     differences,
     only_in,
-    told,
 )
 from pidpanel.report.comparison_page import comparison_page
 from pidpanel.report.html import render
@@ -70,10 +70,10 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], reading="table")
     found = {d.key[1]: d for d in differences(one, other)}
     assert set(found) == {"bare", "x", BEST}
-    assert (found[BEST].one.scenario, found[BEST].other.scenario) == ("y", "x")
+    assert (found[BEST].first.scenario, found[BEST].second.scenario) == ("y", "x")
     assert found["bare"].verdict == "the same"
     assert only_in(one, other) == ["y"]
-    lines = list(told(one, other))
+    lines = list(comparison_lines(one, other))
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
     assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"
 
@@ -81,7 +81,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
 def test_studies_without_a_common_point_say_which_points_they_have():
     # red: an empty table
     with pytest.raises(NothingInCommon, match="points of a are P, of b Q"):
-        list(told(side("a", [("x", 1, 0.1)]), side("b", [("x", 1, 0.1)], point="Q")))
+        list(comparison_lines(side("a", [("x", 1, 0.1)]), side("b", [("x", 1, 0.1)], point="Q")))
 
 
 def test_the_page_names_what_differs_for_certain_and_draws_both():

@@ -221,8 +221,8 @@ def test_axes_of_a_sweep_name_what_is_constant_in_them(cases):
 
 def test_a_few_values_keep_both_ends():
     # red: values[:count]
-    assert layout.few(np.arange(11), 3).tolist() == [0, 5, 10]
-    assert layout.few(np.arange(2), 5).tolist() == [0, 1]
+    assert layout.pick(np.arange(11), 3).tolist() == [0, 5, 10]
+    assert layout.pick(np.arange(2), 5).tolist() == [0, 1]
 
 
 def test_room_for_labels_is_the_same_on_any_figure():

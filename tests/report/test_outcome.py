@@ -17,7 +17,7 @@ def test_the_outcome_names_the_best_fill_of_each_point(study, respond):
 
 
 def test_what_lies_within_the_errors_is_not_called_better(study, respond):
-    # red: APART = 0; a gain of 2 dB with an error of 1.5 dB called one
+    # red: SIGNIFICANCE = 0; a gain of 2 dB with an error of 1.5 dB called one
     summary, _ = respond(FILL, error_db=0.8)
     said = " ".join(outcome(study, summary))
     assert (

@@ -43,21 +43,21 @@ def table():
 def test_added_mass_is_the_double_integral_of_cos_kr_over_r(table, k):
     # the wavenumbers integrated over reach to 90 rad/m, 5 times that of (9,1); 1e-5 as found
     # red: np.hypot(k, t) → t in `_reactive`; / (2 * np.pi) left out
-    static = np.diag(table.at([0.0])[0])
+    static = np.diag(table.matrix([0.0])[0])
     expected = [double_integral(mode, k) for mode in MODES]
-    np.testing.assert_allclose(np.diag(table.at([k])[0]), expected, atol=5e-5 * static.min())
+    np.testing.assert_allclose(np.diag(table.matrix([k])[0]), expected, atol=5e-5 * static.min())
 
 
 def test_one_side_of_air_lowers_the_first_frequency_by_six_percent(table):
     # 64.9 Hz, m = 1.5 kg, 1.2 kg/m³: f/√(1 + ρ₀V/m), one figure is given
     # red: k_max → 10 k_max in the table's nodes
-    mass = 1.2 * table.at([2 * np.pi * 64.9 / 343.0])[0, 0, 0]
+    mass = 1.2 * table.matrix([2 * np.pi * 64.9 / 343.0])[0, 0, 0]
     assert 1 / np.sqrt(1 + mass / 1.5) == pytest.approx(0.94, abs=0.005)
 
 
 def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
     # red: np.sin(along_x) → np.cos(along_x) in `azimuthal_mean`
-    static = table.at([0.0])[0]
+    static = table.matrix([0.0])[0]
     np.testing.assert_allclose(static, static.T, atol=1e-16)
     assert abs(static[0, 1]) < 1e-12 * static[0, 0]
     assert np.linalg.eigvalsh(static)[0] > 0

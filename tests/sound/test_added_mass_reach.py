@@ -43,7 +43,7 @@ def test_a_rigid_piston_with_free_edges_carries_the_air_of_the_closed_form(free,
     # limit, so that the error falls as fast as the reach grows; a promise of 1 % is met tenfold
     # red: root[:, None] * beyond * root → 0 (20 %); FALL = (4, 7) (7 %); volume_at += left out
     table = tabulate_added_mass(reach / 2, serving(free, reach))
-    assert table.at([0.0])[0, 0, 0] == pytest.approx(SQUARE, rel=error)
+    assert table.matrix([0.0])[0, 0, 0] == pytest.approx(SQUARE, rel=error)
 
 
 def double_integral(k, panel_of):
@@ -91,7 +91,7 @@ def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, 
     # the integrand is smooth, its quadrature converged to 1e-6; what is left is the fall of Ā
     # beyond 20 rad/m, where a tenth of V lies, 5e-4; k = 10 is the largest that the reach allows
     # red: ratio / 2 → 0 in `_rest` (k = 10: 1.3e-3); np.sqrt(share / reach) → share / reach
-    found = tabulate_added_mass(10.0, serving(free, 20.0)).at([k])[0]
+    found = tabulate_added_mass(10.0, serving(free, 20.0)).matrix([k])[0]
     expected = double_integral(k, autocorrelation)
     scale = np.sqrt(np.outer(*2 * [np.diag(double_integral(0.0, autocorrelation))]))
     assert np.max(np.abs(found - expected) / scale) < 8e-4
@@ -104,7 +104,7 @@ def test_a_shape_wholly_beyond_the_reach_errs_by_no_more_than_its_share_over_the
     shape = np.sin(12 * np.pi * position[:, :1]) * np.sin(np.pi * position[:, 1:])
     panel = PanelQuadrature(position, weight, shape)
     near, far = (
-        tabulate_added_mass(5.0, serving(panel, reach)).at([0.0])[0, 0, 0] for reach in (20, 80)
+        tabulate_added_mass(5.0, serving(panel, reach)).matrix([0.0])[0, 0, 0] for reach in (20, 80)
     )
     assert far > 0.25 / 80
     assert abs(near - far) < 0.25 / 2 / 20

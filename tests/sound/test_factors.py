@@ -43,7 +43,7 @@ def test_the_factors_are_g_to_their_tolerance(odd):
     widths = []
     for k in (1.0, 5.0, 12.0):
         lines = k * np.linspace(1.0, 1.04, 5)
-        L, G = of.factors_at(lines), of.at(lines)
+        L, G = of.factors_at(lines), of.matrix(lines)
         widths.append(L.shape[2])
         diagonal = np.sqrt(np.einsum("fii->fi", G).real)
         left = np.abs(G - L @ L.conj().swapaxes(1, 2))
@@ -89,15 +89,15 @@ def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
         few = of._rows_up_to(k_max, rows)
         assert few.wavenumber.size <= (30 if k_max < 10 else 40)
         lines = k_max * np.array([0.0, 0.3, 0.9, 1.0])
-        whole = of.at(lines)[:, rows]
-        assert np.max(np.abs(few.at(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
+        whole = of.matrix(lines)[:, rows]
+        assert np.max(np.abs(few.matrix(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
 
 
 def test_what_the_table_rounds_off_sets_the_tolerance():
     # red: FACTOR_TOLERANCES = (1e-10,); or (1e-7,); too many shapes at one tolerance end the search
     for noise, k, tolerance in ((0.0, 2.0, 1e-10), (1e-13, 2.0, 1e-9), (1e-12, 19.0, 1e-8)):
         of = table(noise=noise)
-        (L,), (whole,) = of.factors_at([k]), of.at([k])
+        (L,), (whole,) = of.factors_at([k]), of.matrix([k])
         scale = np.sqrt(np.diag(whole))
         left = (np.abs(whole - L @ L.T) / scale[:, None] / scale).max()
         assert tolerance / 100 < left <= SLACK * tolerance
@@ -121,7 +121,7 @@ def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():
     # red: k.max() → k.min() in the band of factors_at
     of = table()
     lines = np.array([9.0, 10.0, 11.0])
-    L, G = of.factors_at(lines), of.at(lines)
+    L, G = of.factors_at(lines), of.matrix(lines)
     diagonal = np.sqrt(np.einsum("fii->fi", G))
     largest = np.maximum(diagonal, 1e-5 * diagonal.max(axis=1, keepdims=True))
     left = np.abs(G - L @ L.swapaxes(1, 2)) / largest[:, :, None] / largest[:, None]
@@ -133,7 +133,7 @@ def test_shapes_of_any_size_are_factored_to_their_own_size():
     of = table()
     size = np.resize([1.0, 1e-3, 30.0, 0.0], SHAPES)  # every fourth is not pushed at all
     scaled = WavenumberTable(K_MAX, of.wavenumber, of.even * size[:, None] * size)
-    (L,), (G,) = scaled.factors_at([3.0]), scaled.at([3.0])
+    (L,), (G,) = scaled.factors_at([3.0]), scaled.matrix([3.0])
     own = np.sqrt(np.maximum(np.diag(G), 1e-10 * np.diag(G).max()))
     assert np.all(np.abs(G - L @ L.T) <= SLACK * FACTOR_TOLERANCES[0] * own[:, None] * own)
     assert np.all(L[size == 0] == 0)

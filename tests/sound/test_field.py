@@ -158,7 +158,7 @@ def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
 def test_modal_force_is_symmetric_and_positive_semidefinite(table):
     # eigenvalues of a sum of squares; rounding only
     # red: parts.T @ parts → even.T @ even − odd.T @ odd in `sum_of_plane_waves`
-    for matrix in table.at(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
+    for matrix in table.matrix(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-16)
         eigenvalue = np.linalg.eigvalsh(matrix)
         assert eigenvalue[0] >= -1e-14 * eigenvalue[-1]
@@ -180,7 +180,7 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     scale = np.outer(largest, largest)
     wavenumbers = np.array([0.0, 0.02, 0.31, 0.77, 0.999, 1.0]) * k_max
-    for k, tabulated in zip(wavenumbers, table.at(wavenumbers), strict=True):
+    for k, tabulated in zip(wavenumbers, table.matrix(wavenumbers), strict=True):
         assert np.max(np.abs(tabulated - diffuse_modal_force(k, panel)) / scale) < 1e-13
 
 
@@ -188,7 +188,7 @@ def test_the_table_returns_its_nodes_exactly(panel):
     # red: no `on_node` in `chebyshev.interpolation` (nan from 0/0)
     table = tabulate_diffuse(5.0, panel)
     index = np.arange(table.wavenumber.size)
-    np.testing.assert_allclose(table.at(table.wavenumber), table.even[index], atol=1e-14)
+    np.testing.assert_allclose(table.matrix(table.wavenumber), table.even[index], atol=1e-14)
 
 
 def test_a_table_with_too_few_nodes_is_refused(panel):
@@ -198,11 +198,11 @@ def test_a_table_with_too_few_nodes_is_refused(panel):
 
 
 def test_a_table_is_not_read_beyond_its_end():
-    # red: no check of k.max() in `WavenumberTable.at`
+    # red: no check of k.max() in `WavenumberTable.matrix`
     table = WavenumberTable(10.0, chebyshev_nodes(10.0, 3), np.ones((3, 1, 1)))
-    assert table.at([10.0]) == pytest.approx(1.0)
+    assert table.matrix([10.0]) == pytest.approx(1.0)
     with pytest.raises(FieldError, match="reaches to 10"):
-        table.at([10.1])
+        table.matrix([10.1])
 
 
 def test_plane_waves_from_all_sides_make_the_diffuse_field(panel):
@@ -243,12 +243,12 @@ def test_a_plane_wave_across_the_panel_pushes_later_where_it_comes_later(panel):
 @pytest.mark.parametrize("incidence", [0.0, 0.7, np.pi / 2])
 def test_the_table_of_a_plane_wave_is_the_wave_at_every_frequency(panel, incidence):
     # Re G even and Im G odd in k, both entire: rounding between the nodes too
-    # red: k[:, None] * weights → weights in `WavenumberTable.at`
+    # red: k[:, None] * weights → weights in `WavenumberTable.matrix`
     k_max = float(wavenumber(2000.0, SPEED))
     table = tabulate_plane_wave(k_max, incidence, 0.4, panel)
     k = np.array([0.02, 0.31, 0.77, 1.0]) * k_max
     direct = plane_wave_modal_force(k, incidence, 0.4, panel)
-    np.testing.assert_allclose(table.at(k), direct, atol=1e-11 * np.abs(table.even).max())
+    np.testing.assert_allclose(table.matrix(k), direct, atol=1e-11 * np.abs(table.even).max())
 
 
 def test_the_middle_and_the_diameter_are_those_of_the_box_round_the_points():
@@ -273,7 +273,7 @@ def test_a_matrix_that_is_constant_is_so_at_every_wavenumber():
     matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
     table = constant_table(7.0, matrix)
     assert table.wavenumber == pytest.approx([7.0 / np.sqrt(2)])
-    np.testing.assert_array_equal(table.at([0.0, 3.0, 7.0]), np.stack([matrix] * 3))
+    np.testing.assert_array_equal(table.matrix([0.0, 3.0, 7.0]), np.stack([matrix] * 3))
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])

@@ -18,7 +18,7 @@ def test_tables_on_different_nodes_come_back_from_one_file(tmp_path):
     write_tables(path, {MODAL_FORCE: wave, ADDED_VOLUME: mass}, {"study": "x"})
     for name, table in ((MODAL_FORCE, wave), (ADDED_VOLUME, mass)):
         read = read_table(path, name)
-        np.testing.assert_array_equal(read.at([0.3, 4.9]), table.at([0.3, 4.9]))
+        np.testing.assert_array_equal(read.matrix([0.3, 4.9]), table.matrix([0.3, 4.9]))
         assert read.wavenumber_max == table.wavenumber_max
     with pytest.raises(KeyError):
         read_table(path, "diffuse_modal_force")

@@ -129,9 +129,11 @@ def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis
     for k in (0.4 * K_MAX, K_MAX):
         expected = FIELDS[keys](k, face_of(basis), read_basis(basis))
         # the tables are held to 1e-9 of the largest value, `field.TABLE_TOLERANCE`
-        np.testing.assert_allclose(table.at([k])[0], expected, atol=1e-9 * np.abs(expected).max())
+        np.testing.assert_allclose(
+            table.matrix([k])[0], expected, atol=1e-9 * np.abs(expected).max()
+        )
     with pytest.raises(FieldError, match="the table reaches to"):
-        table.at([1.001 * K_MAX])
+        table.matrix([1.001 * K_MAX])
     with xr.open_dataset(folder / "modal_force.nc", engine="scipy") as dataset:
         assert dataset.attrs["field"] == keys.split(",")[0].removeprefix("field: ")
         assert dataset.attrs["study"] == "small"
@@ -145,10 +147,10 @@ def test_air_answers_as_to_a_diffuse_field_whatever_drives_the_panel(run, basis,
     face, k = face_of(basis), 0.7 * K_MAX
     expected = field.diffuse_modal_force(k, face)
     name = ("modal_force.nc", MODAL_FORCE) if "diffuse" in keys else ("air.nc", DIFFUSE)
-    diffuse = read_table(folder / name[0], name[1]).at([k])[0]
+    diffuse = read_table(folder / name[0], name[1]).matrix([k])[0]
     np.testing.assert_allclose(diffuse, expected, atol=1e-9 * np.abs(expected).max())
     added = read_table(folder / "air.nc", ADDED_VOLUME)
-    np.testing.assert_array_equal(added.at([k]), tabulate_added_mass(K_MAX, face).at([k]))
+    np.testing.assert_array_equal(added.matrix([k]), tabulate_added_mass(K_MAX, face).matrix([k]))
 
 
 def test_no_mass_of_the_air_is_tabulated_where_it_does_not_count(run):
@@ -162,6 +164,6 @@ def test_no_mass_of_the_air_is_tabulated_where_it_does_not_count(run):
 def test_sound_beyond_the_waves_that_the_face_serves_is_refused(run):
     # the panel was condensed for twice the waves of its modes, 18 rad/m of bending at 500 Hz and
     # about one half more by Weyl's law with so few of them; 500 Hz at 100 m/s ask for twice 31.4
-    # red: wavenumber_max > panel.wavenumber → False in `FoldedFace.of`
+    # red: wavenumber_max > panel.wavenumber → False in `FoldedFace.from_panel`
     with pytest.raises(FieldError, match=r"shapes are known to .* rad/m, 62.8319 are needed"):
         run("field: diffuse, speed_m_s: 100", highest=500)

@@ -59,7 +59,7 @@ def told(rows):
 
 
 def test_a_case_of_another_stage_needs_nothing_but_its_rows(rows):
-    # red: SHOWN[case] for SHOWN.get(case)
+    # red: PRESENTATIONS[case] for PRESENTATIONS.get(case)
     text = html.render(told(rows))
     assert "Panel of Navier" in text and "44.99" in text and "Hz" in text
 
@@ -121,7 +121,7 @@ def test_cases_with_a_curve_have_a_figure_with_units(rows):
     assert pictures == {"collision", "slug", "floor"}
     figures = [
         shown.figure([r for r in rows if r.case == case])
-        for case, shown in verification_page.SHOWN.items()
+        for case, shown in verification_page.PRESENTATIONS.items()
     ]
     for axes in (axes for figure in figures for axes in figure.axes):
         assert axes.get_xlabel().endswith("–")

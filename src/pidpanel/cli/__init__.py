@@ -35,28 +35,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         from pidpanel.cli.parser import parsed
 
-        given = parsed(sys.argv[1:] if arguments is None else arguments)
-        if getattr(given, "trust_deck", False):
+        options = parsed(sys.argv[1:] if arguments is None else arguments)
+        if getattr(options, "trust_deck", False):
             os.environ["PIDPANEL_TRUST_DECK"] = "1"
-        status: int = given.call(given)
+        status: int = options.call(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return _told("stopped; the same command resumes", INTERRUPTED)
+        return _print_error("stopped; the same command resumes", INTERRUPTED)
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except OSError as error:
         if error.errno in FULL:  # what is left of the output cannot be written either
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _told(said(error), MACHINE)
+        return _print_error(format_error(error), MACHINE)
     except Exception as error:
         if not type(error).__module__.startswith("pidpanel."):
             raise
-        return _told(str(error), OF_CLASS.get(type(error).__name__, MISTAKE))
+        return _print_error(str(error), OF_CLASS.get(type(error).__name__, MISTAKE))
     return status
 
 
-def said(error: OSError) -> str:
+def format_error(error: OSError) -> str:
     """Return one line that tells what a file or the disk refused.
 
     Examples
@@ -69,10 +69,10 @@ def said(error: OSError) -> str:
     place = f"{error.filename}: " if error.filename else ""
     if error.errno in FULL:
         return f"{place}no space left on the disk; free some and run the same command again"
-    what = error.strerror or str(error) or type(error).__name__
-    return f"{place}{what[:1].lower()}{what[1:]}"
+    reason = error.strerror or str(error) or type(error).__name__
+    return f"{place}{reason[:1].lower()}{reason[1:]}"
 
 
-def _told(text: str, status: int) -> int:
+def _print_error(text: str, status: int) -> int:
     print(text, file=sys.stderr)
     return status

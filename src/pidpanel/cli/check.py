@@ -14,10 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_study(parser)
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.cli.study_overview import overview
 
-    print(overview(checked_study(given.study)))
+    print(overview(checked_study(args.study)))
     return 0

@@ -19,23 +19,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--yes", action="store_true", help="remove it")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel import durable
     from pidpanel.coupon.older import older, size_of, size_text
     from pidpanel.locks import is_running
 
-    results = given.directory / "results"
-    found = older(results / "coupon")
+    results = args.directory / "results"
+    leftover = older(results / "coupon")
     broken = sorted(path for path in results.rglob(f"*{durable.BROKEN}"))
-    unused = [*found.folders, *broken]
+    unused = [*leftover.folders, *broken]
     for path in unused:
         why = "damaged, set aside" if path in broken else "of another version"
         print(f"{path}: {why}, {size_text(size_of(path))}")
     size = size_text(sum(map(size_of, unused)))
     if not unused:
         print(f"{results}: nothing to remove")
-    elif not given.yes:
+    elif not args.yes:
         print(f"{results}: {len(unused)} unused, {size}; pidpanel clean --yes removes them")
     elif is_running(results):
         print(f"{results}: a study is running here, so nothing is removed")

@@ -20,25 +20,25 @@ HELP = "Compare two studies: tables, PSDs and maps side by side."
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    for name, said in (("a", "a study or the folder of its results"), ("b", "another")):
-        completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=said), FILES)
+    for name, help_text in (("a", "a study or the folder of its results"), ("b", "another")):
+        completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=help_text), FILES)
     add_directory(parser)
     parser.add_argument("--page", type=Path, metavar="FILE", help="HTML page to write")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
-    from pidpanel.report.comparison import read_side, told
+    from pidpanel.report.comparison import comparison_lines, read_side
 
-    results = given.directory / "results"
-    one, other = (read_side(*_folder(name, results)) for name in (given.a, given.b))
-    for line in told(one, other):
+    results = args.directory / "results"
+    first, second = (read_side(*_folder(name, results)) for name in (args.a, args.b))
+    for line in comparison_lines(first, second):
         print(line)
-    if given.page is not None:
+    if args.page is not None:
         from pidpanel.report.comparison_page import write_comparison
 
-        write_comparison(one, other, given.page)
-        print(given.page.absolute())
+        write_comparison(first, second, args.page)
+        print(args.page.absolute())
     return 0
 
 

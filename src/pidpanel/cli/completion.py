@@ -17,11 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("shell", choices=SHELLS, help="the shell")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     import shtab
 
     from pidpanel.cli.parser import parser
 
-    print(shtab.complete(parser(), given.shell))
+    print(shtab.complete(parser(), args.shell))
     return 0

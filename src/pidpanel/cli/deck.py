@@ -31,31 +31,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, help="seed of the packing (default: 1)")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.coupon.from_study import distinct_cases
     from pidpanel.study import StudyError
 
-    study = checked_study(given.study)
-    cases = {case.label: case for found in distinct_cases(study).values() for case in found}
+    study = checked_study(args.study)
+    cases = {case.label: case for batch in distinct_cases(study).values() for case in batch}
     if not cases:
-        raise StudyError(f"{given.study}: runs no LIGGGHTS, because no coupon is simulated")
-    if given.case is None and given.at is None:
+        raise StudyError(f"{args.study}: runs no LIGGGHTS, because no coupon is simulated")
+    if args.case is None and args.at is None:
         for label, case in cases.items():
-            print(label, _told(case), sep="\t")
+            print(label, _describe(case), sep="\t")
         return 0
-    chosen = _nearest(cases, given.at) if given.case is None else _named(cases, given.case)
+    chosen = _nearest(cases, args.at) if args.case is None else _named(cases, args.case)
     seeds = {run.packing.seed: run for run in chosen.with_reserve.runs}
-    if given.seed not in seeds:
+    if args.seed not in seeds:
         raise StudyError(
-            f"--seed {given.seed}: must be one of {', '.join(map(str, seeds))} for {chosen.label}"
+            f"--seed {args.seed}: must be one of {', '.join(map(str, seeds))} for {chosen.label}"
         )
-    print(seeds[given.seed].deck_text(), end="")
+    print(seeds[args.seed].deck_text(), end="")
     return 0
 
 
-def _told(case: Case) -> str:
+def _describe(case: Case) -> str:
     r, f, gamma = _point(case)
     return f"r = {r:g}, {f:g} Hz, {gamma:.4g} g"
 
@@ -67,13 +67,13 @@ def _point(case: Case) -> tuple[float, float, float]:
     return run.fill_fraction, run.drive.frequency, run.drive.acceleration / STANDARD_GRAVITY
 
 
-def _nearest(cases: dict[str, Case], at: tuple[float, float, float]) -> Case:
+def _nearest(cases: dict[str, Case], point: tuple[float, float, float]) -> Case:
     """Return the case nearest in the fill and in the logarithms of frequency and acceleration."""
     import math
 
     from pidpanel.study import StudyError
 
-    fill, frequency, gamma = at
+    fill, frequency, gamma = point
     if not (math.isfinite(fill) and frequency > 0 and gamma > 0):
         raise StudyError("--at: must be a fill fraction, and a frequency and a Γ above 0")
 
@@ -87,11 +87,11 @@ def _nearest(cases: dict[str, Case], at: tuple[float, float, float]) -> Case:
 def _named(cases: dict[str, Case], name: str) -> Case:
     from pidpanel.study import StudyError
 
-    found = [case for label, case in cases.items() if label == name or label.startswith(name)]
+    matches = [case for label, case in cases.items() if label == name or label.startswith(name)]
     exact = cases.get(name)
     if exact is not None:
         return exact
-    if len(found) == 1:
-        return found[0]
-    what = "no case" if not found else f"{len(found)} cases"
-    raise StudyError(f"{name}: {what} with this label; omit the label to list the cases")
+    if len(matches) == 1:
+        return matches[0]
+    count = "no case" if not matches else f"{len(matches)} cases"
+    raise StudyError(f"{name}: {count} with this label; omit the label to list the cases")

@@ -97,35 +97,35 @@ OF_SECTION = {
 }
 
 
-def questions(known: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
+def questions(answers: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
     """Ask for what is not known; an empty answer takes what stands in brackets.
 
     Parameters
     ----------
-    known
+    answers
         Values by name of `Draft`.
     ask
         Shows a question and returns the answer, as `input`.
     """
-    found = dict(known)
+    values = dict(answers)
     for name, (question, read) in QUESTIONS.items():
-        draft = Draft(**found)
+        draft = Draft(**values)
         of_other = draft.section not in OF_SECTION.get(name, (draft.section,))
         no_bead = name in ("bead", "bead_mm", "cell_mm") and draft.reading != "coupled"
-        if name in found or of_other or no_bead:
+        if name in values or of_other or no_bead:
             continue
         default = draft.thickness if name == "thickness_mm" else getattr(draft, name)
-        shown = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default
-        while name not in found:
-            answer = ask(f"{question} [{shown}]: ").strip()
+        default_text = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default
+        while name not in values:
+            answer = ask(f"{question} [{default_text}]: ").strip()
             try:
-                found[name] = read(answer) if answer else default
+                values[name] = read(answer) if answer else default
             except Exception as error:
                 print(error)
                 continue
-            if found[name] not in CHOICES.get(name, (found[name],)):
-                print(f"{found.pop(name)!r}: must be one of {', '.join(CHOICES[name])}")
-    return found
+            if values[name] not in CHOICES.get(name, (values[name],)):
+                print(f"{values.pop(name)!r}: must be one of {', '.join(CHOICES[name])}")
+    return values
 
 
 def write(draft: Draft, file: Path, *, force: bool = False) -> None:
@@ -140,7 +140,7 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
         raise StudyError(f"{file}: exists; --force overwrites it")
     if file.suffix not in (".yaml", ".yml"):
         raise StudyError(f"{file}: must end in .yaml")
-    before = file.read_bytes() if file.exists() else None
+    backup = file.read_bytes() if file.exists() else None
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
         values = _values(draft, file)
@@ -155,19 +155,19 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
                 if halved == FINER:
                     raise StudyError(f"{file}: panel: {error}") from None
     except BaseException:
-        if before is None:
+        if backup is None:
             file.unlink(missing_ok=True)
         else:
-            file.write_bytes(before)
+            file.write_bytes(backup)
         raise
 
 
 def _values(draft: Draft, file: Path) -> dict[str, Any]:
     """Return the variables of the template."""
-    spectrum = _beside(draft.spectrum, file)
+    spectrum = _relative_path(draft.spectrum, file)
     try:
-        found = found_file(Path(spectrum), file.parent, DATA / "spl")
-        edges = read_spl_table(found).edge_frequency
+        table = found_file(Path(spectrum), file.parent, DATA / "spl")
+        edges = read_spl_table(table).edge_frequency
     except ValueError as error:
         raise StudyError(f"--spectrum {draft.spectrum}: {error}") from None
     low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))
@@ -180,7 +180,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "title": draft.title or file.stem,
         "name": file.stem,
         "spectrum": spectrum,
-        "table": _beside(draft.table, file) if draft.table else "",
+        "table": _relative_path(draft.table, file) if draft.table else "",
         "thickness": draft.thickness,
         "depth_mm": draft.depth_mm,
         "reading": draft.reading,
@@ -193,7 +193,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     }
 
 
-def _beside(name: str, file: Path) -> str:
+def _relative_path(name: str, file: Path) -> str:
     """Return a file's path relative to the folder of the study; a name that comes with pidpanel."""
     path = Path(name)
     return os.path.relpath(path, file.parent) if path.is_file() else name

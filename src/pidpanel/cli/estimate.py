@@ -24,11 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.cli.overview import estimate
 
-    results = given.results or given.directory / "results"
-    print(estimate(checked_study(given.study), results, given.jobs))
+    results = args.results or args.directory / "results"
+    print(estimate(checked_study(args.study), results, args.jobs))
     return 0

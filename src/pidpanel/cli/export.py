@@ -21,21 +21,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", type=Path, metavar="FOLDER", help="folder to copy them to")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     import shutil
 
-    from pidpanel.cli.results import made
+    from pidpanel.cli.results import make
     from pidpanel.owner import check_owner
     from pidpanel.study import load_study
 
-    study = load_study(given.study)
-    check_owner(study, given.study, given.directory / "results")
-    folder = made(given.study, given.directory, f"results/{study.name}/response/export", "export")
-    if given.to is not None:
-        given.to.mkdir(parents=True, exist_ok=True)
+    study = load_study(args.study)
+    check_owner(study, args.study, args.directory / "results")
+    folder = make(args.study, args.directory, f"results/{study.name}/response/export", "export")
+    if args.to is not None:
+        args.to.mkdir(parents=True, exist_ok=True)
         ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
-        folder = Path(shutil.copytree(folder, given.to, dirs_exist_ok=True, ignore=ours))
+        folder = Path(shutil.copytree(folder, args.to, dirs_exist_ok=True, ignore=ours))
     for path in sorted(folder.glob("[!.]*")):
         print(path)
     return 0

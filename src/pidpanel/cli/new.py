@@ -43,19 +43,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--table", help="CSV table of measured damping, instead of particles")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli.draft import Draft, questions, write
 
     values = {
         key: value
-        for key, value in vars(given).items()
+        for key, value in vars(args).items()
         if key in Draft.__dataclass_fields__ and value is not None
     }
-    if given.ask or (not values and sys.stdin.isatty()):
+    if args.ask or (not values and sys.stdin.isatty()):
         values = questions(values, input)
-    write(Draft(**values), given.file, force=given.force)
-    print(f"{given.file}: written; next: pidpanel check {given.file}")
+    write(Draft(**values), args.file, force=args.force)
+    print(f"{args.file}: written; next: pidpanel check {args.file}")
     return 0
 
 

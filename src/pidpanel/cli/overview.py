@@ -26,15 +26,15 @@ def _of_runs(study: CouponStudy, results: Path, jobs: int) -> str:
     coupled = [_of_coupled(study)] if isinstance(study, Study) and study.is_coupled else []
     if left:
         seconds = PLAN + cpu_seconds(left, probe(left), folder)
-        said = [
+        parts = [
             f"{len(left)} of {len(cases)} coupon cases to run, about {seconds / 60:.1f} min of CPU "
             f"time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
         ]
     elif coupled:
-        said = [f"{len(cases)} coupon cases are complete"] if cases else []
+        parts = [f"{len(cases)} coupon cases are complete"] if cases else []
     else:
-        said = [f"no LIGGGHTS runs left, {len(cases)} coupon cases are complete"]
-    return f"{study.name}: {'; '.join([*said, *coupled])}"
+        parts = [f"no LIGGGHTS runs left, {len(cases)} coupon cases are complete"]
+    return f"{study.name}: {'; '.join([*parts, *coupled])}"
 
 
 def _of_coupled(study: Study) -> str:

@@ -76,14 +76,14 @@ def parser() -> argparse.ArgumentParser:
     )
     for name in COMMANDS:
         module = import_module(f"pidpanel.cli.{name}")
-        one = commands.add_parser(
+        subparser = commands.add_parser(
             name,
             help=module.HELP,
             description=module.__doc__,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        module.add_arguments(one)
-        one.set_defaults(call=module.call)
+        module.add_arguments(subparser)
+        subparser.set_defaults(call=module.call)
     return whole
 
 
@@ -91,11 +91,11 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the arguments of a command; `further` is what follows ``--``, for Snakemake."""
     end = list(arguments).index("--") if "--" in arguments else len(arguments)
     whole = parser()
-    given = whole.parse_args(arguments[:end])
-    given.further = list(arguments[end + 1 :])
-    if given.further and given.command != "run":
+    args = whole.parse_args(arguments[:end])
+    args.further = list(arguments[end + 1 :])
+    if args.further and args.command != "run":
         whole.error("options after -- are for Snakemake and only allowed with run")
-    return given
+    return args
 
 
 def add_study(parser: argparse.ArgumentParser) -> None:

@@ -67,8 +67,8 @@ class Cases:
     def __str__(self) -> str:
         failed = sum(self.failures.values())
         names = ", ".join(f"{count} {name}" for name, count in self.failures.items())
-        said = f"{self.done} of {self.total} done, {self.total - self.done} left"
-        return f"{said}; {failed} of them failed ({names})" if failed else said
+        text = f"{self.done} of {self.total} done, {self.total - self.done} left"
+        return f"{text}; {failed} of them failed ({names})" if failed else text
 
 
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
@@ -80,7 +80,7 @@ def cases_of(study: CouponStudy, folder: Path) -> Cases:
             total += 1
             ended = [_status(path) for path in case.outcomes(folder)]
             done += None not in ended
-            failed = [one for one in ended if one not in (None, "ok")]
+            failed = [status for status in ended if status not in (None, "ok")]
             failures.update(failed[:1])
     return Cases(total, done, failures)
 
@@ -111,15 +111,15 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
 
 def running(folder: Path) -> list[str]:
     """Return a line for each job of a run of Snakemake in a folder; none where nothing runs."""
-    found = []
+    lines = []
     for process in psutil.process_iter(["cmdline", "cwd"]):
         words = process.info["cmdline"] or []
         if process.info["cwd"] != str(folder.absolute()) or "--dry-run" in words:
             continue
         if any(Path(word).name in ("snakemake", PROCESS) for word in words[:4]):
-            found.append(f"running: Snakemake, process {process.pid}")
-            found += [line for child in _children(process) if (line := _job(child, folder))]
-    return found
+            lines.append(f"running: Snakemake, process {process.pid}")
+            lines += [line for child in _children(process) if (line := _job(child, folder))]
+    return lines
 
 
 def _children(process: psutil.Process) -> list[psutil.Process]:
@@ -142,8 +142,8 @@ def _job(process: psutil.Process, folder: Path) -> str:
         return ""
     place = log.relative_to(folder.absolute()) if log.is_relative_to(folder.absolute()) else log
     name, spent = script.removeprefix("scripts."), timedelta(seconds=round(since))
-    said = last_line(log)
-    return f"running: {name} for {spent}, {place}" + (f": {said}" if said else "")
+    message = last_line(log)
+    return f"running: {name} for {spent}, {place}" + (f": {message}" if message else "")
 
 
 def last_line(log: Path) -> str:
@@ -170,17 +170,17 @@ def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
         Jobs that are left, by their rule.
     """
     logs = sorted((folder / ".snakemake" / "log").glob("*.log"), key=lambda p: p.stat().st_mtime)
-    found: dict[str, None] = {}
+    failures: dict[str, None] = {}
     rule = ""
     for line in logs[-1].read_text(encoding="utf-8", errors="replace").splitlines() if logs else []:
         begun = _ERROR.match(line)
-        told = _LOG.match(line)
+        log_match = _LOG.match(line)
         if begun:
             rule = begun[1]
-        elif told and rule:
-            ours = told[1].startswith((f"results/{name}/", "results/coupon/"))
+        elif log_match and rule:
+            ours = log_match[1].startswith((f"results/{name}/", "results/coupon/"))
             if ours and rule in left:
-                why = last_line(folder / told[1])
-                found[f"failed: {rule}, {told[1]}: {why or 'no message'}"] = None
+                why = last_line(folder / log_match[1])
+                failures[f"failed: {rule}, {log_match[1]}: {why or 'no message'}"] = None
             rule = ""
-    return list(found)
+    return list(failures)

@@ -17,20 +17,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--open", action="store_true", help="open it in the browser")
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     import webbrowser
 
-    from pidpanel.cli.results import made
+    from pidpanel.cli.results import make
     from pidpanel.owner import check_owner
     from pidpanel.study import Study, load_any_study
 
-    study = load_any_study(given.study)
-    check_owner(study, given.study, given.directory / "results")
+    study = load_any_study(args.study)
+    check_owner(study, args.study, args.directory / "results")
     rule = "report" if isinstance(study, Study) else "coupon_report"
     target = f"results/{study.name}/report.html"
-    page = made(given.study, given.directory, target, rule, again=given.again).absolute()
+    page = make(args.study, args.directory, target, rule, force=args.again).absolute()
     print(page)
-    if given.open:
+    if args.open:
         webbrowser.open(page.as_uri())
     return 0

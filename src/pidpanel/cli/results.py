@@ -7,7 +7,7 @@ from pathlib import Path
 from pidpanel.cli.snakemake import RunError, jobs_left, run
 
 
-def made(study: Path, folder: Path, target: str, rule: str, *, again: bool = False) -> Path:
+def make(study: Path, folder: Path, target: str, rule: str, *, force: bool = False) -> Path:
     """Return the path of a result that one rule makes; make it where it is out of date.
 
     Parameters
@@ -20,7 +20,7 @@ def made(study: Path, folder: Path, target: str, rule: str, *, again: bool = Fal
         The result, relative to that folder.
     rule
         That makes it.
-    again
+    force
         Whether to make it even if it is up to date.
 
     Raises
@@ -29,14 +29,14 @@ def made(study: Path, folder: Path, target: str, rule: str, *, again: bool = Fal
         If more than that is to be run, or the run fails.
     """
     left = jobs_left(study, folder, target)
-    before = {name: count for name, count in left.items() if name != rule}
-    if before:
-        named = ", ".join(f"{count} × {name}" for name, count in before.items())
+    unfinished = {name: count for name, count in left.items() if name != rule}
+    if unfinished:
+        named = ", ".join(f"{count} × {name}" for name, count in unfinished.items())
         raise RunError(
             f"{folder / target}: jobs before it are not done: {named}; use pidpanel run first"
         )
-    if left or again:
-        options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if again else [])]
+    if left or force:
+        options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if force else [])]
         if run(study, folder, 1, options):
             raise RunError(f"{folder / target}: failed; see above")
     return folder / target

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli.snakemake import check_memory
 
@@ -39,20 +39,20 @@ def call(given: argparse.Namespace) -> int:
     from pidpanel.owner import check_owner
     from pidpanel.study import StudyError
 
-    study = checked_study(given.study)
-    results = given.directory / "results"
-    given.directory.mkdir(parents=True, exist_ok=True)
+    study = checked_study(args.study)
+    results = args.directory / "results"
+    args.directory.mkdir(parents=True, exist_ok=True)
     try:
         check_machine(study, results)
     except StudyError as error:
         raise MachineError(str(error)) from None
-    check_owner(study, given.study, results)
+    check_owner(study, args.study, results)
     check_space(results)
-    options = [*(["--dry-run"] if given.dry_run else []), *given.further]
-    status = run(given.study, given.directory, given.jobs, options)
-    if status == 0 and not given.dry_run and page_of(study, results).exists():
+    options = [*(["--dry-run"] if args.dry_run else []), *args.further]
+    status = run(args.study, args.directory, args.jobs, options)
+    if status == 0 and not args.dry_run and page_of(study, results).exists():
         print(page_of(study, results).absolute())
-    if status == 0 and not given.dry_run:
+    if status == 0 and not args.dry_run:
         return told_of_machine(study, results)
     return status
 

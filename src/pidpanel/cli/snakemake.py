@@ -120,13 +120,13 @@ def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
         raise RunError(f"{study}: {last[-1].strip()}")
     if "Job stats" not in text:
         return {}
-    found = {}
+    counts = {}
     for line in text.split("Job stats:")[1].splitlines()[3:]:
         row = _ROW.match(line)
         if row is None:
             break
-        found[row[1]] = int(row[2])
-    return {rule: count for rule, count in found.items() if rule not in ("all", "total")}
+        counts[row[1]] = int(row[2])
+    return {rule: count for rule, count in counts.items() if rule not in ("all", "total")}
 
 
 def page_of(study: CouponStudy, results: Path) -> Path:

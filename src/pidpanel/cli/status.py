@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_directory(parser)
 
 
-def call(given: argparse.Namespace) -> int:
+def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
@@ -27,19 +27,19 @@ def call(given: argparse.Namespace) -> int:
     from pidpanel.owner import check_owner
     from pidpanel.study import load_any_study
 
-    study = load_any_study(given.study)
-    folder: Path = given.directory
+    study = load_any_study(args.study)
+    folder: Path = args.directory
     results = folder / "results"
     if not results.is_dir():
         print(f"{study.name}: nothing is done; {results.absolute()} does not exist")
         return 1
-    check_owner(study, given.study, results)
-    left = jobs_left(given.study, folder)
+    check_owner(study, args.study, results)
+    left = jobs_left(args.study, folder)
     running = progress.running(folder)
     failed = progress.failed(folder, study.name, left) if not running else []
     cases = progress.cases_of(study, results / "coupon")
-    said = "running" if running else "complete" if not left else "not complete"
-    print(f"{study.name}: {said}; {(results / study.name).absolute()}")
+    state = "running" if running else "complete" if not left else "not complete"
+    print(f"{study.name}: {state}; {(results / study.name).absolute()}")
     if cases.total:
         print(f"cases: {cases}")
     for stage in progress.stages(study, left):

@@ -32,7 +32,7 @@ CORNERS = 20.0
 
 
 @dataclass(frozen=True)
-class Solved:
+class PanelEstimate:
     """The panel meshed and solved for its first modes.
 
     Attributes
@@ -69,9 +69,9 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
     lines = [summary(study)]
     costs = [*_coupon_cost(study, results)]
     if isinstance(study, Study):
-        solved = solve(study.panel)
-        lines += _of_panel(study, solved)
-        costs += _panel_costs(study, solved)
+        estimate = solve(study.panel)
+        lines += _of_panel(study, estimate)
+        costs += _panel_costs(study, estimate)
     if costs:
         lines.append(_line("time", "; ".join(_of_cost(cost) for cost in costs) + _of_all(costs)))
     return "\n".join(lines)
@@ -86,27 +86,27 @@ def other_stages(study: Study) -> str:
 def summary(study: CouponStudy) -> str:
     """Return how many cases, runs and scenarios a study has."""
     cases = all_cases(study)
-    said = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
+    text = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):
         if not study.scenarios:
-            return f"{said}; the bare panel alone"
+            return f"{text}; the bare panel alone"
         readings = ", ".join(study.readings)
-        said += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+        text += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
         if study.is_coupled:
-            said += f"; panel and particles together in {coupled_count(study)}"
+            text += f"; panel and particles together in {coupled_count(study)}"
         unused = [name for name in study.dampers if name not in study.used_dampers]
         if unused:
-            said += f"; not used: dampers {', '.join(unused)}"
-    return said
+            text += f"; not used: dampers {', '.join(unused)}"
+    return text
 
 
 def coupled_count(study: Study) -> int:
     """Return how many scenarios panel and particles are integrated together for."""
     run = study.damping.coupled.scenarios
-    return sum(run is None or one.label in run for one in study.coupled_scenarios())
+    return sum(run is None or scenario.label in run for scenario in study.coupled_scenarios())
 
 
-def solve(panel: Panel) -> Solved:
+def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
     from pidpanel.panel.first import first_frequencies
     from pidpanel.panel.from_study import StudiedPanel
@@ -114,9 +114,9 @@ def solve(panel: Panel) -> Solved:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"
         studied = StudiedPanel(panel)
-        own = mesh = studied.mesh(file)
-        most = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
-        while len(mesh.cells) > most and panel.mesh.size_m is not None:
+        study_mesh = mesh = studied.mesh(file)
+        cells_max = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
+        while len(mesh.cells) > cells_max and panel.mesh.size_m is not None:
             size = COARSER * panel.mesh.size_m
             if size > 30:
                 break
@@ -125,59 +125,59 @@ def solve(panel: Panel) -> Solved:
             panel = panel.model_copy(update={"mesh": coarse})
             studied = StudiedPanel(panel)
             mesh = studied.mesh(file)
-        if len(mesh.cells) > 2 * most:
-            return Solved(own, 9 * len(own.cells), 0, None, 0)
+        if len(mesh.cells) > 2 * cells_max:
+            return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
         plate = studied.plate(mesh)
     rigid, frequency = first_frequencies(plate, MODES + 3)
-    share = len(own.cells) / len(mesh.cells)
+    share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)
-    return Solved(own, coordinates, rigid, frequency[:MODES], len(mesh.cells))
+    return PanelEstimate(study_mesh, coordinates, rigid, frequency[:MODES], len(mesh.cells))
 
 
-def _of_panel(study: Study, solved: Solved) -> Iterator[str]:
+def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     """Yield the lines of a study with a panel."""
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import section_of
 
-    mesh = solved.mesh
+    mesh = estimate.mesh
     area = abs(cell_areas(mesh.vertices, mesh.cells))
     mass = section_of(study.panel).mass_per_area * float(area.sum())
-    others = sum(one.mass_kg for one in study.panel.masses.values())
-    carried = f", plus {others:.3g} kg attached" if others else ""
+    attached = sum(item.mass_kg for item in study.panel.masses.values())
+    carried = f", plus {attached:.3g} kg attached" if attached else ""
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
-                        f"{solved.coordinates} coordinates")  # fmt: skip
-    yield _line("modes", _of_modes(study, solved))
+                        f"{estimate.coordinates} coordinates")  # fmt: skip
+    yield _line("modes", _of_modes(study, estimate))
     of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield _line("points", "; ".join(_of_points(mesh)))
     for label, weights in _damper_masses(study, of_patch).items():
-        shares = [100 * weight / (mass + others) for weight in weights]
+        shares = [100 * weight / (mass + attached) for weight in weights]
         yield _line(
             "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
         )
     yield _line("sound", _of_sound(study))
 
 
-def _of_modes(study: Study, solved: Solved) -> str:
-    if solved.frequency is None:
+def _of_modes(study: Study, estimate: PanelEstimate) -> str:
+    if estimate.frequency is None:
         return "not computed here: the mesh is too large for a quick look"
-    rigid = f"{solved.rigid} rigid-body modes, then " if solved.rigid else ""
-    found = ", ".join(f"{f:.4g}" for f in solved.frequency)
-    whose = "the study's mesh"
-    if solved.elements != len(solved.mesh.cells):
-        whose = f"a coarser mesh of {solved.elements} elements"
+    rigid = f"{estimate.rigid} rigid-body modes, then " if estimate.rigid else ""
+    frequencies = ", ".join(f"{f:.4g}" for f in estimate.frequency)
+    source = "the study's mesh"
+    if estimate.elements != len(estimate.mesh.cells):
+        source = f"a coarser mesh of {estimate.elements} elements"
     high = study.response.frequency_hz[1]
     note = ""
-    if solved.frequency.size and solved.frequency[0] > high:
+    if estimate.frequency.size and estimate.frequency[0] > high:
         note = f"; none below {high:g} Hz, where the response is quasi-static"
-    return f"{rigid}{found} Hz on {whose}{note}"
+    return f"{rigid}{frequencies} Hz on {source}{note}"
 
 
 def _of_points(mesh: PanelMesh) -> Iterator[str]:
     """Yield each response point with the patches that it lies on."""
     for name, vertex in mesh.point_vertices.items():
-        on = [patch for patch, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
-        yield f"{name} on {' and '.join(on) or 'no patch'}"
+        patches = [p for p, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
+        yield f"{name} on {' and '.join(patches) or 'no patch'}"
 
 
 def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[float]]:
@@ -191,15 +191,15 @@ def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[fl
             total = sum(area[f.patch] * _mass_per_area(study, f) for f in scenario.fillings)
             key = tuple((f.patch, f.damper) for f in scenario.fillings)
             fills.setdefault(key, {})[scenario.fillings] = total
-    found = {}
+    totals = {}
     for key, masses in fills.items():
-        known = [mass for mass in masses.values() if not math.isnan(mass)]
-        if known:
-            parts = [" ".join(part for part in one if part is not None) for one in key]
-            of = [f.fill_fraction for one in masses for f in one if f.fill_fraction is not None]
-            fill = f", r = {_range(of)}" if of else ""
-            found[" + ".join(parts) + fill] = known
-    return found
+        finite = [mass for mass in masses.values() if not math.isnan(mass)]
+        if finite:
+            parts = [" ".join(part for part in pair if part is not None) for pair in key]
+            r = [f.fill_fraction for row in masses for f in row if f.fill_fraction is not None]
+            fill = f", r = {_range(r)}" if r else ""
+            totals[" + ".join(parts) + fill] = finite
+    return totals
 
 
 def _range(values: Sequence[float]) -> str:
@@ -240,14 +240,14 @@ def _of_sound(study: Study) -> str:
     sound, (low, high) = study.sound, study.response.frequency_hz
     spectrum = spectrum_of(sound)
     edges, levels = spectrum.edge_frequency, spectrum.band_spl
-    within = sum(
+    in_band = sum(
         10 ** (level / 10) * max(0.0, min(high, upper) - max(low, lower)) / (upper - lower)
         for lower, upper, level in zip(edges[:-1], edges[1:], levels, strict=True)
     )
-    in_range = 10 * math.log10(within)
-    others = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
-    others = [level for level in others if level != sound.oaspl_db]
-    scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in others)} dB" if others else ""
+    in_range = 10 * math.log10(in_band)
+    extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
+    extra = [level for level in extra if level != sound.oaspl_db]
+    scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
     return (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
         f"{read_spl_table(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
@@ -271,7 +271,7 @@ def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
         yield Cost("coupled", estimated_cpu_seconds(study), 500e6)
 
 
-def _panel_costs(study: Study, solved: Solved) -> list[Cost]:
+def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import section_of
     from pidpanel.panel.resolution import half_wave
@@ -280,14 +280,14 @@ def _panel_costs(study: Study, solved: Solved) -> list[Cost]:
 
     low, high = study.response.frequency_hz
     half = half_wave(section_of(study.panel), MODES_BEYOND * high)
-    area = float(abs(cell_areas(solved.mesh.vertices, solved.mesh.cells)).sum())
-    shapes = min(solved.coordinates, shape_count(area, half, len(study.panel.patches)))
+    area = float(abs(cell_areas(estimate.mesh.vertices, estimate.mesh.cells)).sum())
+    shapes = min(estimate.coordinates, shape_count(area, half, len(study.panel.patches)))
     in_air = [study.response.radiation, study.response.radiation_beside]
     # every layout once more as dead weight
     solves = len(study.all_scenarios()) * len(study.readings) * 2
     solves *= 2 if in_air[1] != "none" else 1
     return panel_costs(
-        solved.coordinates, shapes, line_count(low, high, study.panel.damping_ratio), solves
+        estimate.coordinates, shapes, line_count(low, high, study.panel.damping_ratio), solves
     )
 
 
@@ -314,5 +314,5 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-def _line(what: str, says: str) -> str:
-    return f"  {what:8} {says}"
+def _line(label: str, says: str) -> str:
+    return f"  {label:8} {says}"

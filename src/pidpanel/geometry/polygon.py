@@ -175,9 +175,9 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
     if abs(signed_area(corners)) <= 1e-12 * np.ptp(corners, axis=0).max() ** 2:
         return corners  # which `check_simple` refuses
     along = step / length[:, None]
-    before = np.roll(along, 1, axis=0)
-    cross = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
-    turn = np.arctan2(cross, np.sum(before * along, axis=1))
+    previous = np.roll(along, 1, axis=0)
+    cross = previous[:, 0] * along[:, 1] - previous[:, 1] * along[:, 0]
+    turn = np.arctan2(cross, np.sum(previous * along, axis=1))
     cut = radius * np.tan(np.abs(turn) / 2)
     needed = cut + np.roll(cut, -1)
     worst = int(np.argmax(needed / length))
@@ -189,8 +189,8 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
     arcs = []
     for k, corner in enumerate(corners):
         pieces = max(1, int(np.ceil(abs(turn[k]) / PIECE_TURN - SLACK)))
-        start = corner - cut[k] * before[k]
-        normal = np.sign(turn[k]) * np.array([-before[k, 1], before[k, 0]])
+        start = corner - cut[k] * previous[k]
+        normal = np.sign(turn[k]) * np.array([-previous[k, 1], previous[k, 0]])
         centre = start + radius * normal
         angle = turn[k] * np.arange(pieces + 1) / pieces
         spoke = start - centre
@@ -199,8 +199,8 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
             centre + np.column_stack([c * spoke[0] - s * spoke[1], s * spoke[0] + c * spoke[1]])
         )
     arc = np.concatenate(arcs)
-    apart = np.linalg.norm(arc - np.roll(arc, 1, axis=0), axis=1)
-    return arc[apart > SLACK * length.max()]
+    distance = np.linalg.norm(arc - np.roll(arc, 1, axis=0), axis=1)
+    return arc[distance > SLACK * length.max()]
 
 
 def check_distinct(points: Sequence[Position]) -> None:
@@ -210,8 +210,8 @@ def check_distinct(points: Sequence[Position]) -> None:
     ------
     ValueError
     """
-    for before, corner in zip((points[-1], *points), points, strict=False):
-        if tuple(before) == tuple(corner):
+    for previous, corner in zip((points[-1], *points), points, strict=False):
+        if tuple(previous) == tuple(corner):
             raise ValueError(
                 f"the corner {show(corner)} is given twice in a row; each is given once, and the "
                 "last edge leads back to the first"
@@ -243,10 +243,10 @@ def check_simple(name: str, shape: Shape) -> None:
     tree = shapely.STRtree(edges)
     crossing = tree.query(edges, predicate="crosses").T.tolist()
     if crossing:
-        one, other = min(crossing)
+        first_edge, second_edge = min(crossing)
         raise ValueError(
-            f"{name} crosses itself: the edge from {show(corners[one])} meets the edge"
-            f" from {show(corners[other])}"
+            f"{name} crosses itself: the edge from {show(corners[first_edge])} meets the edge"
+            f" from {show(corners[second_edge])}"
         )
     near = tree.query(shapely.points(corners), predicate="dwithin", distance=SLACK * extent)
     for corner, edge in sorted(near.T.tolist()):
@@ -271,21 +271,21 @@ def location(points: ArrayLike, corners: ArrayLike, slack: float) -> Index:
     >>> location([(0.5, 0.5), (1, 0.5), (2, 0.5)], [(0, 0), (1, 0), (1, 1), (0, 1)], 1e-9)
     array([ 1,  0, -1])
     """
-    at, polygon = shapely.points(np.asarray(points, dtype=float)), shapely.Polygon(corners)
+    positions, polygon = shapely.points(np.asarray(points, dtype=float)), shapely.Polygon(corners)
     shapely.prepare(polygon)
-    on_edge = shapely.distance(polygon.exterior, at) <= slack
-    return np.where(on_edge, 0, np.where(shapely.contains(polygon, at), 1, -1))
+    on_edge = shapely.distance(polygon.exterior, positions) <= slack
+    return np.where(on_edge, 0, np.where(shapely.contains(polygon, positions), 1, -1))
 
 
-def overlap(one: ArrayLike, other: ArrayLike, slack: float) -> bool:
+def overlap(first: ArrayLike, second: ArrayLike, slack: float) -> bool:
     """Return whether two simple polygons overlap by more than a depth of `slack` [m].
 
     With a negative slack, whether they overlap or come closer than that.
     """
-    return bool(shapely.Polygon(one).buffer(-slack).intersects(shapely.Polygon(other)))
+    return bool(shapely.Polygon(first).buffer(-slack).intersects(shapely.Polygon(second)))
 
 
-def within(inner: ArrayLike, outer: ArrayLike, slack: float) -> bool:
+def lies_within(inner: ArrayLike, outer: ArrayLike, slack: float) -> bool:
     """Return whether a simple polygon lies in another, but for at most `slack` [m].
 
     With a negative slack, whether it lies in the other at least that far from its edge.
@@ -323,14 +323,14 @@ def check_panel(
     allowed = f"allowed is the inside of the outline {outline}"
     for name, hole in holes.items():
         check_simple(f"hole {name!r}", hole)
-        if not within(hole.corners, around, -slack):
+        if not lies_within(hole.corners, around, -slack):
             raise ValueError(f"hole {name!r} = {hole} is not inside the panel; {allowed}")
-    for (one, hole), (other, beside) in combinations(holes.items(), 2):
-        if overlap(hole.corners, beside.corners, -slack):
-            raise ValueError(f"holes {one!r} and {other!r} meet; they must lie apart")
+    for (first_name, hole), (second_name, second_hole) in combinations(holes.items(), 2):
+        if overlap(hole.corners, second_hole.corners, -slack):
+            raise ValueError(f"holes {first_name!r} and {second_name!r} meet; they must lie apart")
     for name, patch in patches.items():
         check_simple(f"patch {name!r}", patch)
-        if not within(patch.corners, around, slack):
+        if not lies_within(patch.corners, around, slack):
             raise ValueError(f"patch {name!r} = {patch} leaves the panel; {allowed}")
         for hole_name, hole in holes.items():
             if overlap(patch.corners, hole.corners, slack):

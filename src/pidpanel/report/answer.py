@@ -1,6 +1,6 @@
 """What a study answers: its scenarios against the bare panel, and which of them can be told apart.
 
-Two reductions are told apart where they differ by more than `APART` standard errors of their
+Two reductions are told apart where they differ by more than `SIGNIFICANCE` standard errors of their
 difference. Errors of scenarios are combined as independent ones; those read from one surface rise
 and fall together, so that the error of their difference is smaller than taken here.
 """
@@ -22,7 +22,7 @@ from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Scenario, Study
 from pidpanel.study.damping import COUPLED
 
-APART = 2.0
+SIGNIFICANCE = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
 
 ROWS = 5
@@ -38,7 +38,7 @@ PREFERRED = (
 
 
 @dataclass(frozen=True)
-class AtPoint:
+class PointResponse:
     """Acceleration of a scenario at a point.
 
     Attributes
@@ -68,7 +68,7 @@ class Candidate:
         The scenario.
     mass, share
         Mass of its dampers [kg], and in percent of the panel; NaN where it is not known.
-    at
+    responses
         Its acceleration by point; none without a steady response.
     doubts
         Why its numbers are not to be trusted, in a few words each.
@@ -77,7 +77,7 @@ class Candidate:
     scenario: Scenario
     mass: float
     share: float
-    at: dict[str, AtPoint]
+    responses: dict[str, PointResponse]
     doubts: tuple[str, ...]
 
     @property
@@ -126,7 +126,7 @@ class StudyAnswer:
     @property
     def has_errors(self) -> bool:
         """Whether any scenario has an error."""
-        return any(math.isfinite(self.of(one).reduction_error) for one in self.candidates)
+        return any(math.isfinite(self.response(c).reduction_error) for c in self.candidates)
 
     @property
     def best(self) -> tuple[Candidate, ...]:
@@ -134,41 +134,43 @@ class StudyAnswer:
 
         All of them where no errors are known: nothing can be told apart then.
         """
-        return alike(self.candidates, [self.of(one) for one in self.candidates])
+        return alike(self.candidates, [self.response(c) for c in self.candidates])
 
-    def of(self, one: Candidate) -> AtPoint:
+    def response(self, candidate: Candidate) -> PointResponse:
         """Return the acceleration of a scenario at the worst point."""
-        return one.at[self.worst]
+        return candidate.responses[self.worst]
 
 
-def are_apart(a: AtPoint, b: AtPoint) -> bool:
+def are_apart(a: PointResponse, b: PointResponse) -> bool:
     """Return whether two reductions differ by more than their errors; never without errors.
 
     Examples
     --------
-    >>> one, other = (AtPoint(20.0, 0.5, db, 0.2) for db in (3.0, 2.9))
+    >>> one, other = (PointResponse(20.0, 0.5, db, 0.2) for db in (3.0, 2.9))
     >>> are_apart(one, other)
     False
     """
     error = math.hypot(a.reduction_error, b.reduction_error)
     # a comparison with NaN is false
-    return abs(a.reduction - b.reduction) > APART * error
+    return abs(a.reduction - b.reduction) > SIGNIFICANCE * error
 
 
-def alike(candidates: Sequence[Candidate], at: Sequence[AtPoint]) -> tuple[Candidate, ...]:
+def alike(
+    candidates: Sequence[Candidate], responses: Sequence[PointResponse]
+) -> tuple[Candidate, ...]:
     """Return the first of ranked scenarios and all that cannot be told from it."""
     return tuple(
-        one
-        for one, own in zip(candidates, at, strict=True)
-        if own is at[0] or not are_apart(at[0], own)
+        candidate
+        for candidate, response in zip(candidates, responses, strict=True)
+        if response is responses[0] or not are_apart(responses[0], response)
     )
 
 
-def is_gain(at: AtPoint) -> bool | None:
+def is_gain(response: PointResponse) -> bool | None:
     """Return whether a reduction is more than its error; None without an error."""
-    if not math.isfinite(at.reduction_error):
+    if not math.isfinite(response.reduction_error):
         return None
-    return at.reduction > APART * at.reduction_error
+    return response.reduction > SIGNIFICANCE * response.reduction_error
 
 
 def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
@@ -188,24 +190,24 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
     """
     reading = main_reading(study.readings)
     level = main_level(study)
-    of = summary[summary["reading"] == reading]
-    by_key = {(row["scenario"], row["point"]): row for row in records(of)}
-    points = moving_points(of, list(study.panel.points))
+    table = summary[summary["reading"] == reading]
+    by_key = {(row["scenario"], row["point"]): row for row in records(table)}
+    points = moving_points(table, list(study.panel.points))
     bare = Scenario.bare_at(level)
     if not points:
         return None
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    found = candidates_of(of, reading, steady, points)
-    found.sort(key=lambda one: -one.at[points[0]].reduction)
-    own = [by_key[bare.label, point] for point in points]
+    candidates = candidates_of(table, reading, steady, points)
+    candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
+    bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(
         reading=reading,
-        oaspl=float(own[0]["oaspl_db"]),
+        oaspl=float(bare_rows[0]["oaspl_db"]),
         points=tuple(points),
-        bare=_candidate(bare, own),
-        candidates=tuple(found),
+        bare=_candidate(bare, bare_rows),
+        candidates=tuple(candidates),
         lost=tuple(s for s in scenarios if s not in steady),
     )
 
@@ -224,16 +226,16 @@ def candidates_of(
     scenarios, points
         Scenarios, and moving points.
     """
-    of = summary[summary["reading"] == reading]
-    by_key = {(row["scenario"], row["point"]): row for row in records(of)}
-    rows = [(one, [by_key[one.label, point] for point in points]) for one in scenarios]
-    return [_candidate(one, own) for one, own in rows if own and own[0]["status"] == "ok"]
+    table = summary[summary["reading"] == reading]
+    by_key = {(row["scenario"], row["point"]): row for row in records(table)}
+    rows = [(s, [by_key[s.label, point] for point in points]) for s in scenarios]
+    return [_candidate(s, r) for s, r in rows if r and r[0]["status"] == "ok"]
 
 
 def main_reading(readings: Sequence[str]) -> str:
     """Return the reading that answers: the first of `PREFERRED` that there is."""
-    known = [reading for reading in PREFERRED if reading in readings]
-    return known[0] if known else readings[0]
+    available = [reading for reading in PREFERRED if reading in readings]
+    return available[0] if available else readings[0]
 
 
 def main_level(study: Study) -> float | None:
@@ -241,10 +243,10 @@ def main_level(study: Study) -> float | None:
 
     Otherwise that of most scenarios, the highest of several.
     """
-    own = study.sound.oaspl_db
-    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [own]
-    if own in levels:
-        return own
+    study_level = study.sound.oaspl_db
+    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
+    if study_level in levels:
+        return study_level
     table = spectrum_of(study.sound).oaspl
     for level in levels:
         if level is not None and abs(level - table) < SAME_LEVEL:
@@ -255,8 +257,8 @@ def main_level(study: Study) -> float | None:
 
 
 def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
-    at = {
-        str(row["point"]): AtPoint(
+    responses = {
+        str(row["point"]): PointResponse(
             row["acceleration_rms_g"],
             row.get("acceleration_rms_error_g", math.nan),
             row["reduction_db"],
@@ -269,12 +271,12 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
         scenario,
         rows[0]["added_mass_kg"],
         rows[0]["added_mass_percent"],
-        at,
+        responses,
         doubts_in(rows[0]),
     )
 
 
-def shown(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
+def select_candidates(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
     """Return the scenarios of the first table: the best of each place and damper, then the rest.
 
     Parameters
@@ -286,8 +288,8 @@ def shown(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
     """
     groups: dict[object, int] = {}
     order = []
-    for rank, one in enumerate(answer.candidates):
-        key = tuple((f.patch, f.damper) for f in one.scenario.fillings)
+    for rank, candidate in enumerate(answer.candidates):
+        key = tuple((f.patch, f.damper) for f in candidate.scenario.fillings)
         groups[key] = groups.get(key, -1) + 1
         order.append((groups[key], rank))
     chosen = sorted(rank for _, rank in sorted(order)[:count])

@@ -156,7 +156,7 @@ def _edges(axes: Axes, drawn: Drawing, handles: dict[str, Line2D]) -> None:
 def _name(
     axes: Axes,
     text: str,
-    at: Sequence[float],
+    position: Sequence[float],
     offset: tuple[int, int],
     colour: str,
     across: str,
@@ -165,9 +165,9 @@ def _name(
     small: bool = False,
 ) -> None:
     axes.annotate(
-        text, (at[0], at[1]), xytext=offset, textcoords="offset points", ha=across, va=up,
-        color=colour, fontweight=None if small else "bold", fontsize=7 if small else 8.5,
-        path_effects=_HALO, zorder=10,
+        text, (position[0], position[1]), xytext=offset, textcoords="offset points",
+        ha=across, va=up, color=colour, fontweight=None if small else "bold",
+        fontsize=7 if small else 8.5, path_effects=_HALO, zorder=10,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from pidpanel.arrays import Flags
 from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import response_figures, style
-from pidpanel.report.answer import AtPoint, Candidate, StudyAnswer, shown
+from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import Drawing, Mark, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
@@ -38,33 +38,32 @@ def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:
     blocks: list[Block] = [answer_table(inputs, answer)]
     blocks.append(drawing_block(inputs, answer))
     blocks.append(psd_block(inputs, answer))
-    weighed = [one for one in answer.candidates if math.isfinite(one.mass) and one.mass > 0]
+    weighed = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     if weighed:
         blocks.append(mass_block(answer, weighed, list(inputs.study.panel.patches)))
     return blocks
 
 
 def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
-    """Return the bare panel and the scenarios of `shown`: mass, acceleration, reduction, trust."""
+    """Return the bare panel and the scenarios of `select_candidates`, with their numbers."""
     points = answer.points[:POINTS_SHOWN]
     rows = []
-    for one in (answer.bare, *shown(answer)):
-        at = answer.of(one)
-        bare = one.scenario.is_bare
-        mass = ["0", "0"] if bare else [number(one.mass, 2), number(one.share, 2)]
+    for candidate in (answer.bare, *select_candidates(answer)):
+        response = answer.response(candidate)
+        bare = candidate.scenario.is_bare
+        mass = ["0", "0"] if bare else [number(candidate.mass, 2), number(candidate.share, 2)]
+        rms = [_rms(candidate.responses[point]) for point in points]
         gain = ["", ""]
         if not bare:
-            per_kg = at.reduction / one.mass if one.mass > 0 else math.nan
-            gain = [decibels(at), number(per_kg, 2)]
-        rows.append(
-            [one.name, *mass, *(_rms(one.at[point]) for point in points), *gain, trust(one)]
-        )
-    beside = len(answer.candidates) - len(rows) + 1
-    left = f" {beside} more below, under All scenarios." if beside else ""
+            per_kg = response.reduction / candidate.mass if candidate.mass > 0 else math.nan
+            gain = [decibels(response), number(per_kg, 2)]
+        rows.append([candidate.name, *mass, *rms, *gain, trust(candidate)])
+    remaining = len(answer.candidates) - len(rows) + 1
+    left = f" {remaining} more below, under All scenarios." if remaining else ""
     lost = f" {len(answer.lost)} without a steady response." if answer.lost else ""
     reading = "" if not answer.candidates else f"Damping: {_damping(answer)}. "
-    of = "of the coupled runs" if answer.is_coupled else "due to the damping"
-    error = f"±: one standard error, {of}. " if answer.has_errors else ""
+    source = "of the coupled runs" if answer.is_coupled else "due to the damping"
+    error = f"±: one standard error, {source}. " if answer.has_errors else ""
     return Table(
         f"{reading}Acceleration in g rms, 3σ in brackets. Reduction of the rms at point "
         f"{answer.worst}, where the bare panel moves most. {error}"
@@ -85,42 +84,42 @@ def _damping(answer: StudyAnswer) -> str:
     return READINGS[answer.reading] + how
 
 
-def _rms(at: AtPoint) -> str:
-    return f"{value_text(at.rms, at.rms_error)} ({number(3 * at.rms)})"
+def _rms(response: PointResponse) -> str:
+    return f"{value_text(response.rms, response.rms_error)} ({number(3 * response.rms)})"
 
 
-def decibels(at: AtPoint) -> str:
+def decibels(response: PointResponse) -> str:
     """Return a reduction to two decimals, with its error where it has one."""
-    return value_text(at.reduction, at.reduction_error, decimals=2)
+    return value_text(response.reduction, response.reduction_error, decimals=2)
 
 
-def trust(one: Candidate) -> str:
+def trust(candidate: Candidate) -> str:
     """Return whether the numbers of a scenario are to be trusted, and why not."""
-    return f"no: {', '.join(one.doubts)}" if one.doubts else "yes"
+    return f"no: {', '.join(candidate.doubts)}" if candidate.doubts else "yes"
 
 
 def drawing_of(inputs: Inputs) -> Drawing:
     """Return the panel of a study with all that is on it."""
     panel, basis = StudiedPanel(inputs.study.panel), inputs.basis
     supports = panel.supports
-    held = {name: (one.position, one.kind) for name, one in supports.points.items()}
+    points = {name: (support.position, support.kind) for name, support in supports.points.items()}
     masses: dict[str, tuple[tuple[float, float], ...]] = {}
-    for name, one in panel.attachments.items():
-        if isinstance(one, Spring):
-            held[name] = (one.position, "spring")
-        elif isinstance(one, LineMass):
-            masses[name] = (one.start, one.end)
+    for name, attachment in panel.attachments.items():
+        if isinstance(attachment, Spring):
+            points[name] = (attachment.position, "spring")
+        elif isinstance(attachment, LineMass):
+            masses[name] = (attachment.start, attachment.end)
         else:
-            masses[name] = (one.position,)
-    at = zip(basis.point_names, basis.point_position.tolist(), strict=True)
+            masses[name] = (attachment.position,)
+    positions = zip(basis.point_names, basis.point_position.tolist(), strict=True)
     return Drawing(
         basis.vertex_position,
         basis.cells,
         dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
-        {name: (x, y) for name, (x, y) in at},
+        {name: (x, y) for name, (x, y) in positions},
         supports.outline,
         [(edge.start, edge.end, edge.kind) for edge in supports.edges],
-        held,
+        points,
         masses,
     )
 
@@ -131,13 +130,13 @@ def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     figure = panel_figure(drawing_of(inputs), None if mapped is None else mapped[1])
     caption = "The panel"
     if mapped is not None:
-        named = {one.scenario.label: one.name for one in (answer.bare, *answer.candidates)}
+        names = {c.scenario.label: c.name for c in (answer.bare, *answer.candidates)}
         label = mapped[0]
-        known = named.get(label, "bare panel" if label.startswith("bare") else label)
+        title = names.get(label, "bare panel" if label.startswith("bare") else label)
         caption += (
-            f"; colour: rms acceleration of the {known}"
-            if known == "bare panel"
-            else (f"; colour: rms acceleration with {known}")
+            f"; colour: rms acceleration of the {title}"
+            if title == "bare panel"
+            else (f"; colour: rms acceleration with {title}")
         )
     return Picture("panel", style.png(figure), f"{caption}.")
 
@@ -147,14 +146,14 @@ def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     point, reading = answer.worst, answer.reading
     psd = inputs.psd.sel(reading=reading, point=point)
     frequency = inputs.psd["frequency"].to_numpy()
-    one = answer.bare
+    bare = answer.bare
 
-    def label(one: Candidate) -> str:
-        at = answer.of(one)
-        return f"{one.name}: {value_text(at.rms, at.rms_error)} g rms"
+    def label(candidate: Candidate) -> str:
+        response = answer.response(candidate)
+        return f"{candidate.name}: {value_text(response.rms, response.rms_error)} g rms"
 
-    values = psd["acceleration_psd"].sel(scenario=one.scenario.label).to_numpy()
-    curves = [PsdCurve(label(one), values, style.BARE, width=0.7)]
+    values = psd["acceleration_psd"].sel(scenario=bare.scenario.label).to_numpy()
+    curves = [PsdCurve(label(bare), values, style.BARE, width=0.7)]
     for best in answer.candidates[:1]:
         name = best.scenario.label
         inside: Flags | None = inside_of(inputs.psd, reading, name)
@@ -166,8 +165,8 @@ def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
         frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7
     )
     banded = any(curve.log_error is not None for curve in curves)
-    what = "bare panel and largest reduction" if len(curves) > 1 else "bare panel"
-    caption = f"Acceleration PSD at point {point}, one-sided: {what}."
+    curves_text = "bare panel and largest reduction" if len(curves) > 1 else "bare panel"
+    caption = f"Acceleration PSD at point {point}, one-sided: {curves_text}."
     caption += " Band: one standard error." if banded else ""
     return Picture("answer", style.png(figure), caption, [chart_of("", frequency, curves)])
 
@@ -187,22 +186,22 @@ def mass_block(
         All patches of the panel, whose colours are those of the drawing.
     """
     # what is no patch alone takes the colours that are left
-    groups = dict.fromkeys([*patches, *(_group(one) for one in weighed)])
+    groups = dict.fromkeys([*patches, *(_group(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
     marks = []
-    for one in weighed:
-        at, group = answer.of(one), _group(one)
-        fillings = one.scenario.fillings
+    for candidate in weighed:
+        response, group = answer.response(candidate), _group(candidate)
+        fillings = candidate.scenario.fillings
         fill = fillings[0].fill_fraction if len(fillings) == 1 else None
         marks.append(
             Mark(
                 "" if fill is None else f"r = {fill:g}",
                 group,
                 colours[group],
-                one.mass,
-                at.reduction,
-                at.reduction_error,
-                at.dead_weight,
+                candidate.mass,
+                response.reduction,
+                response.reduction_error,
+                response.dead_weight,
             )
         )
     caption = f"Reduction of the rms acceleration at point {answer.worst} against mass."
@@ -211,9 +210,9 @@ def mass_block(
     )
 
 
-def _group(one: Candidate) -> str:
-    fillings = one.scenario.fillings
+def _group(candidate: Candidate) -> str:
+    fillings = candidate.scenario.fillings
     if len(fillings) > 1:
-        return one.scenario.label
+        return candidate.scenario.label
     damper = fillings[0].damper
     return fillings[0].patch + ("" if damper in (None, "coupon") else f", {damper}")

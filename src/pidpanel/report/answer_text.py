@@ -10,8 +10,8 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import (
-    AtPoint,
     Candidate,
+    PointResponse,
     StudyAnswer,
     are_apart,
     is_gain,
@@ -19,7 +19,7 @@ from pidpanel.report.answer import (
 )
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
-from pidpanel.report.scenario_list import together
+from pidpanel.report.scenario_list import list_scenarios
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
 from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
 from pidpanel.solve.bands import reduction
@@ -40,82 +40,80 @@ def headline(answer: StudyAnswer) -> str:
 
 def _untrusted(answer: StudyAnswer) -> str:
     """Say why the result is not to be trusted, where none of its numbers is."""
-    shown = answer.best or (answer.bare,)
-    doubts = [[doubt for doubt in one.doubts if doubt != NO_ERROR] for one in shown]
+    candidates = answer.best or (answer.bare,)
+    doubts = [[doubt for doubt in c.doubts if doubt != NO_ERROR] for c in candidates]
     return f" Caution: {', '.join(doubts[0])}." if all(doubts) else ""
 
 
 def _result(answer: StudyAnswer) -> str:
-    bare = answer.bare.at[answer.worst].rms
+    bare = answer.bare.responses[answer.worst].rms
     if not answer.candidates:
-        said = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
-        said += f"{answer.worst}, the worst response point, under {round(answer.oaspl, 1):g} dB."
+        text = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
+        text += f"{answer.worst}, the worst response point, under {round(answer.oaspl, 1):g} dB."
         if answer.lost:
-            said += " No damper of the study gives a steady response."
-        return said
+            text += " No damper of the study gives a steady response."
+        return text
     best = answer.best
-    first = answer.of(best[0])
-    at = f"{number(bare)} → {_range([answer.of(one) for one in best])} g rms at point "
-    at += (
-        f"{answer.worst}, the worst response point ({_decibels([answer.of(one) for one in best])})"
-    )
-    what = f"{together(best, answer.candidates)}{_mass(best)}: {at}"
+    responses = [answer.response(c) for c in best]
+    change = f"{number(bare)} → {_range(responses)} g rms at point "
+    change += f"{answer.worst}, the worst response point ({_decibels(responses)})"
+    result = f"{list_scenarios(best, answer.candidates)}{_mass(best)}: {change}"
     if not answer.has_errors:
-        return f"{what}. The damping has no stated error, so scenarios are not ranked."
-    gains = [is_gain(answer.of(one)) for one in best]
+        return f"{result}. The damping has no stated error, so scenarios are not ranked."
+    gains = [is_gain(response) for response in responses]
     if not any(gains):
-        return f"{what}: no reduction beyond its error."
+        return f"{result}: no reduction beyond its error."
     if len(best) > 1:
-        others = "the difference is within the uncertainty"
-        return f"{what}; {others}.{_then(answer, best[0])}"
+        tie = "the difference is within the uncertainty"
+        return f"{result}; {tie}.{_new_worst_point(answer, best[0])}"
     if len(answer.candidates) == 1:
-        return f"{what}.{_then(answer, best[0])}"
+        return f"{result}.{_new_worst_point(answer, best[0])}"
     second = answer.candidates[1]
-    if not are_apart(first, answer.of(second)):
-        return f"{what}.{_then(answer, best[0])}"
+    if not are_apart(responses[0], answer.response(second)):
+        return f"{result}.{_new_worst_point(answer, best[0])}"
     return (
-        f"{what}. Next is {together([second], answer.candidates)}{_mass([second])}, "
-        f"{_decibels([answer.of(second)])}.{_then(answer, best[0])}"
+        f"{result}. Next is {list_scenarios([second], answer.candidates)}{_mass([second])}, "
+        f"{_decibels([answer.response(second)])}.{_new_worst_point(answer, best[0])}"
     )
 
 
-def _then(answer: StudyAnswer, one: Candidate) -> str:
+def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> str:
     """Say which point moves most with a damper, where it is another one, beyond errors."""
-    now = max(one.at, key=lambda point: one.at[point].rms)
-    if now == answer.worst:
+    point = max(candidate.responses, key=lambda point: candidate.responses[point].rms)
+    if point == answer.worst:
         return ""
-    high, own = one.at[now], answer.of(one)
-    error = math.hypot(high.rms_error, own.rms_error)
-    if not high.rms - own.rms > 2 * error:
+    high, response = candidate.responses[point], answer.response(candidate)
+    error = math.hypot(high.rms_error, response.rms_error)
+    if not high.rms - response.rms > 2 * error:
         return ""
     return (
-        f" The worst response point is then {now}, with "
+        f" The worst response point is then {point}, with "
         f"{with_error(high.rms, high.rms_error)} g rms."
     )
 
 
-def _range(at: Sequence[AtPoint]) -> str:
-    if len(at) == 1:
-        return value_text(at[0].rms, at[0].rms_error)
-    low, high = (number(f(one.rms for one in at)) for f in (min, max))
+def _range(responses: Sequence[PointResponse]) -> str:
+    if len(responses) == 1:
+        return value_text(responses[0].rms, responses[0].rms_error)
+    low, high = (number(f(r.rms for r in responses)) for f in (min, max))
     return low if low == high else f"{low}–{high}"
 
 
-def _decibels(at: Sequence[AtPoint]) -> str:
+def _decibels(responses: Sequence[PointResponse]) -> str:
     """Return changes in dB, negative where the damper takes, with the largest of their errors."""
-    if len(at) == 1:
-        return f"{value_text(-at[0].reduction, at[0].reduction_error, decimals=1)} dB"
-    low, high = (plain(-f(one.reduction for one in at), 1) for f in (min, max))
-    errors = [one.reduction_error for one in at if math.isfinite(one.reduction_error)]
+    if len(responses) == 1:
+        return f"{value_text(-responses[0].reduction, responses[0].reduction_error, decimals=1)} dB"
+    low, high = (plain(-f(r.reduction for r in responses), 1) for f in (min, max))
+    errors = [r.reduction_error for r in responses if math.isfinite(r.reduction_error)]
     error = f" ± {max(errors):.1f}" if errors and max(errors) >= 0.05 else ""
     return f"{low} to {high}{error} dB"
 
 
 def _mass(candidates: Sequence[Candidate]) -> str:
     """Return the mass of dampers in kg and in percent of the panel, where it is known."""
-    if not all(math.isfinite(one.mass) for one in candidates):
+    if not all(math.isfinite(c.mass) for c in candidates):
         return ", mass not known"
-    masses, shares = (sorted({number(v(one), 2) for one in candidates}, key=_value) for v in _MASS)
+    masses, shares = (sorted({number(v(c), 2) for c in candidates}, key=_value) for v in _MASS)
 
     def span(texts: Sequence[str]) -> str:
         return texts[0] if len(texts) == 1 else f"{texts[0]}–{texts[-1]}"
@@ -123,7 +121,7 @@ def _mass(candidates: Sequence[Candidate]) -> str:
     return f", {span(masses)} kg, {span(shares)} % of the panel"
 
 
-_MASS = (lambda one: one.mass, lambda one: one.share)
+_MASS = (lambda c: c.mass, lambda c: c.share)
 
 
 def _value(text: str) -> float:
@@ -132,33 +130,33 @@ def _value(text: str) -> float:
 
 def caveats(inputs: Inputs, answer: StudyAnswer) -> list[str]:
     """Return what a reader must know before he uses the answer, a line each, `CAVEATS` at most."""
-    said = [*_doubts(inputs, answer), *_omissions(inputs, answer)]
-    return [one for one in said if one][:CAVEATS]
+    sentences = [*_doubts(inputs, answer), *_omissions(inputs, answer)]
+    return [sentence for sentence in sentences if sentence][:CAVEATS]
 
 
 def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
     """Lines on scenarios whose response is doubtful."""
     study = inputs.study
-    said = []
+    sentences = []
     if answer.lost:
-        said.append(
+        sentences.append(
             f"{len(answer.lost)} of {len(answer.lost) + len(answer.candidates)} scenarios have no "
             "steady response: their damping is negative."
         )
-    doubted = [one for one in (answer.bare, *answer.candidates) if one.doubts]
-    linear = [one for one in doubted if NOT_LINEAR in one.doubts]
+    doubted = [c for c in (answer.bare, *answer.candidates) if c.doubts]
+    linear = [c for c in doubted if NOT_LINEAR in c.doubts]
     if linear:
         good = inputs.summary[inputs.summary["status"] == "ok"]
-        of = good.loc[good["scenario"].isin([one.scenario.label for one in linear])]
-        largest = number(of["displacement_rms_mm"].max(), 2)
-        said.append(
-            f"{_of(linear, answer)} move by up to {largest} mm rms, more than a tenth of the "
-            "thickness. A real panel stiffens there."
+        rows = good.loc[good["scenario"].isin([c.scenario.label for c in linear])]
+        largest = number(rows["displacement_rms_mm"].max(), 2)
+        sentences.append(
+            f"{_name_scenarios(linear, answer)} move by up to {largest} mm rms, more than a tenth "
+            "of the thickness. A real panel stiffens there."
         )
-    outside = [one for one in doubted if any(EXTRAPOLATED in doubt for doubt in one.doubts)]
+    outside = [c for c in doubted if any(EXTRAPOLATED in doubt for doubt in c.doubts)]
     if outside:
-        said.append(
-            f"{_of(outside, answer)}: damping partly extrapolated beyond its data "
+        sentences.append(
+            f"{_name_scenarios(outside, answer)}: damping partly extrapolated beyond its data "
             f"({_extrapolated(inputs, answer)} of the lines)."
         )
     for doubt, text in (
@@ -175,41 +173,41 @@ def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
         ("motion not converged", "the acceleration is not converged"),
         ("basis too small", "the basis is too small for these dampers"),
     ):
-        named = [one for one in doubted if any(own.startswith(doubt) for own in one.doubts)]
+        named = [c for c in doubted if any(word.startswith(doubt) for word in c.doubts)]
         if named:
-            said.append(f"{_of(named, answer)}: {text}.")
-    return said
+            sentences.append(f"{_name_scenarios(named, answer)}: {text}.")
+    return sentences
 
 
 def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
     """Lines on what points, errors, masses, sound and air leave out."""
-    said = []
-    if found := worst_map(inputs):
-        label, rms = found
-        bare = answer.bare.at[answer.worst].rms
+    sentences = []
+    if worst := worst_map(inputs):
+        label, rms = worst
+        bare = answer.bare.responses[answer.worst].rms
         if label == answer.bare.scenario.label and rms.max() > BETWEEN_POINTS * bare:
             x, y = inputs.basis.vertex_position[int(rms.argmax())]
-            said.append(
+            sentences.append(
                 f"The bare panel moves most at ({x:.2f}, {y:.2f}) m, {number(rms.max())} g "
                 "rms. There is no response point there."
             )
     if answer.candidates and not answer.has_errors:
-        said.append("The damping has no stated error, so neither have the results.")
-    if answer.candidates and not all(math.isfinite(one.mass) for one in answer.candidates):
-        said.append(f"{READINGS[answer.reading]} does not include the mass of the particles.")
+        sentences.append("The damping has no stated error, so neither have the results.")
+    if answer.candidates and not all(math.isfinite(c.mass) for c in answer.candidates):
+        sentences.append(f"{READINGS[answer.reading]} does not include the mass of the particles.")
     if answer.candidates and reads_dem(inputs, answer.reading):
-        said.append(
+        sentences.append(
             "C_e is measured at single frequencies. Under broadband sound it is lower at high "
             "frequencies, so reductions are overestimated."
         )
     if inputs.radiation is not None and answer.candidates:
-        said.append(_air(inputs, answer))
+        sentences.append(_air(inputs, answer))
     elif inputs.study.response.radiation == "none" and answer.candidates:
-        said.append(
+        sentences.append(
             "Radiation damping is not included, so reductions are overestimated "
             "(response.radiation_beside)."
         )
-    return said
+    return sentences
 
 
 def reads_dem(inputs: Inputs, reading: str) -> bool:
@@ -217,7 +215,7 @@ def reads_dem(inputs: Inputs, reading: str) -> bool:
     return reading in ("dem", "stated") and bool(inputs.study.surfaces)
 
 
-def _of(some: Sequence[Candidate], answer: StudyAnswer) -> str:
+def _name_scenarios(some: Sequence[Candidate], answer: StudyAnswer) -> str:
     """Name scenarios, or say how many they are."""
     count = len(answer.candidates) + 1
     if len(some) == count:
@@ -228,11 +226,11 @@ def _of(some: Sequence[Candidate], answer: StudyAnswer) -> str:
 
 
 def _extrapolated(inputs: Inputs, answer: StudyAnswer) -> str:
-    of = inputs.summary[inputs.summary["reading"] == answer.reading]
-    labels = [one.scenario.label for one in answer.candidates]
-    share = of.loc[of["scenario"].isin(labels), "outside_run_points_share"]
-    beyond = np.maximum(share[share > 0].to_numpy(), 0.01)
-    low, high = percent(beyond.min()), percent(beyond.max())
+    rows = inputs.summary[inputs.summary["reading"] == answer.reading]
+    labels = [c.scenario.label for c in answer.candidates]
+    share = rows.loc[rows["scenario"].isin(labels), "outside_run_points_share"]
+    extrapolated = np.maximum(share[share > 0].to_numpy(), 0.01)
+    low, high = percent(extrapolated.min()), percent(extrapolated.max())
     return low if low == high else f"{low.removesuffix(' %')} to {high}"
 
 
@@ -240,19 +238,19 @@ def _air(inputs: Inputs, answer: StudyAnswer) -> str:
     """Say what the air on one or two sides changes at the worst point."""
     if inputs.radiation is None:
         return ""
-    both = compared(inputs.summary, inputs.radiation)
-    both = both[(both["reading"] == answer.reading) & (both["point"] == answer.worst)]
-    by = both.set_index("scenario")
+    pairs = compared(inputs.summary, inputs.radiation)
+    pairs = pairs[(pairs["reading"] == answer.reading) & (pairs["point"] == answer.worst)]
+    rows = pairs.set_index("scenario")
     best = answer.candidates[0].scenario.label
-    bare = by.loc[answer.bare.scenario.label]
-    if best not in by.index:
+    bare = rows.loc[answer.bare.scenario.label]
+    if best not in rows.index:
         return ""
     change = float(reduction(bare["acceleration_rms_g_beside"], bare["acceleration_rms_g"]))
-    one = by.loc[best]
+    row = rows.loc[best]
     return (
-        f"With {SIDES[str(one['radiation'])]} the bare panel changes by {plain(change, 1)} dB "
-        f"and {answer.candidates[0].name} reduces it by {one['reduction_db_beside']:.1f} dB "
-        f"instead of {one['reduction_db']:.1f} dB."
+        f"With {SIDES[str(row['radiation'])]} the bare panel changes by {plain(change, 1)} dB "
+        f"and {answer.candidates[0].name} reduces it by {row['reduction_db_beside']:.1f} dB "
+        f"instead of {row['reduction_db']:.1f} dB."
     )
 
 

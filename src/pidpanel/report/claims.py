@@ -1,9 +1,9 @@
 """The paper's claims tested against the numbers of a study.
 
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
-A claim is decided only where the numbers are further apart than `APART` of their standard errors,
-and not at all where no errors are known. `verdicts` tests every claim that a study's scenarios
-allow, in each reading of the damping; `claims_table` shows the verdicts.
+A claim is decided only where the numbers are further apart than `SIGNIFICANCE` of their standard
+errors, and not at all where no errors are known. `verdicts` tests every claim that a study's
+scenarios allow, in each reading of the damping; `claims_table` shows the verdicts.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report.answer import APART
+from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.claims_table import Finding, Verdict
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
@@ -59,12 +59,12 @@ def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
     distance, spread = np.broadcast_arrays(np.asarray(margin, float), np.asarray(error, float))
     if not np.isfinite(spread).all():
         return None
-    if (distance > APART * spread).all():
+    if (distance > SIGNIFICANCE * spread).all():
         return True
-    return False if (distance < -APART * spread).any() else None
+    return False if (distance < -SIGNIFICANCE * spread).any() else None
 
 
-def _found(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
+def _finding(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
     return Finding(decided(margin, error), evidence, bool(np.isfinite(np.asarray(error)).all()))
 
 
@@ -89,33 +89,33 @@ def fill_is_most_effective(
         of ``rms``.
     """
     margins, errors, parts = [], [], []
-    others = rms.index[rms.index != fill]
+    rivals = rms.index[rms.index != fill]
     for point in rms.columns:
-        of = rms[point]
-        rival: Any = of[others].idxmin()
-        margin = float(reduction(of[rival], of[fill]))
-        spread = _apart(error[point], fill, rival)
+        levels = rms[point]
+        rival: Any = levels[rivals].idxmin()
+        margin = float(reduction(levels[rival], levels[fill]))
+        spread = _pair_error(error[point], fill, rival)
         margins.append(margin)
         errors.append(spread)
-        best, other = (fill, rival) if margin > 0 else (rival, fill)
-        parts.append(f"point {point}: r = {best:g}, {_by(margin, spread)} below r = {other:g}")
+        best, second = (fill, rival) if margin > 0 else (rival, fill)
+        parts.append(f"point {point}: r = {best:g}, {_gap(margin, spread)} below r = {second:g}")
     mean = gained.mean(axis=1)
     by_band = "; ".join(
         f"point {point}: r = {rms.index[best]:g}, {mean[best, number]:.2f} dB"
         for number, (point, best) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
     )
     text = f"lowest at {'; '.join(parts)}. In the mean over third octaves lowest at {by_band}"
-    return _found(margins, errors, text)
+    return _finding(margins, errors, text)
 
 
-def _by(decibel: float, error: float) -> str:
+def _gap(decibel: float, error: float) -> str:
     """Return a difference without its sign, with its error."""
     return f"{value_text(abs(decibel), error, decimals=2)} dB"
 
 
-def _apart(error: pd.Series[float], one: Any, other: Any) -> float:
+def _pair_error(error: pd.Series[float], first: Any, second: Any) -> float:
     """Return the standard error of the difference of two levels, taken as independent."""
-    return math.hypot(error[one], error[other])
+    return math.hypot(error[first], error[second])
 
 
 def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -> Finding:
@@ -130,7 +130,7 @@ def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -
     """
     gained = reduction(bare.reindex(rms.columns).to_numpy()[None], rms.to_numpy())
     lowered = int((gained > 0).sum())
-    return _found(
+    return _finding(
         gained,
         error.to_numpy(float),
         f"{lowered} of {gained.size} lowered, by {gained.min():.2f} to {gained.max():.2f} dB",
@@ -151,14 +151,16 @@ def fills_are_alike(
     """
     low, high = fills
     inside = (rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)
-    chosen, of = rms[inside], error[inside]
+    chosen, chosen_error = rms[inside], error[inside]
     spread = reduction(chosen.max().to_numpy(), chosen.min().to_numpy())
     errors = np.array(
-        [_apart(of[point], chosen[point].idxmax(), chosen[point].idxmin()) for point in chosen]
+        [_pair_error(chosen_error[p], chosen[p].idxmax(), chosen[p].idxmin()) for p in chosen]
     )
-    parts = [f"point {p}: {_by(s, e)}" for p, s, e in zip(rms.columns, spread, errors, strict=True)]
+    parts = [
+        f"point {p}: {_gap(s, e)}" for p, s, e in zip(rms.columns, spread, errors, strict=True)
+    ]
     text = f"spread {'; '.join(parts)} (the same below {ALIKE:g} dB)"
-    return _found(ALIKE - spread, errors, text)
+    return _finding(ALIKE - spread, errors, text)
 
 
 def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Finding:
@@ -174,13 +176,13 @@ def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Findin
         Rising centres of the bands [Hz], shape ``(n_bands,)``.
     """
     half = len(centre) // 2
-    below, above = gained[:, :half].mean(axis=1), gained[:, half:].mean(axis=1)
+    lower, upper = gained[:, :half].mean(axis=1), gained[:, half:].mean(axis=1)
     spread = np.hypot(error[:, :half].mean(axis=1), error[:, half:].mean(axis=1))
-    return _found(
-        above - below,
+    return _finding(
+        upper - lower,
         spread,
-        f"in {int((above > below).sum())} of {below.size} responses; mean over the third "
-        f"octaves from {centre[half]:.0f} Hz {above.mean():.2f} dB, below {below.mean():.2f} dB",
+        f"in {int((upper > lower).sum())} of {lower.size} responses; mean over the third "
+        f"octaves from {centre[half]:.0f} Hz {upper.mean():.2f} dB, below {lower.mean():.2f} dB",
     )
 
 
@@ -203,11 +205,11 @@ def nearest_damper_is_best(
         nearest: Any = distance[point].idxmin()
         rival: Any = rms[point].drop(nearest).idxmin()
         margins.append(float(reduction(rms[point][rival], rms[point][nearest])))
-        errors.append(_apart(error[point], nearest, rival))
-        best, other = (nearest, rival) if margins[-1] > 0 else (rival, nearest)
-        by = _by(margins[-1], errors[-1])
-        parts.append(f"point {point}: {best}, {by} below {other}; nearest {nearest}")
-    return _found(margins, errors, "lowest with " + "; ".join(parts))
+        errors.append(_pair_error(error[point], nearest, rival))
+        best, second = (nearest, rival) if margins[-1] > 0 else (rival, nearest)
+        lead = _gap(margins[-1], errors[-1])
+        parts.append(f"point {point}: {best}, {lead} below {second}; nearest {nearest}")
+    return _finding(margins, errors, "lowest with " + "; ".join(parts))
 
 
 def own_point_gains_most(
@@ -226,16 +228,16 @@ def own_point_gains_most(
     """
     margins, errors, parts = [], [], []
     for patch in gained.index:
-        of, spread = gained.T[patch], error.T[patch]
+        gains, spread = gained.T[patch], error.T[patch]
         nearest: Any = distance.T[patch].idxmin()
-        rival: Any = of.drop(nearest).idxmax()
-        margins.append(float(of[nearest] - of[rival]))
-        errors.append(_apart(spread, nearest, rival))
+        rival: Any = gains.drop(nearest).idxmax()
+        margins.append(float(gains[nearest] - gains[rival]))
+        errors.append(_pair_error(spread, nearest, rival))
         parts.append(
-            f"{patch}: {value_text(of[nearest], spread[nearest], decimals=2)} dB at the nearest "
-            f"point, {nearest}, {value_text(of[rival], spread[rival], decimals=2)} dB at {rival}"
+            f"{patch}: {value_text(gains[nearest], spread[nearest], decimals=2)} dB at the nearest "
+            f"point, {nearest}, {value_text(gains[rival], spread[rival], decimals=2)} dB at {rival}"
         )
-    return _found(margins, errors, "; ".join(parts))
+    return _finding(margins, errors, "; ".join(parts))
 
 
 def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
@@ -254,7 +256,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
     rise = np.diff(20 * np.log10(rms[order]), axis=0)
     step = np.diff(oaspl[order])[:, None, None]
     spread = np.hypot(error[order][1:], error[order][:-1])
-    return _found(
+    return _finding(
         ALIKE - np.abs(rise - step),
         spread,
         f"steps of {step.min():g} dB in the sound raise the third octaves by {rise.min():.2f} "

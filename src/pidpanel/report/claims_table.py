@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pidpanel.report.answer import APART
+from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.html import Table
 from pidpanel.report.text import READINGS
 
@@ -68,11 +68,11 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
         rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
     claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
     rows.sort(key=lambda row: claims.index(row[0]))
-    for before, row in reversed(list(pairwise(rows))):
-        row[0] = "" if row[0] == before[0] else row[0]
+    for previous, row in reversed(list(pairwise(rows))):
+        row[0] = "" if row[0] == previous[0] else row[0]
     return Table(
         "The paper's claims tested against these results; decided where values differ by more "
-        f"than {APART:g} standard errors",
+        f"than {SIGNIFICANCE:g} standard errors",
         ["claim", "damping model", "verdict", "evidence (rms acceleration)"],
         rows,
     )

@@ -69,13 +69,13 @@ class Difference:
     """The same of two studies."""
 
     key: Key
-    one: Value
-    other: Value
+    first: Value
+    second: Value
 
     @property
     def reduction(self) -> float:
         """Of the other below the one [dB]."""
-        return 20 * math.log10(self.one.rms / self.other.rms)
+        return 20 * math.log10(self.first.rms / self.second.rms)
 
     @property
     def error(self) -> float:
@@ -83,13 +83,13 @@ class Difference:
 
         Errors that both have in common, such as those of one coupon, make it too large.
         """
-        relative = math.hypot(self.one.error / self.one.rms, self.other.error / self.other.rms)
+        relative = math.hypot(*(value.error / value.rms for value in (self.first, self.second)))
         return 20 / math.log(10) * relative
 
     @property
     def verdict(self) -> str:
         """What can be said of the difference."""
-        if abs(self.one.rms - self.other.rms) <= SAME * self.one.rms:
+        if abs(self.first.rms - self.second.rms) <= SAME * self.first.rms:
             return "the same"
         if math.isnan(self.error):
             return "not judged: no stated error"
@@ -130,7 +130,7 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
 
     A bare panel has no error of its damping.
     """
-    found: dict[Key, Value] = {}
+    values: dict[Key, Value] = {}
     errors = summary.get("acceleration_rms_error_g", pd.Series(np.nan, summary.index))
     rows = zip(
         summary["reading"], summary["scenario"], summary["point"], summary["patch"],
@@ -141,80 +141,81 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
             continue
         is_bare = patch == "none"
         value = Value(scenario, reading, float(rms), 0.0 if is_bare else float(error))
-        found[reading, scenario, point] = value
+        values[reading, scenario, point] = value
         key = (reading, BEST, point)
-        if not is_bare and (key not in found or rms < found[key].rms):
-            found[key] = value
-    return found
+        if not is_bare and (key not in values or rms < values[key].rms):
+            values[key] = value
+    return values
 
 
-def differences(one: Side, other: Side) -> list[Difference]:
+def differences(first: Side, second: Side) -> list[Difference]:
     """Return what both studies have: same reading, scenario and point.
 
     Two studies of one reading each are compared whatever the readings are.
     """
-    first, second = values_of(one.summary), values_of(other.summary)
-    readings = [{key[0] for key in values} for values in (first, second)]
+    base, rival = values_of(first.summary), values_of(second.summary)
+    readings = [{key[0] for key in values} for values in (base, rival)]
     if len(readings[0]) == len(readings[1]) == 1 and readings[0] != readings[1]:
         (shared,) = readings[0]
-        second = {(shared, scenario, point): v for (_, scenario, point), v in second.items()}
-    return [Difference(key, first[key], second[key]) for key in first if key in second]
+        rival = {(shared, scenario, point): v for (_, scenario, point), v in rival.items()}
+    return [Difference(key, base[key], rival[key]) for key in base if key in rival]
 
 
-def only_in(one: Side, other: Side) -> list[str]:
+def only_in(first: Side, second: Side) -> list[str]:
     """Return the scenarios that one study has and the other has not."""
-    known = set(other.summary["scenario"])
-    return [name for name in dict.fromkeys(one.summary["scenario"]) if name not in known]
+    names = set(second.summary["scenario"])
+    return [name for name in dict.fromkeys(first.summary["scenario"]) if name not in names]
 
 
-def rows_of(found: Sequence[Difference]) -> list[list[str]]:
+def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
     """Return the rows of a table, with the columns of `columns_of`."""
     rows = []
-    for one in found:
-        reading, scenario, point = one.key
+    for difference in shared:
+        reading, scenario, point = difference.key
         if scenario == BEST:
-            scenario = f"{BEST}: {one.one.scenario} | {one.other.scenario}"
+            scenario = f"{BEST}: {difference.first.scenario} | {difference.second.scenario}"
         rows.append(
             [
                 reading,
                 scenario,
                 point,
-                value_text(one.one.rms, one.one.error),
-                value_text(one.other.rms, one.other.error),
-                value_text(one.reduction, one.error, 1),
-                one.verdict,
+                value_text(difference.first.rms, difference.first.error),
+                value_text(difference.second.rms, difference.second.error),
+                value_text(difference.reduction, difference.error, 1),
+                difference.verdict,
             ]
         )
     return rows
 
 
-def columns_of(one: Side, other: Side) -> list[str]:
+def columns_of(first: Side, second: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
-    values = [f"{side.name}, g rms" for side in (one, other)]
-    return ["damping model", "scenario", "point", *values, "reduction, dB", f"{other.name} is"]
+    values = [f"{side.name}, g rms" for side in (first, second)]
+    return ["damping model", "scenario", "point", *values, "reduction, dB", f"{second.name} is"]
 
 
-def told(one: Side, other: Side) -> Iterator[str]:
+def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     """Yield the comparison as lines of text.
 
     Raises
     ------
     NothingInCommon
     """
-    found = differences(one, other)
-    if not found:
+    shared = differences(first, second)
+    if not shared:
         raise NothingInCommon(
-            f"{one.name}, {other.name}: no common scenario and point; points of {one.name} are "
-            f"{_names(one.summary['point'])}, of {other.name} {_names(other.summary['point'])}"
+            f"{first.name}, {second.name}: no common scenario and point; points of {first.name} "
+            f"are {_names(first.summary['point'])}, "
+            f"of {second.name} {_names(second.summary['point'])}"
         )
-    rows = [columns_of(one, other), *rows_of(found)]
+    rows = [columns_of(first, second), *rows_of(shared)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join(
             f"{text:<{width}}" for text, width in zip(row, widths, strict=True)
         ).rstrip()
-    yield outcome(found)
-    for side, missing in ((one, only_in(one, other)), (other, only_in(other, one))):
+    yield outcome(shared)
+    for side, missing in ((first, only_in(first, second)), (second, only_in(second, first))):
         if missing:
             yield f"only in {side.name}: {', '.join(missing)}"
 
@@ -227,11 +228,11 @@ def _names(column: pd.Series) -> str:
     return ", ".join(dict.fromkeys(column))
 
 
-def outcome(found: Sequence[Difference]) -> str:
+def outcome(shared: Sequence[Difference]) -> str:
     """Return a sentence: how many values differ by more than their errors."""
-    verdicts = Counter(one.verdict for one in found)
+    verdicts = Counter(difference.verdict for difference in shared)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
-        f"{len(found)} values: {named}. A difference is significant from {SIGMAS:g} standard "
+        f"{len(shared)} values: {named}. A difference is significant from {SIGMAS:g} standard "
         "errors on, with the errors of both studies taken as independent."
     )

@@ -29,45 +29,45 @@ COLOURS = ("#0072B2", "#D55E00")
 """Of the two studies, told apart with the common kinds of colour blindness."""
 
 
-def write_comparison(one: Side, other: Side, file: Path) -> None:
+def write_comparison(first: Side, second: Side, file: Path) -> None:
     """Write the page of two studies against each other."""
     with style.context():
-        page = comparison_page(one, other)
+        page = comparison_page(first, second)
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(render(page), encoding="utf-8")
 
 
-def comparison_page(one: Side, other: Side) -> Page:
+def comparison_page(first: Side, second: Side) -> Page:
     """Return the page; call it within `style.context`."""
-    found = differences(one, other)
-    certain = [d for d in found if d.verdict in ("lower", "higher")]
-    columns = columns_of(one, other)
-    said = f"Where {other.name} and {one.name} differ by more than the stated errors"
-    first = [Table(said, columns, rows_of(certain), cards=True)] if certain else []
+    shared = differences(first, second)
+    certain = [d for d in shared if d.verdict in ("lower", "higher")]
+    columns = columns_of(first, second)
+    caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
+    tables = [Table(caption, columns, rows_of(certain), cards=True)] if certain else []
     missing = [
         Paragraph(f"Only in {side.name}: {', '.join(names)}.")
-        for side, names in ((one, only_in(one, other)), (other, only_in(other, one)))
+        for side, names in ((first, only_in(first, second)), (second, only_in(second, first)))
         if names
     ]
     return Page(
-        title=f"{one.name} and {other.name}",
-        answer=outcome(found),
-        first=first,
-        facts=_facts(one, other),
+        title=f"{first.name} and {second.name}",
+        answer=outcome(shared),
+        first=tables,
+        facts=_facts(first, second),
         assumptions=(),
         summary=(),
         warnings=(),
         claims=None,
         sections=[
-            PageSection("psd", "Acceleration PSDs", _psds(one, other, found)),
-            *_maps(one, other),
+            PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
+            *_maps(first, second),
             PageSection("values", "All values", [Table("Rms accelerations of both", columns,
-                                                   rows_of(found)), *missing]),
+                                                   rows_of(shared)), *missing]),
         ],
     )  # fmt: skip
 
 
-def _facts(one: Side, other: Side) -> list[tuple[str, str]]:
+def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
     return [
         (
             side.name,
@@ -75,35 +75,36 @@ def _facts(one: Side, other: Side) -> list[tuple[str, str]]:
             f"{side.psd.attrs.get('study_hash', '–')}, pidpanel "
             f"{side.psd.attrs.get('pidpanel_version', '–')}",
         )
-        for side in (one, other)
+        for side in (first, second)
     ]
 
 
-def _psds(one: Side, other: Side, found: list[Difference]) -> list[Picture]:
+def _psds(first: Side, second: Side, shared: list[Difference]) -> list[Picture]:
     """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
     pictures: list[Picture] = []
-    both = np.union1d(one.psd["frequency"], other.psd["frequency"])
-    for point in dict.fromkeys(d.key[2] for d in found):
-        for reading in dict.fromkeys(d.key[0] for d in found):
-            at = [d for d in found if d.key[0] == reading and d.key[2] == point]
-            drawn = [d for d in at if d.key[1] == BEST] + [d for d in at if _is_bare(one, d)][:1]
+    lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
+    for point in dict.fromkeys(d.key[2] for d in shared):
+        for reading in dict.fromkeys(d.key[0] for d in shared):
+            rows = [d for d in shared if d.key[0] == reading and d.key[2] == point]
+            drawn = [d for d in rows if d.key[1] == BEST]
+            drawn += [d for d in rows if _is_bare(first, d)][:1]
             curves = [
                 PsdCurve(
                     f"{side.name}, {value.scenario}",
-                    _on(side, value.reading, value.scenario, point, both),
+                    _resample(side, value.reading, value.scenario, point, lines),
                     colour,
                     dotted=difference.key[1] != BEST,
                 )
                 for difference in drawn
                 for side, value, colour in zip(
-                    (one, other), (difference.one, difference.other), COLOURS, strict=True
+                    (first, second), (difference.first, difference.second), COLOURS, strict=True
                 )
             ]
             if curves:
                 panel = FigurePanel(READINGS.get(reading, reading), f"point {point}", curves)
                 caption = f"Acceleration PSD at point {point}; bare panels dotted."
-                chart = chart_of(panel.title, both, curves)
-                image = style.png(psd_figure(both, [panel]))
+                chart = chart_of(panel.title, lines, curves)
+                image = style.png(psd_figure(lines, [panel]))
                 name = f"psd_{len(pictures)}"
                 pictures.append(Picture(name, image, caption, [chart]))
     return pictures
@@ -114,21 +115,21 @@ def _is_bare(side: Side, difference: Difference) -> bool:
     return bool(len(rows)) and bool((rows["patch"] == "none").all())
 
 
-def _on(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:
+def _resample(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:
     """Return a PSD on other lines; NaN beyond its own."""
     psd = side.psd["acceleration_psd"].sel(reading=reading, scenario=scenario, point=point)
-    own = side.psd["frequency"].to_numpy()
-    return np.interp(frequency, own, psd.to_numpy(), left=np.nan, right=np.nan)
+    side_lines = side.psd["frequency"].to_numpy()
+    return np.interp(frequency, side_lines, psd.to_numpy(), left=np.nan, right=np.nan)
 
 
-def _maps(one: Side, other: Side) -> list[PageSection]:
+def _maps(first: Side, second: Side) -> list[PageSection]:
     """Return the maps of both with the same colours for the same values."""
-    if one.maps is None or other.maps is None:
+    if first.maps is None or second.maps is None:
         return []
-    ends = [scale_ends(side.maps) for side in (one, other) if side.maps is not None]
-    tops = {name: max(each[name] for each in ends) for name in ends[0]}
+    ends = [scale_ends(side.maps) for side in (first, second) if side.maps is not None]
+    tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
-    for number, side in enumerate((one, other)):
+    for number, side in enumerate((first, second)):
         if side.maps is None or side.cell_in_patch is None:
             continue
         cases = zip(side.maps["reading"].to_numpy(), side.maps["scenario"].to_numpy(), strict=True)

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from pidpanel.report import style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.layout import WIDTH, few_of, frequency_axis
+from pidpanel.report.layout import WIDTH, frequency_axis, pick_items
 from pidpanel.report.text import number, plain, signed
 
 CURVES = 6
 """Patches in the figure at most."""
 
-WHAT = (
+METHOD = (
     "Panel and particles are integrated together under random sound. The force of the "
     "particles is then split into a part that is linear in the motion of the patch, C_e and "
     "m_a, and the remaining own force of the particles. The PSDs in this report include both. "
@@ -41,7 +41,7 @@ def coupled_section(
     """
     figure = coupled_figure(run_itself(results.impedance), names)
     blocks: list[Block] = [
-        Paragraph(WHAT),
+        Paragraph(METHOD),
         coupled_table(results, names, points),
         Picture(
             "coupled_damping",
@@ -63,25 +63,25 @@ def coupled_table(
 ) -> Table:
     """Return a row for each scenario; parameters are those of `coupled_section`."""
     summary = results.summary[results.summary["point"].isin(points)]
-    own = set(run_itself(results.impedance)["scenario"])
+    simulated = set(run_itself(results.impedance)["scenario"])
     by_label = dict(list(results.impedance.groupby("scenario")))
     rows = []
-    for label, beds in ((one, by_label[one]) for one in names if one in by_label):
-        of = summary[summary["scenario"] == label]
-        if label in own:
-            error = 100 * of["g_rms_error"] / of["g_rms"]
-            share = 100 * (1 - (of["linear_g_rms"] / of["g_rms"]) ** 2)
-            known = [
-                str(int(of["runs"].iloc[0])),
+    for label, beds in ((name, by_label[name]) for name in names if name in by_label):
+        of_scenario = summary[summary["scenario"] == label]
+        if label in simulated:
+            error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
+            share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
+            cells = [
+                str(int(of_scenario["runs"].iloc[0])),
                 _range([number(value, 2) for value in (error.min(), error.max())]),
-                _range([signed(f(of["residual_db"]), 2) for f in (min, max)]),
+                _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
                 _range([plain(value, 1) for value in (share.min(), share.max())]),
             ]
         else:
             near = str(beds["carried_from"].iloc[0]).split(" and ")
-            known = [f"0, from {' and '.join(names.get(one, one) for one in near)}", *["–"] * 3]
+            cells = [f"0, from {' and '.join(names.get(name, name) for name in near)}", *["–"] * 3]
         columns = ("youngs_modulus_mpa", "particle_mass_per_area_kg_m2")
-        rows.append([names[label], *known, *(_by_patch(beds, column) for column in columns)])
+        rows.append([names[label], *cells, *(_by_patch(beds, column) for column in columns)])
     return Table(
         "Coupled runs, with ranges over the points. Own force: its share of the mean square "
         "acceleration.",
@@ -103,29 +103,29 @@ def _by_patch(beds: pd.DataFrame, column: str) -> str:
     if column not in beds:
         return "–"
     first = beds.drop_duplicates("patch")
-    found = {patch: number(x) for patch, x in zip(first["patch"], first[column], strict=True)}
-    if len(set(found.values())) == 1:
-        return next(iter(found.values()))
-    return ", ".join(f"{value} ({patch})" for patch, value in found.items())
+    values = {patch: number(x) for patch, x in zip(first["patch"], first[column], strict=True)}
+    if len(set(values.values())) == 1:
+        return next(iter(values.values()))
+    return ", ".join(f"{value} ({patch})" for patch, value in values.items())
 
 
-def coupled_figure(own: pd.DataFrame, names: Mapping[str, str]) -> Figure:
+def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
     """Draw C_e and m_a over frequency, at most `CURVES` patches.
 
     Parameters
     ----------
-    own
+    table
         Of `run_itself`.
     names
         Of the scenarios by their labels.
     """
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     damping, mass = figure.subplots(1, 2)
-    beds = few_of(
-        [(key, rows) for key, rows in own.groupby(["scenario", "patch"], sort=False)], CURVES
+    beds = pick_items(
+        [(key, rows) for key, rows in table.groupby(["scenario", "patch"], sort=False)], CURVES
     )
     for index, ((label, patch), rows) in enumerate(beds):
-        several = own.loc[own["scenario"] == label, "patch"].nunique() > 1
+        several = table.loc[table["scenario"] == label, "patch"].nunique() > 1
         look = {
             "fmt": f"-{style.MARKERS[index % len(style.MARKERS)]}",
             "color": style.PLACES[index % len(style.PLACES)],
@@ -138,10 +138,10 @@ def coupled_figure(own: pd.DataFrame, names: Mapping[str, str]) -> Figure:
         damping.errorbar(rows["frequency_hz"], positive, errors[0], **look)
         mass.errorbar(rows["frequency_hz"], rows["apparent_mass_kg_m2"], errors[1], **look)
     for axes in (damping, mass):
-        frequency_axis(axes, 0.9 * own["frequency_hz"].min(), 1.1 * own["frequency_hz"].max())
+        frequency_axis(axes, 0.9 * table["frequency_hz"].min(), 1.1 * table["frequency_hz"].max())
     damping.set_yscale("log", nonpositive="clip")
-    above = own.loc[own["equivalent_damping_n_s_m3"] > 0, "equivalent_damping_n_s_m3"]
-    damping.set_ylim(bottom=above.min() / 3 if len(above) else None)  # not to an error's lower end
+    drawn = table.loc[table["equivalent_damping_n_s_m3"] > 0, "equivalent_damping_n_s_m3"]
+    damping.set_ylim(bottom=drawn.min() / 3 if len(drawn) else None)  # not to an error's lower end
     damping.set_ylabel("$C_e$, N s/m³")
     mass.set_ylabel("$m_a$, kg/m²")
     mass.axhline(0, color="#999999", lw=0.6)

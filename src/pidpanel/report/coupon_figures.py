@@ -226,14 +226,14 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     cases
         Rows of ``coupon/cases.csv`` with status ok.
     """
-    known = cases[cases["closure"].notna()]
+    balanced = cases[cases["closure"].notna()]
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
-    of_sweep = list(swept(known[FREQUENCY.column])) if len(known) else []
-    between = ~known[FREQUENCY.column].isin(of_sweep)
-    groups = [(f"{f:g} Hz", known[known[FREQUENCY.column] == f]) for f in of_sweep]
-    groups += [("other frequencies", known[between])] if between.any() else []
-    for number, (name, one) in enumerate(groups):
+    of_sweep = list(swept(balanced[FREQUENCY.column])) if len(balanced) else []
+    off_sweep = ~balanced[FREQUENCY.column].isin(of_sweep)
+    groups = [(f"{f:g} Hz", balanced[balanced[FREQUENCY.column] == f]) for f in of_sweep]
+    groups += [("other frequencies", balanced[off_sweep])] if off_sweep.any() else []
+    for number, (name, group) in enumerate(groups):
         look = {
             "ls": "none",
             "marker": style.MARKERS[number % len(style.MARKERS)],
@@ -241,18 +241,18 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
             "color": style.PLACES[number % len(style.PLACES)],
             "label": name,
         }
-        left.plot(one[ACCELERATION.column], 100 * one["normal_share"], **look)
-        right.plot(one[ACCELERATION.column], 100 * one["closure"], **look)
+        left.plot(group[ACCELERATION.column], 100 * group["normal_share"], **look)
+        right.plot(group[ACCELERATION.column], 100 * group["closure"], **look)
     left.set_ylim(0, 100)
     left.set_ylabel("normal loss, % of all losses")
     right.set_ylabel("error of the energy balance,\n% of the work done")
     right.axhspan(-100 * CLOSURE_LIMIT, 100 * CLOSURE_LIMIT, color="#dddddd", zorder=0, lw=0)
     right.axhline(0, color="#888888", lw=0.6)
-    reach = max(2.5, 1.15 * 100 * float(known["closure"].abs().max() if len(known) else 0))
+    reach = max(2.5, 1.15 * 100 * float(balanced["closure"].abs().max() if len(balanced) else 0))
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        amplitudes = list(swept(known[ACCELERATION.column])) if len(known) else []
+        amplitudes = list(swept(balanced[ACCELERATION.column])) if len(balanced) else []
         axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
         axes.set_xticks([], minor=True)
         axes.margins(x=0.1)
@@ -285,14 +285,14 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     place = {value: value if numeric else float(i) for i, value in enumerate(values)}
     for axes, frequency in zip(grid, frequencies, strict=True):
         for number, (fill, acceleration) in enumerate(lines):
-            one = cases[
+            curve = cases[
                 (cases[FREQUENCY.column] == frequency)
                 & (cases["fill_fraction"] == fill)
                 & (cases[ACCELERATION.column] == acceleration)
             ]
             axes.errorbar(
-                [place[value] for value in one[key]], one[EQUIVALENT_DAMPING.column],
-                yerr=one[EQUIVALENT_DAMPING.error],
+                [place[value] for value in curve[key]], curve[EQUIVALENT_DAMPING.column],
+                yerr=curve[EQUIVALENT_DAMPING.error],
                 color=style.PLACES[number % len(style.PLACES)],
                 marker=style.MARKERS[number % len(style.MARKERS)],
                 ls="-" if numeric else "none", capsize=2,

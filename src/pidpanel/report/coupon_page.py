@@ -38,10 +38,10 @@ def coupon_page(
     good = coupon.cases[coupon.cases["status"] == "ok"]
     lost = coupon.cases[coupon.cases["status"] != "ok"]
     keys = varied_keys(study)
-    found = varied_findings(good, keys) or [coupon_finding(good)]
+    findings = varied_findings(good, keys) or [coupon_finding(good)]
     varied = varied_section(good, keys) if keys else None
     first: list[Block] = [
-        Paragraph(coupon_text(one, coupon.cases)) for one in study.coupons.values()
+        Paragraph(coupon_text(settings, coupon.cases)) for settings in study.coupons.values()
     ]
     if varied is not None:
         first += varied.blocks
@@ -51,7 +51,7 @@ def coupon_page(
     sections = [coupon_section(replace(coupon, shot=None), varied=keys), losses_section(good)]
     return Page(
         title=study.title or study.name,
-        answer=found[0],
+        answer=findings[0],
         first=first,
         caveats=warnings[:CAVEATS],
         facts=[
@@ -59,7 +59,7 @@ def coupon_page(
             ("Software", software_text(stamp, dem=True)),
         ],
         assumptions=study.assumptions,
-        summary=found[1:],
+        summary=findings[1:],
         warnings=[
             *warnings[CAVEATS:],
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),

@@ -127,7 +127,7 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
         apparent_mass_share=cases["apparent_mass_kg_m2"] / mass,
         apparent_mass_share_error=cases["apparent_mass_error_kg_m2"] / mass,
     )
-    beside = (
+    references = (
         "Dashed: the paper's law, corrected (|a₁|, f in Hz), independent of Γ. " if law else ""
     ) + (
         "Dotted: C_e = 4 m″ω/π, the bound of a perfectly inelastic bed of this mass without "
@@ -135,52 +135,52 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
     )
     bound = "bound_n_s_m3"
     of_sweep = [
-        cases[one.column].isin(swept(cases[one.column])) for one in (ACCELERATION, FREQUENCY)
+        cases[axis.column].isin(swept(cases[axis.column])) for axis in (ACCELERATION, FREQUENCY)
     ]
-    left_out = ["" if of.all() else _left_out(int((~of).sum())) for of in of_sweep]
+    omissions = ["" if s.all() else _omission_text(int((~s).sum())) for s in of_sweep]
     # over what has one value alone there is nothing to draw
     over_g = cases[ACCELERATION.column].nunique() > 1
     over_frequency = cases[FREQUENCY.column].nunique() > 1 or not over_g
     x, panel = (ACCELERATION, FREQUENCY) if over_g else (FREQUENCY, ACCELERATION)
-    name, between = ("Γ", left_out[1]) if over_g else ("frequency", left_out[0])
+    name, omission = ("Γ", omissions[1]) if over_g else ("frequency", omissions[0])
     drawn: list[tuple[str, Figure, str]] = []
     if over_frequency:
-        of = sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound)
-        says = f"Equivalent damping per area over frequency at constant Γ = a/g.{left_out[0]}"
-        drawn.append(("damping_over_frequency", of, f"{says} {BARS} {beside}"))
+        fig = sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, law=law, bound=bound)
+        says = f"Equivalent damping per area over frequency at constant Γ = a/g.{omissions[0]}"
+        drawn.append(("damping_over_frequency", fig, f"{says} {BARS} {references}"))
     if over_g:
-        of = sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound)
-        says = f"Equivalent damping per area over Γ = a/g at constant frequency.{left_out[1]}"
-        drawn.append(("damping_over_acceleration", of, f"{says} {BARS} {beside}"))
+        fig = sweep_figure(cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, law=law, bound=bound)
+        says = f"Equivalent damping per area over Γ = a/g at constant frequency.{omissions[1]}"
+        drawn.append(("damping_over_acceleration", fig, f"{says} {BARS} {references}"))
     drawn += [
         (
             "loss_factor",
             sweep_figure(cases, x, LOSS_FACTOR, panel),
             f"Loss factor η = E_d/(π m″(ωW)²) over {name}; the bound of a perfectly inelastic bed "
-            f"is 4/π = 1.27.{between} {BARS}",
+            f"is 4/π = 1.27.{omission} {BARS}",
         ),
         (
             "apparent_mass",
             sweep_figure(cases, x, MASS_SHARE, panel),
             "Share of the particles' mass that moves in phase with the cell (apparent mass over "
-            f"mass, both per area), over {name}.{between} {BARS}",
+            f"mass, both per area), over {name}.{omission} {BARS}",
         ),
     ]
     return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
 
 
-def _left_out(count: int) -> str:
+def _omission_text(count: int) -> str:
     return f" {counted(count, 'case')} between those of the sweep are only in the table."
 
 
 def particles_picture(spheres: DrawnSpheres) -> Picture:
     """Return a picture of the particles of one run in its first cells."""
     packing = spheres.run.packing
-    shown = min(packing.count, CELLS_SHOWN)
-    grid = (packing.across_flats, packing.count, shown)
+    cells = min(packing.count, CELLS_SHOWN)
+    grid = (packing.across_flats, packing.count, cells)
     inside = pictures.in_first_cells(spheres.positions, *grid)
     places = pictures.moved_to_first_cells(spheres.positions[inside], *grid)
-    side = f"{shown} of them drawn side by side" if shown < packing.count else "drawn side by side"
+    side = f"{cells} of them drawn side by side" if cells < packing.count else "drawn side by side"
     limits = (0.0, float(spheres.speed.max()))
     shape = SHAPES[packing.shape].word
     where = (
@@ -200,7 +200,7 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
         outline=packing.outline,
         across_flats=packing.across_flats,
         depth=packing.depth,
-        count=shown,
+        count=cells,
     )
     figure = panel_figures.pictures_figure(
         [image],
@@ -209,7 +209,7 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
         colormap="plasma",
         limits=limits,
         label="speed relative to the cell, m/s",
-        width=min(6.0, 1 + 1.2 * shown),
+        width=min(6.0, 1 + 1.2 * cells),
     )
     return Picture("particles", style.png(figure), caption)
 

@@ -22,9 +22,9 @@ def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
     cases
         Its ``coupon/cases.csv``.
     """
-    own = coupon.particles
+    p = coupon.particles
 
-    def shown(key: str, text: str) -> str:
+    def label(key: str, text: str) -> str:
         if key not in coupon.vary:
             return text
         values = ", ".join(f"{value:g}" for value in coupon.vary[key])
@@ -38,16 +38,16 @@ def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
     )
     parts = [
         f"Particles of {size} mm{_spread(coupon)}",
-        shown("particles.density_kg_m3", f"ρ = {own.density_kg_m3:g} kg/m³"),
-        shown("particles.youngs_modulus_mpa", f"E = {own.youngs_modulus_mpa:g} MPa"),
-        shown("particles.poissons_ratio", f"ν = {own.poissons_ratio:g}"),
-        shown("particles.restitution", f"e = {own.restitution:g}{_wall(coupon, 'restitution')}"),
-        shown("particles.friction", f"μ = {own.friction:g}{_wall(coupon, 'friction')}"),
+        label("particles.density_kg_m3", f"ρ = {p.density_kg_m3:g} kg/m³"),
+        label("particles.youngs_modulus_mpa", f"E = {p.youngs_modulus_mpa:g} MPa"),
+        label("particles.poissons_ratio", f"ν = {p.poissons_ratio:g}"),
+        label("particles.restitution", f"e = {p.restitution:g}{_wall(coupon, 'restitution')}"),
+        label("particles.friction", f"μ = {p.friction:g}{_wall(coupon, 'friction')}"),
     ]
-    if own.rolling_friction or "particles.rolling_friction" in coupon.vary:
-        parts.append(shown("particles.rolling_friction", f"μ_r = {own.rolling_friction:g}"))
-    if own.shell_mm is not None:
-        parts.append(f"hollow, shell of {own.shell_mm:g} mm")
+    if p.rolling_friction or "particles.rolling_friction" in coupon.vary:
+        parts.append(label("particles.rolling_friction", f"μ_r = {p.rolling_friction:g}"))
+    if p.shell_mm is not None:
+        parts.append(f"hollow, shell of {p.shell_mm:g} mm")
     cell = coupon.cell
     count = "a varied number of" if "cell.count" in coupon.vary else f"{cell.count}"
     across = "diameter" if cell.shape == "circle" else "wide"
@@ -70,16 +70,16 @@ def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
 def accuracy_text(coupon: Coupon, cases: pd.DataFrame) -> str:
     """Return which accuracy was asked for, and which was reached."""
     good = cases[cases["status"] == "ok"]
-    asked = coupon.accuracy
-    said = (
-        f"{counted(asked.seeds, 'packing')} per case, run until the standard error of C_e is "
-        f"{percent(asked.relative_error)} or for {asked.max_cycles} cycles"
+    accuracy = coupon.accuracy
+    text = (
+        f"{counted(accuracy.seeds, 'packing')} per case, run until the standard error of C_e is "
+        f"{percent(accuracy.relative_error)} or for {accuracy.max_cycles} cycles"
     )
     if not len(good):
-        return f"{said}; no case is ok."
+        return f"{text}; no case is ok."
     relative = (good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"]).abs()
     return (
-        f"{said}. Reached: {percent(relative.median(), 1)} in the median, "
+        f"{text}. Reached: {percent(relative.median(), 1)} in the median, "
         f"{percent(relative.max(), 1)} at most, in {len(good)} of {counted(len(cases), 'case')}."
     )
 
@@ -94,7 +94,7 @@ def coupon_finding(cases: pd.DataFrame) -> str:
     """
     if not len(cases):
         return "No case is ok, so there is no result for this coupon."
-    most = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
+    peak = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
     low, high = cases["equivalent_damping_n_s_m3"].min(), cases["equivalent_damping_n_s_m3"].max()
     span = (
         f"{number(low)} to {number(high)} N s/m³"
@@ -103,9 +103,9 @@ def coupon_finding(cases: pd.DataFrame) -> str:
     )
     return (
         f"C_e is {span}; the largest loss factor is "
-        f"{value_text(most['loss_factor'], most['loss_factor_error'])} (the bound of an inelastic "
-        f"bed is 1.27), at r = {most['fill_fraction']:g}, {most['frequency_hz']:g} Hz, "
-        f"Γ = {most['acceleration_g']:.4g}."
+        f"{value_text(peak['loss_factor'], peak['loss_factor_error'])} (the bound of an inelastic "
+        f"bed is 1.27), at r = {peak['fill_fraction']:g}, {peak['frequency_hz']:g} Hz, "
+        f"Γ = {peak['acceleration_g']:.4g}."
     )
 
 

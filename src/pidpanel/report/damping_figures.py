@@ -23,7 +23,7 @@ from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
-from pidpanel.report.layout import GREY, WIDTH, few, swept
+from pidpanel.report.layout import GREY, WIDTH, pick, swept
 
 FILL, FREQUENCY, ACCELERATION = AXES
 LABELS = {
@@ -53,30 +53,30 @@ def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
         Two of `AXES`. The third takes the values of the cases, `MAPS` of them at most.
     """
     (fixed,) = set(AXES) - {across, up}
-    values = few(swept(surface.cases[fixed]), MAPS)
+    values = pick(swept(surface.cases[fixed]), MAPS)
     axes_of = {name: _fine(surface, name) for name in (across, up)}
     x, y = axes_of[across], axes_of[up]
     grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
     maps = []
     for value in values:
         point = {**grid, fixed: np.full(grid[across].shape, value)}
-        asked = [point[name].ravel() for name in AXES]
-        found = surface.evaluate(*asked)
-        damping = found.equivalent_damping.reshape(grid[across].shape)
+        points = [point[name].ravel() for name in AXES]
+        estimate = surface.evaluate(*points)
+        damping = estimate.equivalent_damping.reshape(grid[across].shape)
         unit = surface.mass_per_fill * point[FILL] * 2 * np.pi * point[FREQUENCY]
-        maps.append((damping, damping / unit, found.inside.reshape(damping.shape)))
+        maps.append((damping, damping / unit, estimate.inside.reshape(damping.shape)))
     figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
     grid_of = figure.subplots(2, len(values), sharex=True, sharey=True, squeeze=False)
     for row, (label, colormap) in enumerate(
         (("$C_e$, N s/m³", "viridis"), ("loss factor η, –", "magma"))
     ):
-        shown = np.concatenate([one[row][one[2]] for one in maps])
-        scale = ScalarMappable(LogNorm(shown.min(), shown.max()), mpl.colormaps[colormap])
-        for column, (value, one) in enumerate(zip(values, maps, strict=True)):
+        drawn = np.concatenate([layer[row][layer[2]] for layer in maps])
+        scale = ScalarMappable(LogNorm(drawn.min(), drawn.max()), mpl.colormaps[colormap])
+        for column, (value, layers) in enumerate(zip(values, maps, strict=True)):
             axes = grid_of[row, column]
             axes.set_facecolor(OUTSIDE)
             axes.pcolormesh(
-                x, y, np.where(one[2], one[row], np.nan), norm=scale.norm, cmap=scale.cmap,
+                x, y, np.where(layers[2], layers[row], np.nan), norm=scale.norm, cmap=scale.cmap,
                 shading="nearest", rasterized=True,
             )  # fmt: skip
             run = surface.cases[np.isclose(surface.cases[fixed], value)]
@@ -115,8 +115,8 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
 
     Axes for each acceleration of the cases, a colour for each fill.
     """
-    accelerations = few(swept(surface.cases[ACCELERATION]), 6)
-    fills = few(swept(surface.cases[FILL]), 5)
+    accelerations = pick(swept(surface.cases[ACCELERATION]), 6)
+    fills = pick(swept(surface.cases[FILL]), 5)
     columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
     rows = -(-len(accelerations) // columns)
     figure = Figure(figsize=(WIDTH, 3.1 * rows + 0.6), layout="constrained")
@@ -128,10 +128,10 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
         for number, fill in enumerate(fills):
             colour = style.fill_colour(fill)
             _band(axes, surface, frequency, fill, gamma, colour)
-            of = surface.cases
-            of = of[np.isclose(of[ACCELERATION], gamma) & np.isclose(of[FILL], fill)]
+            cases = surface.cases
+            cases = cases[np.isclose(cases[ACCELERATION], gamma) & np.isclose(cases[FILL], fill)]
             axes.errorbar(
-                of[FREQUENCY], of[VALUE], yerr=of[ERROR], color=colour, ls="none",
+                cases[FREQUENCY], cases[VALUE], yerr=cases[ERROR], color=colour, ls="none",
                 marker=style.MARKERS[number % len(style.MARKERS)], capsize=1.8, elinewidth=0.8,
             )  # fmt: skip
             axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
@@ -162,9 +162,9 @@ def _band(
     axes: Axes, surface: DampingSurface, frequency: Array, fill: float, gamma: float, colour: str
 ) -> None:
     """Draw the surface ± one standard error of ln C_e within its domain."""
-    found = surface(frequency, fill, gamma)
-    value = np.where(found.inside, found.equivalent_damping, np.nan)
-    factor = np.exp(found.equivalent_damping_error / found.equivalent_damping)
+    estimate = surface(frequency, fill, gamma)
+    value = np.where(estimate.inside, estimate.equivalent_damping, np.nan)
+    factor = np.exp(estimate.equivalent_damping_error / estimate.equivalent_damping)
     axes.plot(frequency, value, color=colour, lw=0.9)
     axes.fill_between(frequency, value / factor, value * factor, color=colour, alpha=0.22, lw=0)
 
@@ -206,14 +206,14 @@ def collapse_figure(
     if form is not None:
         fine = np.geomspace(stroke.min(), stroke.max(), 200)
         norm = LogNorm(gamma.min(), gamma.max() * 1.001)
-        for value in few(np.unique(gamma), 4):
+        for value in pick(np.unique(gamma), 4):
             h = np.full(200, float(points.onset[np.argmin(np.abs(gamma - value))]))
-            at = Points(np.full(200, 0.5), np.ones(200), np.full(200, value), fine, h,
+            line_points = Points(np.full(200, 0.5), np.ones(200), np.full(200, value), fine, h,
                         points.mass_per_fill)  # fmt: skip
             of_gamma = np.isclose(gamma, value)
-            within = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
+            in_range = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
             colour = mpl.colormaps["plasma"](norm(value))
-            line = np.where(within, np.exp(form(at)), np.nan)
+            line = np.where(in_range, np.exp(form(line_points)), np.nan)
             grid[1].plot(fine, line, color=colour, lw=1.4)
     grid[1].text(0.02, 4 / np.pi * 1.06, "4/π", transform=grid[1].get_yaxis_transform(), fontsize=7)
     return figure
@@ -233,11 +233,11 @@ def left_out_figure(left: pd.DataFrame) -> Figure:
     predicted = simulated * np.exp(left["log_error"].to_numpy())
     factor = np.exp(left["log_standard_error"].to_numpy())
     fills = np.unique(left[FILL])
-    for number, fill in enumerate(few(fills, 7)):
-        of = np.isclose(left[FILL], fill)
+    for number, fill in enumerate(pick(fills, 7)):
+        mask = np.isclose(left[FILL], fill)
         axes.errorbar(
-            simulated[of], predicted[of],
-            yerr=[(predicted - predicted / factor)[of], (predicted * factor - predicted)[of]],
+            simulated[mask], predicted[mask],
+            yerr=[(predicted - predicted / factor)[mask], (predicted * factor - predicted)[mask]],
             color=style.fill_colour(fill), marker=style.MARKERS[number], ls="none", ms=4,
             elinewidth=0.7, label=f"r = {fill:g}",
         )  # fmt: skip
@@ -262,17 +262,17 @@ def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figu
     shares
         Columns and their names; the first is drawn solid, the next dashed and dotted.
     """
-    frequencies = few(swept(cases[FREQUENCY]), 5)
-    fills = few(np.unique(cases[FILL]), 5)
+    frequencies = pick(swept(cases[FREQUENCY]), 5)
+    fills = pick(np.unique(cases[FILL]), 5)
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     grid = figure.subplots(1, len(frequencies), sharex=True, sharey=True, squeeze=False)[0]
     dashes = ("-", "--", ":")
     for axes, frequency in zip(grid, frequencies, strict=True):
         for number, fill in enumerate(fills):
-            of = cases[np.isclose(cases[FREQUENCY], frequency) & np.isclose(cases[FILL], fill)]
-            of = of.sort_values(ACCELERATION)
+            rows = cases[np.isclose(cases[FREQUENCY], frequency) & np.isclose(cases[FILL], fill)]
+            rows = rows.sort_values(ACCELERATION)
             for (column, _), dash in zip(shares, dashes, strict=False):
-                axes.plot(of[ACCELERATION], of[column], dash, color=style.fill_colour(fill),
+                axes.plot(rows[ACCELERATION], rows[column], dash, color=style.fill_colour(fill),
                           marker=style.MARKERS[number])  # fmt: skip
         axes.set_xscale("log")
         axes.set_ylim(0, 1)

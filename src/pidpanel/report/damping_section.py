@@ -98,26 +98,26 @@ def damping_section(results: DampingResults) -> PageSection:
 def target_table(rounds: Sequence[Round]) -> Table:
     """Return how the errors of the rms accelerations fell, round by round."""
     rows = []
-    for before, one in pairwise(rounds):
+    for previous, current in pairwise(rounds):
         worst = max(
             (error, f"{label}, point {point}")
-            for label, of in one.relative_error.items()
-            for point, error in of.items()
+            for label, errors in current.relative_error.items()
+            for point, error in errors.items()
         )
-        rows.append([str(one.round), str(before.count), percent(worst[0], 2), worst[1]])
+        rows.append([str(current.round), str(previous.count), percent(worst[0], 2), worst[1]])
     last = rounds[-1]
     end = (
         "reached" if last.reached else ("not reached, and no further case is available or allowed")
     )
-    said = f"With {last.count} cases the target is {end}."
+    text = f"With {last.count} cases the target is {end}."
     if last.of == "tones":
-        said = (
+        text = (
             f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of "
             "the scenarios."
         )
     return Table(
         "Cases chosen in rounds. Each round takes the cases that most reduce the errors of "
-        f"the rms accelerations. {said}",
+        f"the rms accelerations. {text}",
         ["round", "cases run", "largest relative standard error of rms acceleration", "of"],
         rows,
     )
@@ -127,18 +127,18 @@ def law_blocks(results: DampingResults) -> list[Block]:
     """Return the equation with its constants at every Γ and fill, beside the paper's."""
     law = results.law[results.law["form"] == "paper"]
     # at a Γ with cases of one fill alone there is nothing to tell over fill
-    over = law[law["fill_fraction"].isna() & law["constant"].isin(OVER_FILL)]
+    over_fill = law[law["fill_fraction"].isna() & law["constant"].isin(OVER_FILL)]
     blocks: list[Block] = []
-    if len(over):
-        best = float(over["acceleration_g"].to_numpy()[int(over["scatter"].argmin())])
-        of = over[over["acceleration_g"] == best].set_index("constant")
-        blocks.append(Paragraph(quoted(of, best)))
+    if len(over_fill):
+        best = float(over_fill["acceleration_g"].to_numpy()[int(over_fill["scatter"].argmin())])
+        constants = over_fill[over_fill["acceleration_g"] == best].set_index("constant")
+        blocks.append(Paragraph(quoted(constants, best)))
 
     def fitted(frequency: Array, fill: float, gamma: float) -> Array:
-        of = over[np.isclose(over["acceleration_g"], gamma)].set_index("constant")
-        if not len(of):
+        at_gamma = over_fill[np.isclose(over_fill["acceleration_g"], gamma)].set_index("constant")
+        if not len(at_gamma):
             return np.full(frequency.shape, np.nan)
-        constants = of.loc[list(OVER_FILL), "value"].to_numpy(float)
+        constants = at_gamma.loc[list(OVER_FILL), "value"].to_numpy(float)
         a1, a2, a3 = constants_at(np.full(frequency.shape, fill), constants)
         with np.errstate(invalid="ignore"):
             return np.where(a1 > 0, equation_5(2 * np.pi * frequency, a1, a2, a3), np.nan)
@@ -151,26 +151,26 @@ def law_blocks(results: DampingResults) -> list[Block]:
             "Eq. 6, fitted at each Γ. Dotted: C_e = 4 m″ω/π.",
         )
     )
-    if len(over):
-        blocks.append(_over_fill_table(over))
-    at = law[law["fill_fraction"].notna()]
-    if len(at):
-        blocks.append(_at_fill_table(at))
+    if len(over_fill):
+        blocks.append(_over_fill_table(over_fill))
+    at_fills = law[law["fill_fraction"].notna()]
+    if len(at_fills):
+        blocks.append(_at_fill_table(at_fills))
     return blocks
 
 
-def quoted(of: pd.DataFrame, gamma: float) -> str:
+def quoted(constants: pd.DataFrame, gamma: float) -> str:
     """Return the law in one sentence, as it would be quoted.
 
     Parameters
     ----------
-    of
+    constants
         Rows of ``law.csv`` over fill at one Γ, by constant.
     gamma
         That Γ.
     """
-    v = {str(name): float(value) for name, value in of["value"].items()}
-    first = of.iloc[0]
+    v = {str(name): float(value) for name, value in constants["value"].items()}
+    first = constants.iloc[0]
     a1 = f"{number(np.exp(v['ln_alpha']))} r (1{_term(v['beta1'])} r{_term(v['beta2'])} r²)"
     a2 = f"{number(v['gamma0'])}{_term(v['gamma1'])} r"
     a3 = f"r ({number(v['delta0'])}{_term(v['delta1'])} r)"
@@ -186,9 +186,9 @@ def _term(value: float) -> str:
     return f" {'−' if value < 0 else '+'} {number(abs(value))}"
 
 
-def _interval(of: pd.DataFrame, constant: str, *, exponent: bool = False) -> str:
+def _interval(constants: pd.DataFrame, constant: str, *, exponent: bool = False) -> str:
     """Return a constant, or e to it, with its interval: value [low, high]."""
-    numbers = [float(of[name][constant]) for name in ("value", "low", "high")]
+    numbers = [float(constants[name][constant]) for name in ("value", "low", "high")]
     if exponent:
         with np.errstate(over="ignore"):  # an interval without an end
             numbers = np.exp(numbers).tolist()
@@ -196,13 +196,13 @@ def _interval(of: pd.DataFrame, constant: str, *, exponent: bool = False) -> str
     return f"{number(value)} [{number(low)}, {number(high)}]"
 
 
-def _over_fill_table(over: pd.DataFrame) -> Table:
+def _over_fill_table(over_fill: pd.DataFrame) -> Table:
     names = ["α", "β₁", "β₂", "γ₀", "γ₁", "δ₀, s", "δ₁, s"]
     rows = []
-    for gamma, of in over.groupby("acceleration_g"):
-        by_name = of.set_index("constant")
+    for gamma, group in over_fill.groupby("acceleration_g"):
+        by_name = group.set_index("constant")
         cells = [_interval(by_name, c, exponent=c == "ln_alpha") for c in OVER_FILL]
-        first = of.iloc[0]
+        first = group.iloc[0]
         rows.append([f"{gamma:g}", *cells, f"{first['scatter']:.2f}", str(int(first["points"]))])
     return Table(
         "Eq. 5 in the form of Eq. 6, a₁ = α r (1 + β₁ r + β₂ r²), a₂ = γ₀ + γ₁ r, "
@@ -214,15 +214,15 @@ def _over_fill_table(over: pd.DataFrame) -> Table:
     )
 
 
-def _at_fill_table(at: pd.DataFrame) -> Table:
+def _at_fill_table(at_fills: pd.DataFrame) -> Table:
     rows = []
-    for (gamma, fill), of in at.groupby(["acceleration_g", "fill_fraction"]):
-        by_name = of.set_index("constant")
+    for (gamma, fill), group in at_fills.groupby(["acceleration_g", "fill_fraction"]):
+        by_name = group.set_index("constant")
         cells = [_interval(by_name, c, exponent=c == "ln_a1") for c in AT_FILL]
-        a1, a2, a3 = paper_constants(float(of["fill_fraction"].iloc[0]))
+        a1, a2, a3 = paper_constants(float(group["fill_fraction"].iloc[0]))
         # (f in Hz) = ω/2π: the corrected law with ω in rad/s
         corrected = [abs(a1) * (2 * np.pi) ** (1 - a2), a2, a3 / (2 * np.pi)]
-        first = of.iloc[0]
+        first = group.iloc[0]
         rows.append(
             [f"{gamma:g}", f"{fill:g}", *cells, ", ".join(number(c) for c in (a1, a2, a3)),
              ", ".join(number(c) for c in corrected), f"{first['scatter']:.2f}",
@@ -262,14 +262,14 @@ def form_blocks(results: DampingResults) -> list[Block]:
         rows,
     )  # fmt: skip
     points, log_eta = forms.points_of(results.surface, results.depth)
-    of = results.law[results.law["form"] == "two_regimes"].set_index("constant")
+    regimes = results.law[results.law["form"] == "two_regimes"].set_index("constant")
     drawn = None
     blocks: list[Block] = [table]
-    if len(of):
+    if len(regimes):
         (form,) = (f for f in forms.FORMS if f.name == "two_regimes")
-        constants = of.loc[list(form.constants), "value"].to_numpy(float)
+        constants = regimes.loc[list(form.constants), "value"].to_numpy(float)
         drawn = partial(form.function, constants)
-        blocks.insert(0, Paragraph(quoted_regimes(of)))
+        blocks.insert(0, Paragraph(quoted_regimes(regimes)))
     blocks.append(
         _picture(
             "damping_collapse",
@@ -281,11 +281,11 @@ def form_blocks(results: DampingResults) -> list[Block]:
     return blocks
 
 
-def quoted_regimes(of: pd.DataFrame) -> str:
+def quoted_regimes(constants: pd.DataFrame) -> str:
     """Return the form of two regimes with its constants and their 95 % intervals."""
 
     def value(name: str) -> str:
-        return _interval(of, name, exponent=name.startswith("ln_"))
+        return _interval(constants, name, exponent=name.startswith("ln_"))
 
     return (
         "One law for every Γ: C_e = m″ω h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)], x = W/L, "

@@ -15,7 +15,7 @@ from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film
 from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome
-from pidpanel.report.layout import few
+from pidpanel.report.layout import pick
 
 PICTURED = (0.5, 158.0, 10.0)
 """Fill fraction, frequency [Hz] and Γ of the case in the picture, or of the nearest to it."""
@@ -104,7 +104,7 @@ def nearest_case(cases: pd.DataFrame) -> str:
 def spread_cases(cases: pd.DataFrame, count: int) -> list[str]:
     """Return labels of ``count`` cases of status ok, evenly spread over the table."""
     good = cases.loc[cases["status"] == "ok", "case"].tolist()
-    return [good[int(i)] for i in few(np.arange(len(good), dtype=float), count)]
+    return [good[int(i)] for i in pick(np.arange(len(good), dtype=float), count)]
 
 
 def _title(case: Case, with_size: bool) -> str:
@@ -113,11 +113,11 @@ def _title(case: Case, with_size: bool) -> str:
     title = (
         f"r = {point.fill_fraction:g}, {point.drive.frequency:g} Hz, Γ = {point.drive.gamma:.4g}"
     )
-    more = [f"d = {1e3 * point.packing.diameter:g} mm"] if with_size else []
+    details = [f"d = {1e3 * point.packing.diameter:g} mm"] if with_size else []
     for key, value in case.varied.items():
-        shown = f"{value:g}" if isinstance(value, int | float) else value
-        more.append(f"{key.rpartition('.')[2].replace('_', ' ')} {shown}")
-    return "\n".join([title, ", ".join(more)]) if more else title
+        text = f"{value:g}" if isinstance(value, int | float) else value
+        details.append(f"{key.rpartition('.')[2].replace('_', ' ')} {text}")
+    return "\n".join([title, ", ".join(details)]) if details else title
 
 
 def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[RunRecord]:
@@ -139,17 +139,17 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
             continue
         read = rows.read_shaken(run, path.parent, outcome)
         damping, _ = rows.harmonic(run, read, outcome.mass_kg)
-        found, _ = rows.estimates(run, read, outcome.mass_kg)
+        estimate, _ = rows.estimates(run, read, outcome.mass_kg)
         mean, error, energy = (
             cycles.dissipated_energy(value, run.drive.amplitude, run.drive.frequency)
-            for value in (found.mean, found.error, damping)
+            for value in (estimate.mean, estimate.error, damping)
         )
         records.append(
             RunRecord(
                 _title(case, with_size),
                 run.packing.seed,
                 np.asarray(energy),
-                found.start,
+                estimate.start,
                 float(mean),
                 float(error),
             )
@@ -166,11 +166,11 @@ def read_spheres(case: Case, folder: Path) -> DrawnSpheres:
         As in `read_records`.
     """
     run, path = case.point, case.outcomes(folder)[0]
-    found = coding.read(ShakeOutcome, path).shaken
-    last = path.parent / runs.last_file(found.cycles)
+    outcome = coding.read(ShakeOutcome, path).shaken
+    last = path.parent / runs.last_file(outcome.cycles)
     state = sphere_dump.read_dump(last.read_text(), str(last), sphere_dump.POSITION_AND_VELOCITY)[
         -1
     ]
     diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
     speed = np.linalg.norm(state[:, 3:], axis=1)
-    return DrawnSpheres(run, case.label, state[:, :3], diameters, speed, found.cycles)
+    return DrawnSpheres(run, case.label, state[:, :3], diameters, speed, outcome.cycles)

@@ -153,8 +153,8 @@ def files_step(study: Study, folder: Path) -> tuple[str, str]:
     files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
     files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in study.coupons]
     for name in study.surfaces:
-        of = ("surface.nc", "law.csv", "forms.csv")
-        files += [str(of_damper(Path("damping"), name, file)) for file in of]
+        names = ("surface.nc", "law.csv", "forms.csv")
+        files += [str(of_damper(Path("damping"), name, file)) for file in names]
     files += ["sound/spectrum.csv", "response/psd.nc", "response/summary.csv"]
     files.append("response/layouts.csv")
     files += ["response/stress.csv", "response/maps.nc"]

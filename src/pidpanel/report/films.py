@@ -16,7 +16,7 @@ from pidpanel.coupon.liggghts.failures import SolverFailure
 from pidpanel.report import evidence, pictures
 from pidpanel.report.evidence import Shot
 from pidpanel.report.html import Picture
-from pidpanel.report.layout import few
+from pidpanel.report.layout import pick
 from pidpanel.stamp import stamp
 from pidpanel.study import CouponStudy
 
@@ -48,15 +48,15 @@ def write_film(study: CouponStudy, damper: str, table: Path, folder: Path, file:
         NetCDF file to write; without frames where the run cannot be continued.
     """
     cases = pd.read_csv(table)
-    found: Film | None = None
+    recorded: Film | None = None
     label = evidence.nearest_case(cases) if (cases["status"] == "ok").any() else ""
     if label:
         case = cases_by_coupon(study)[damper][label]
         try:
-            found = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
+            recorded = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
         except SolverFailure as failure:
             print(f"no animation: {failure}")
-    film = found or Film(np.zeros(0), np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.zeros(0))
+    film = recorded or Film(np.zeros(0), np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.zeros(0))
     axes = ("frame", "sphere", "axis")
     xr.Dataset(
         {
@@ -95,15 +95,15 @@ def film_picture(shot: Shot) -> Picture:
     """Return an animation of the spheres, seen from the laboratory, in slow motion."""
     run, film = shot.run, shot.film
     packing, drive = run.packing, run.drive
-    shown = min(packing.count, CELLS_SHOWN)
-    inside = pictures.in_first_cells(film.position[0], packing.across_flats, packing.count, shown)
-    index = few(np.arange(len(film.time), dtype=float), CYCLES * FRAMES).astype(int)[:-1]
+    cells = min(packing.count, CELLS_SHOWN)
+    inside = pictures.in_first_cells(film.position[0], packing.across_flats, packing.count, cells)
+    index = pick(np.arange(len(film.time), dtype=float), CYCLES * FRAMES).astype(int)[:-1]
     speed = np.linalg.norm(film.velocity[:, inside], axis=2)
     limits = (0.0, float(np.quantile(speed, 0.99)))
     images = pictures.spheres_film(
         [
             pictures.moved_to_first_cells(
-                film.position[i, inside], packing.across_flats, packing.count, shown
+                film.position[i, inside], packing.across_flats, packing.count, cells
             )
             for i in index
         ],
@@ -114,14 +114,14 @@ def film_picture(shot: Shot) -> Picture:
         outline=packing.outline,
         across_flats=packing.across_flats,
         depth=packing.depth,
-        count=shown,
+        count=cells,
         pixels=PIXELS,
     )
     slow = SECONDS * drive.frequency
     caption = (
         f"{CYCLES} cycles at {drive.frequency:g} Hz, Γ = {drive.gamma:.4g}, r = "
         f"{run.fill_fraction:g}, {slow:.0f} times slower: computed positions of the particles "
-        f"in {shown} of {packing.count} cells, seen from outside. The cells move "
+        f"in {cells} of {packing.count} cells, seen from outside. The cells move "
         f"by ±{1e3 * drive.amplitude:.2g} mm. Colour: speed relative to the cell, 0 (dark) to "
         f"{limits[1]:.2g} m/s (bright)."
     )

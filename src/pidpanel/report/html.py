@@ -268,22 +268,22 @@ class PageSection:
         """Return all pictures in order."""
         return [block for block in unfolded(self.blocks) if isinstance(block, Picture)]
 
-    def of(self, what: str) -> PageSection:
+    def with_suffix(self, suffix: str) -> PageSection:
         """Return the section as one of several, each of something else.
 
         Examples
         --------
-        >>> Section("coupon", "Coupon", []).of("steel")
+        >>> Section("coupon", "Coupon", []).with_suffix("steel")
         Section(name='coupon-steel', title='Coupon: steel', blocks=[], folded=False)
         """
-        blocks = [_of(block, what) for block in self.blocks]
-        return PageSection(f"{self.name}-{what}", f"{self.title}: {what}", blocks, self.folded)
+        blocks = [_with_suffix(block, suffix) for block in self.blocks]
+        return PageSection(f"{self.name}-{suffix}", f"{self.title}: {suffix}", blocks, self.folded)
 
 
-def _of(block: Any, what: str) -> Any:
+def _with_suffix(block: Any, suffix: str) -> Any:
     if isinstance(block, Fold):
-        return replace(block, blocks=[_of(one, what) for one in block.blocks])
-    return replace(block, name=f"{block.name}_{what}") if isinstance(block, Picture) else block
+        return replace(block, blocks=[_with_suffix(inner, suffix) for inner in block.blocks])
+    return replace(block, name=f"{block.name}_{suffix}") if isinstance(block, Picture) else block
 
 
 def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:

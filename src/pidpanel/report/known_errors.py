@@ -53,11 +53,11 @@ def partly_known(study: Study) -> list[str]:
 
     What `PARTLY` find for them holds the errors of the others alone.
     """
-    known = {name for name, damper in study.all_dampers.items() if states_error(damper)}
+    with_errors = {name for name, damper in study.all_dampers.items() if states_error(damper)}
     return [
         scenario.label
         for scenario in study.all_scenarios()
-        if any(filling.damper not in known for filling in scenario.fillings)
+        if any(filling.damper not in with_errors for filling in scenario.fillings)
     ]
 
 
@@ -69,8 +69,8 @@ def with_known_errors(
     if not labels:
         return summary, psd
     summary, psd = summary.copy(), psd.copy()
-    of = summary["reading"].isin(PARTLY) & summary["scenario"].isin(labels)
-    summary.loc[of, [name for name in COLUMNS if name in summary]] = np.nan
+    selected = summary["reading"].isin(PARTLY) & summary["scenario"].isin(labels)
+    summary.loc[selected, [name for name in COLUMNS if name in summary]] = np.nan
     if "acceleration_psd_log_error" in psd:
         of_psd = psd["reading"].isin(PARTLY) & psd["scenario"].isin(labels)
         psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~of_psd)

@@ -87,21 +87,21 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
 
 def swept(values: pd.Series) -> Array:
     """Return the values (n,) that many cases share: those of the sweep, not of single tones."""
-    found, count = np.unique(values, return_counts=True)
-    return np.asarray(found[2 * count >= count.max()])
+    unique, count = np.unique(values, return_counts=True)
+    return np.asarray(unique[2 * count >= count.max()])
 
 
-def few_of(values: Sequence[Value], count: int) -> list[Value]:
+def pick_items(values: Sequence[Value], count: int) -> list[Value]:
     """Return at most ``count`` of some values, evenly spaced, the first and the last included."""
-    return [values[int(index)] for index in few(np.arange(float(len(values))), count)]
+    return [values[int(index)] for index in pick(np.arange(float(len(values))), count)]
 
 
-def few(values: Array, count: int) -> Array:
+def pick(values: Array, count: int) -> Array:
     """Return at most ``count`` of the values, evenly spaced, the first and the last included.
 
     Examples
     --------
-    >>> few(np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 3)
+    >>> pick(np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 3)
     array([0.1, 0.5, 0.9])
     """
     index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))

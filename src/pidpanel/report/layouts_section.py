@@ -48,15 +48,15 @@ def layouts_section(inputs: Inputs) -> PageSection:
     if len(moving) < len(points):
         blocks.append(Paragraph(does_not_move([p for p in points if p not in moving])))
     for point in moving:
-        found = []
+        pictures = []
         for reading in study.readings:
             drawn = [s for s in scenarios if _is_steady(inputs, reading, s)]
             for first in range(0, len(drawn), DRAWN_TOGETHER):
                 part = drawn[first : first + DRAWN_TOGETHER]
                 name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
-                found.append(_psd_picture(inputs, reading, part, point, name))
-        if found:
-            blocks.append(Fold(f"Point {point}", found))
+                pictures.append(_psd_picture(inputs, reading, part, point, name))
+        if pictures:
+            blocks.append(Fold(f"Point {point}", pictures))
     blocks.append(patch_table(inputs, scenarios))
     return PageSection("layouts", "Layouts", blocks)
 
@@ -82,18 +82,18 @@ def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) 
     for scenario in scenarios:
         for reading in readings:
             for index, point in enumerate(points):
-                one = by_key[reading, scenario.label, point]
-                steady = one["status"] in ("ok", "held")
-                what = [names[scenario.label]] if index == 0 else [""]
+                row = by_key[reading, scenario.label, point]
+                steady = row["status"] in ("ok", "held")
+                cells = [names[scenario.label]] if index == 0 else [""]
                 if layouts:
-                    what.append(patches_text(scenario) if index == 0 else "")
+                    cells.append(patches_text(scenario) if index == 0 else "")
                 if len(readings) > 1:
-                    what.append(READINGS[reading] if index == 0 else "")
+                    cells.append(READINGS[reading] if index == 0 else "")
                 mass = ["", ""]
                 if index == 0:
-                    mass = [number(one["added_mass_kg"]), number(one["added_mass_percent"], 2)]
-                values = _reductions(one) if steady else [str(one["status"]), *["–"] * 3]
-                rows.append([*what, *(mass if steady else ["–", "–"]), point, *values])
+                    mass = [number(row["added_mass_kg"]), number(row["added_mass_percent"], 2)]
+                values = _reductions(row) if steady else [str(row["status"]), *["–"] * 3]
+                rows.append([*cells, *(mass if steady else ["–", "–"]), point, *values])
     columns = ["layout", "patches"] if layouts else ["scenario"]
     columns += ["reading"] if len(readings) > 1 else []
     columns += ["added, kg", "of the panel, %", "point", "g rms", "reduction, dB"]
@@ -142,9 +142,9 @@ def patches_text(scenario: Scenario) -> str:
     """
     parts = []
     for filling in scenario.fillings:
-        said = [filling.damper] if filling.damper is not None else []
-        said += [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-        parts.append(f"{filling.patch}: {', '.join(said)}")
+        contents = [filling.damper] if filling.damper is not None else []
+        contents += [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
+        parts.append(f"{filling.patch}: {', '.join(contents)}")
     return "; ".join(parts)
 
 
@@ -157,15 +157,15 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
         As of `mass_table`.
     """
     labels = [scenario.label for scenario in scenarios]
-    of = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
-    by = inputs.study.damping.level.by
+    layouts = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
+    unit = inputs.study.damping.level.by
     read = {
         "patch": " C_e uses the mean motion of the patch; damping.level.by: element uses the "
         "motion of each element.",
         "element": " C_e uses the motion of each element (damping.level.by: element); Γ of "
         "C_e is their mean.",
-    }[by]
-    if not of["damping_read_at_g"].notna().any():
+    }[unit]
+    if not layouts["damping_read_at_g"].notna().any():
         read = ""
     names = names_of(inputs.study)
     rows = [
@@ -182,7 +182,7 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
             _range(row),
             percent(row["outside_run_points_share"]),
         ]
-        for row in records(of)
+        for row in records(layouts)
     ]
     return Table(
         "Motion: amplitude of the sine with the rms acceleration of the patch, averaged over "
@@ -209,28 +209,28 @@ def _psd_picture(
     inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
 ) -> Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
-    of = inputs.psd.sel(reading=reading, point=point)
+    selected = inputs.psd.sel(reading=reading, point=point)
     bare = dict.fromkeys(s.bare.label for s in scenarios)
     curves = [
         PsdCurve(
             "bare panel" if len(bare) == 1 else label,
-            of["acceleration_psd"].sel(scenario=label).to_numpy(),
+            selected["acceleration_psd"].sel(scenario=label).to_numpy(),
             style.BARE,
             width=0.8,
         )
         for label in bare
     ]
     colours = dict(zip(inputs.study.layouts, itertools.cycle(style.PLACES), strict=False))
-    dead, own = [], []
+    dead, treated = [], []
     for index, scenario in enumerate(scenarios):
         label, colour = scenario.label, colours[scenario.label]
-        weight = of["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
+        weight = selected["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
         if np.isfinite(weight).all():
             dead.append(PsdCurve(f"{label}: dead weight", weight, colour, width=0.7, dotted=True))
-        own.append(
+        treated.append(
             PsdCurve(
                 label,
-                of["acceleration_psd"].sel(scenario=label).to_numpy(),
+                selected["acceleration_psd"].sel(scenario=label).to_numpy(),
                 colour,
                 inside_of(inputs.psd, reading, label),
                 nested_width(index, len(scenarios)),
@@ -241,14 +241,14 @@ def _psd_picture(
             )
         )
     frequency = inputs.psd["frequency"].to_numpy()
-    panel = FigurePanel(READINGS[reading], "", [*curves, *dead, *own])
+    panel = FigurePanel(READINGS[reading], "", [*curves, *dead, *treated])
     caption = (
         f"One-sided acceleration PSD at point {point}: bare panel, layouts, and the same "
         "masses as dead weight (dotted)."
     )
     if len(scenarios) == 1:
         caption += " Shaded: one standard error of the damping, where known."
-    if not all(inside_of(inputs.psd, reading, one.label).all() for one in scenarios):
+    if not all(inside_of(inputs.psd, reading, scenario.label).all() for scenario in scenarios):
         caption += " Dashed: damping outside the simulated range."
     figure = response_figures.psd_figure(frequency, [panel])
     return Picture(

@@ -16,13 +16,13 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 
-SHOWN = {
+FIELD_STYLES = {
     "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
     "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
 }
 """Fields drawn: label with unit, factor from SI to that unit, colour map."""
 
-BEYOND = 0.01
+EXCEEDED_SHARE = 0.01
 """Share of the area that lies beyond the end of the colour scale."""
 
 
@@ -59,7 +59,7 @@ def map_figure(
     titles: Mapping[tuple[str, str], str],
     tops: Mapping[str, float] | None = None,
 ) -> Figure:
-    """Draw one row per case and one column per field of `SHOWN`, with one colour scale each.
+    """Draw one row per case and one column per field of `FIELD_STYLES`, with one colour scale each.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def map_figure(
     count = maps.sizes["case"]
     height = 2.6 * width / length + 0.75
     figure = Figure(figsize=(7.4, height * count), layout="constrained")
-    axes = figure.subplots(count, len(SHOWN), squeeze=False)
-    for column, (name, (label, factor, colours)) in enumerate(SHOWN.items()):
+    axes = figure.subplots(count, len(FIELD_STYLES), squeeze=False)
+    for column, (name, (label, factor, colours)) in enumerate(FIELD_STYLES.items()):
         values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
@@ -105,27 +105,27 @@ def map_figure(
 
 
 def scale_ends(maps: xr.Dataset) -> dict[str, float]:
-    """Return the end of the colour scale of each field of `SHOWN`, in its unit there."""
+    """Return the end of the colour scale of each field of `FIELD_STYLES`, in its unit there."""
     position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
     area = np.abs(cell_areas(position, cells))
     return {
         name: _exceeded_by(_on_cells(maps, name) * factor, area)
-        for name, (_, factor, _) in SHOWN.items()
+        for name, (_, factor, _) in FIELD_STYLES.items()
     }
 
 
 def _on_cells(maps: xr.Dataset, name: str) -> Array:
     """Return a field (n_cases, n_cells) on the elements, of the most stressed layer."""
     worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
-    found: Array = worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
-    return found
+    values: Array = worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
+    return values
 
 
 def _exceeded_by(values: Array, area: Array) -> float:
-    """Return the value that `BEYOND` of the area exceeds, the largest of several maps."""
+    """Return the value that `EXCEEDED_SHARE` of the area exceeds, the largest of several maps."""
     tops = []
-    for one in values:
-        order = np.argsort(one)
-        below = np.cumsum(area[order]) / area.sum()
-        tops.append(one[order][np.searchsorted(below, 1 - BEYOND)])
+    for field in values:
+        order = np.argsort(field)
+        cumulated = np.cumsum(area[order]) / area.sum()
+        tops.append(field[order][np.searchsorted(cumulated, 1 - EXCEEDED_SHARE)])
     return float(max(tops))

@@ -9,7 +9,7 @@ import xarray as xr
 from pidpanel.arrays import Flags
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture
-from pidpanel.report.maps_figures import BEYOND, map_figure
+from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
 from pidpanel.report.text import READINGS, percent
 
 
@@ -38,7 +38,7 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
         "Rms values over the frequency range of the response (response.maps; numbers in "
         "response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises stress is "
         f"its root mean square, the largest of the layers ({layers}). White: edges of the "
-        f"patches. The colour scale ends at the value that {percent(BEYOND)} of the area "
+        f"patches. The colour scale ends at the value that {percent(EXCEEDED_SHARE)} of the area "
         "exceeds, because plate theory has unbounded stress at re-entrant corners and point "
         "supports."
     )

@@ -45,14 +45,14 @@ def names_of(study: Study) -> dict[str, str]:
     """
     scenarios = study.all_scenarios()
     several = len({scenario.oaspl_db for scenario in scenarios}) > 1
-    own = {one.label for key in study.layouts for one in study.family_scenarios(key)}
+    labels = {s.label for key in study.layouts for s in study.family_scenarios(key)}
     names = {}
     for scenario in scenarios:
-        at = f", {scenario.oaspl_db:g} dB" if several and scenario.oaspl_db is not None else ""
-        is_own = scenario.label in own or len(scenario.fillings) > 1
-        names[scenario.label] = scenario.label if is_own else scenario_name(scenario) + at
-    given = list(names.values())
-    return {label: label if given.count(name) > 1 else name for label, name in names.items()}
+        level = f", {scenario.oaspl_db:g} dB" if several and scenario.oaspl_db is not None else ""
+        is_own = scenario.label in labels or len(scenario.fillings) > 1
+        names[scenario.label] = scenario.label if is_own else scenario_name(scenario) + level
+    used = list(names.values())
+    return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 
 
 def with_names(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:

@@ -108,8 +108,8 @@ def pictures_figure(
     """
     rows = -(-len(images) // columns)
     ratio = images[0].shape[0] / images[0].shape[1]
-    each = (width - 0.9) / columns
-    figure = Figure(figsize=(width, rows * (each * ratio + 0.3)), layout="constrained")
+    cell_width = (width - 0.9) / columns
+    figure = Figure(figsize=(width, rows * (cell_width * ratio + 0.3)), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()

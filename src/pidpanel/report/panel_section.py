@@ -87,18 +87,18 @@ def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
 
 def supports_text(study: Study) -> str:
     """Return how the panel is supported."""
-    held = study.panel.support_input
-    text = SUPPORTED[held.outline]
-    if held.outline == "free":
+    supports = study.panel.support_input
+    text = SUPPORTED[supports.outline]
+    if supports.outline == "free":
         text = "free along its edges"
-    for edge in held.edges:
+    for edge in supports.edges:
         text += f", {SUPPORTED[edge.kind]} from {edge.from_m} to {edge.to_m} m"
-    if held.holes != "free":
-        text += f", holes {SUPPORTED[held.holes]}"
-    for kind, what in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
-        names = [name for name, point in held.points.items() if point.kind == kind]
+    if supports.holes != "free":
+        text += f", holes {SUPPORTED[supports.holes]}"
+    for kind, plural in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
+        names = [name for name, point in supports.points.items() if point.kind == kind]
         if names:
-            text += f", {what} at {', '.join(names)}"
+            text += f", {plural} at {', '.join(names)}"
     return text
 
 
@@ -120,12 +120,12 @@ def panel_section(
     printed
         Table 1 of the paper.
     """
-    at = zip(basis.point_names, basis.point_position.tolist(), strict=True)
+    positions = zip(basis.point_names, basis.point_position.tolist(), strict=True)
     figure = panel_figures.mesh_figure(
         basis.vertex_position,
         basis.cells,
         dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
-        {name: (x, y) for name, (x, y) in at},
+        {name: (x, y) for name, (x, y) in positions},
     )
     caption = f"Mesh of {len(basis.cells)} elements with the patches and the response points."
     if study.panel.size is None:
@@ -151,10 +151,10 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
     """
     if "navier_hz" not in modes:
         return False
-    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
-    if len(both) < len(printed):
+    merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
+    if len(merged) < len(printed):
         return False
-    away = np.abs(both["navier_hz"] / both["frequency_hz_printed"] - 1)
+    away = np.abs(merged["navier_hz"] / merged["frequency_hz_printed"] - 1)
     return bool((away < PRINTED_ROUNDING).all())
 
 
@@ -166,7 +166,7 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
     modes, printed
         As of `is_papers_panel`, which holds for them.
     """
-    both = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
+    merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
     rows = [
         [
             f"({row['m']}, {row['n']})",
@@ -175,10 +175,10 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
             f"{row['navier_hz']:.2f}",
             signed(100 * (row["frequency_hz"] / row["frequency_hz_printed"] - 1), 4),
         ]
-        for row in records(both)
+        for row in records(merged)
     ]
     columns = ["mode (m, n)", "printed, Hz", "computed, Hz", "closed form (Navier), Hz"]
-    worst = (both["frequency_hz"] / both["frequency_hz_printed"] - 1).abs().max()
+    worst = (merged["frequency_hz"] / merged["frequency_hz_printed"] - 1).abs().max()
     first = Table(
         f"Table 1 of the paper, all {len(printed)} rows in the printed order; the computed "
         f"frequencies differ from the printed ones by {100 * worst:.3f} % at most",
@@ -189,8 +189,8 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
     # to the next hundred above the last printed frequency
     limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
     listed = pd.MultiIndex.from_frame(printed[["m", "n"]])
-    left_out = ~pd.MultiIndex.from_frame(modes[["m", "n"]]).isin(listed)
-    missing = modes[(modes["frequency_hz"] < limit) & left_out]
+    unlisted = ~pd.MultiIndex.from_frame(modes[["m", "n"]]).isin(listed)
+    missing = modes[(modes["frequency_hz"] < limit) & unlisted]
     second = Table(
         f"The {len(missing)} modes below {limit} Hz that Table 1 leaves out",
         [columns[0], *columns[2:]],
@@ -225,7 +225,7 @@ def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
     return Table(
         f"All {len(modes)} modes of the panel",
         [name for name, _ in columns],
-        [[shown(row) for _, shown in columns] for row in records(modes)],
+        [[cell(row) for _, cell in columns] for row in records(modes)],
         folded=folded,
     )
 

@@ -57,27 +57,27 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
     row = np.zeros_like(centres)
     row[:, 0] = ROW_PITCH * across_flats * np.arange(count)
     away = np.linalg.norm(positions[:, None, :2] - centres[None], axis=-1)
-    own = away.argmin(axis=1)
+    nearest = away.argmin(axis=1)
     moved = positions.copy()
-    moved[:, :2] += (row - centres)[own]
+    moved[:, :2] += (row - centres)[nearest]
     return moved, row
 
 
-def in_first_cells(positions: Array, across_flats: float, count: int, shown: int) -> Flags:
+def in_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Flags:
     """Return whether spheres lie in the first cells.
 
     Parameters
     ----------
     positions, across_flats, count
         As of `cells_in_a_row`.
-    shown
+    cells
         How many cells those are.
     """
-    inside: Flags = _own_cell(positions, across_flats, count) < shown
+    inside: Flags = _own_cell(positions, across_flats, count) < cells
     return inside
 
 
-def moved_to_first_cells(positions: Array, across_flats: float, count: int, shown: int) -> Array:
+def moved_to_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Array:
     """Return spheres of the first cells as if there were no others.
 
     Parameters
@@ -85,17 +85,17 @@ def moved_to_first_cells(positions: Array, across_flats: float, count: int, show
     positions, across_flats, count, shown
         As of `in_first_cells`, which holds for all of them.
     """
-    own = _own_cell(positions, across_flats, count)
+    nearest = _own_cell(positions, across_flats, count)
     centres = geometry.cell_centres(across_flats, count)
     moved = positions.copy()
-    moved[:, :2] += (geometry.cell_centres(across_flats, shown) - centres[:shown])[own]
+    moved[:, :2] += (geometry.cell_centres(across_flats, cells) - centres[:cells])[nearest]
     return moved
 
 
 def _own_cell(positions: Array, across_flats: float, count: int) -> Index:
     centres = geometry.cell_centres(across_flats, count)
-    own: Index = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
-    return own
+    nearest: Index = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
+    return nearest
 
 
 def spheres_picture(
@@ -185,10 +185,10 @@ def spheres_film(
     plotter.enable_anti_aliasing("msaa", multi_samples=4)
     walls = _walls(outline, across_flats, depth, count)
     images = []
-    for frame, (places, shown, up) in enumerate(zip(positions, values, lift, strict=True)):
+    for frame, (places, frame_values, up) in enumerate(zip(positions, values, lift, strict=True)):
         moved, centres = cells_in_a_row(places, across_flats, count)
         spheres = pv.PolyData(moved)
-        spheres["value"] = shown
+        spheres["value"] = frame_values
         spheres["diameter"] = diameters
         plotter.add_mesh(
             spheres.glyph(geom=ball, scale="diameter", orient=False),

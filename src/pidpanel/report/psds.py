@@ -20,6 +20,6 @@ def log_error_of(psd: xr.Dataset, reading: str, scenario: str, point: str) -> Ar
     """Return (nf,) the standard error of ln of a PSD due to its damping; None without one."""
     if "acceleration_psd_log_error" not in psd:
         return None
-    of = psd["acceleration_psd_log_error"]
-    error = of.sel(reading=reading, scenario=scenario, point=point).to_numpy()
+    errors = psd["acceleration_psd_log_error"]
+    error = errors.sel(reading=reading, scenario=scenario, point=point).to_numpy()
     return error if np.isfinite(error).all() else None

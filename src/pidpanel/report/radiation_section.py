@@ -34,56 +34,56 @@ def compared(summary: pd.DataFrame, radiation: pd.DataFrame) -> pd.DataFrame:
 
 
 def radiation_finding(
-    both: pd.DataFrame, own: str, points: Sequence[str], *, air_mass: bool = True
+    pairs: pd.DataFrame, base: str, points: Sequence[str], *, air_mass: bool = True
 ) -> str:
     """Return how much the other radiation changes, beside the best damper, and what that means.
 
     Parameters
     ----------
-    both
+    pairs
         From `compared`.
-    own
+    base
         ``response.radiation`` of the study.
     points
         Names of the response points in order.
     air_mass
         ``response.air_mass`` of the study.
     """
-    beside = str(both["radiation"].iloc[0])
-    said = []
-    for point in [one for one in points if one in set(both["point"])]:
-        here = both[both["point"] == point]
-        bare = here[here["patch"] == "none"].iloc[0]
-        damped = here[here["patch"] != "none"]
+    other_radiation = str(pairs["radiation"].iloc[0])
+    changes = []
+    for point in [name for name in points if name in set(pairs["point"])]:
+        rows = pairs[pairs["point"] == point]
+        bare = rows[rows["patch"] == "none"].iloc[0]
+        damped = rows[rows["patch"] != "none"]
         air = float(reduction(bare["acceleration_rms_g"], bare["acceleration_rms_g_beside"]))
-        said.append(
+        changes.append(
             f"at point {point} the bare panel goes from {bare['acceleration_rms_g']:.1f} to "
             f"{bare['acceleration_rms_g_beside']:.1f} g rms ({signed(-air, 1)} dB)"
         )
         if len(damped):
             best = damped.sort_values("reduction_db").iloc[-1]
-            said[-1] += (
+            changes[-1] += (
                 f", and the largest reduction ({best['scenario']}) is "
                 f"{best['reduction_db_beside']:.1f} dB instead of {best['reduction_db']:.1f} dB"
             )
     carried = "added mass included" if air_mass else "resistance without added mass"
     instead = (
-        f"With {SIDES[beside]} of a baffled panel ({carried}) instead of {SIDES[own]}: "
-        f"{'; '.join(said)}."
+        f"With {SIDES[other_radiation]} of a baffled panel ({carried}) instead of {SIDES[base]}: "
+        f"{'; '.join(changes)}."
     )
-    damped = both[both["patch"] != "none"]
+    damped = pairs[pairs["patch"] != "none"]
     if not len(damped):
         return instead
-    less = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
-    verdict = f"The reduction is then smaller in {percent(less)} of the scenarios and points"
-    verdict += f": computed with {SIDES[own]}, it is overestimated." if less > 0.5 else " only."
+    share = float(np.mean(damped["reduction_db_beside"] < damped["reduction_db"]))
+    verdict = f"The reduction is then smaller in {percent(share)} of the scenarios and points"
+    verdict += f": computed with {SIDES[base]}, it is overestimated." if share > 0.5 else " only."
     return f"{instead} {verdict}"
 
 
 def radiation_section(
     summary: pd.DataFrame,
     radiation: pd.DataFrame,
-    own: str,
+    base: str,
     points: Sequence[str],
     *,
     air_mass: bool = True,
@@ -97,8 +97,8 @@ def radiation_section(
     own, points, air_mass
         As of `radiation_finding`.
     """
-    both = compared(summary, radiation)
-    sides = (SIDES[own], SIDES[str(both["radiation"].iloc[0])])
+    pairs = compared(summary, radiation)
+    sides = (SIDES[base], SIDES[str(pairs["radiation"].iloc[0])])
     rows = [
         [
             READINGS[row["reading"]],
@@ -109,7 +109,7 @@ def radiation_section(
             f"{row['reduction_db']:.2f}",
             f"{row['reduction_db_beside']:.2f}",
         ]
-        for row in records(both)
+        for row in records(pairs)
     ]
     columns = ["damping model", "scenario", "point"]
     columns += [f"{side}: g rms" for side in sides]
@@ -123,5 +123,5 @@ def radiation_section(
     return PageSection(
         "radiation",
         "Radiation into the air",
-        [Paragraph(radiation_finding(both, own, points, air_mass=air_mass)), table],
+        [Paragraph(radiation_finding(pairs, base, points, air_mass=air_mass)), table],
     )

@@ -43,7 +43,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         As `read_coupon`.
     """
     response, panel = folder / "response", folder / "panel"
-    beside = study.response.radiation_beside != "none"
+    compares_radiation = study.response.radiation_beside != "none"
     summary, psd = with_known_errors(
         study, _read_by_point(response / "summary.csv"), _read_dataset(response / "psd.nc")
     )
@@ -63,7 +63,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
             for name in study.coupons
         },
         stress=_read_by_point(response / "stress.csv"),
-        radiation=_read_by_point(response / "radiation.csv") if beside else None,
+        radiation=_read_by_point(response / "radiation.csv") if compares_radiation else None,
         maps=_read_dataset(response / "maps.nc"),
         coupled=read_coupled(study, folder / "coupled") if study.is_coupled else None,
         damping={name: read_damping(study, name, folder) for name in study.surfaces},
@@ -83,8 +83,8 @@ def read_coupled(study: Study, folder: Path) -> CoupledResults:
     summary, psd, impedance = (
         _read_by_point(folder / f"{name}.csv") for name in ("summary", "psd", "impedance")
     )
-    others = len(study.readings) > 1
-    verdict = _read_by_point(folder / "verdict.csv") if others else None
+    has_readings = len(study.readings) > 1
+    verdict = _read_by_point(folder / "verdict.csv") if has_readings else None
     return CoupledResults(summary, psd, impedance, verdict)
 
 
@@ -118,19 +118,19 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = pd.read_csv(table)
-    known = {**cases_by_coupon(study)[damper], **_tones(study, damper, cases)}
-    if unknown := sorted(set(cases["case"]) - set(known)):
+    study_cases = {**cases_by_coupon(study)[damper], **_tones(study, damper, cases)}
+    if unknown := sorted(set(cases["case"]) - set(study_cases)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
-    sizes = {case.point.packing.diameter for case in known.values()}
+    sizes = {case.point.packing.diameter for case in study_cases.values()}
     return CouponResults(
         cases,
         [
-            evidence.read_records(known[label], folder, with_size=len(sizes) > 1)
+            evidence.read_records(study_cases[label], folder, with_size=len(sizes) > 1)
             for label in evidence.spread_cases(cases, STEADINESS_SHOWN)
         ],
-        evidence.read_spheres(known[evidence.nearest_case(cases)], folder),
+        evidence.read_spheres(study_cases[evidence.nearest_case(cases)], folder),
         read_film(study, damper, folder, table.with_name("film.nc")),
     )
 
@@ -140,8 +140,8 @@ def _tones(study: CouponStudy, damper: str, cases: pd.DataFrame) -> dict[str, Ca
     if not isinstance(study, Study) or study.damping.tones is None or damper != SECTION:
         return {}
     points = cases[list(AXES)].to_numpy(float).tolist()
-    found = cases_at(study.coupons[damper], [(r, f, gamma) for r, f, gamma in points])
-    return {case.label: case for case in found}
+    tones = cases_at(study.coupons[damper], [(r, f, gamma) for r, f, gamma in points])
+    return {case.label: case for case in tones}
 
 
 def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:

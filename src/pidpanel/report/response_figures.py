@@ -159,8 +159,8 @@ def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes
     axes: list[Axes] = grid.ravel().tolist()
     for unused in axes[count:]:
         unused.remove()
-    for above in axes[max(count - across, 0) : count]:
-        above.xaxis.set_tick_params(labelbottom=True)
+    for upper in axes[max(count - across, 0) : count]:
+        upper.xaxis.set_tick_params(labelbottom=True)
     return axes[:count]
 
 
@@ -259,13 +259,13 @@ def damping_figure(
     )
     # C_e of a row of readings, m_a below it
     pairs = [grid[2 * row : 2 * row + 2, column] for row in range(rows) for column in range(across)]
-    for (upper, lower), above, below in zip(pairs, damping, mass, strict=False):
-        for curve in above.curves:
+    for (upper, lower), damping_panel, mass_panel in zip(pairs, damping, mass, strict=False):
+        for curve in damping_panel.curves:
             _draw(upper, frequency, curve)
-        for curve in below.curves:
+        for curve in mass_panel.curves:
             _draw(lower, frequency, curve)
         upper.set_yscale("log")
-        _heading(upper, above)
+        _heading(upper, damping_panel)
         for axes in (upper, lower):
             frequency_axis(axes, frequency[0], frequency[-1])
         upper.set_xlabel("")

@@ -44,8 +44,8 @@ def response_section(inputs: Inputs, name: str) -> PageSection:
     frequency = psd["frequency"].to_numpy()
     text = acceleration_text(inputs, name, readings)
     points = moving_points(inputs.summary, list(study.panel.points))
-    held = [point for point in study.panel.points if point not in points]
-    blocks: list[Block] = [Paragraph(f"{does_not_move(held)} {text}" if held else text)]
+    fixed = [point for point in study.panel.points if point not in points]
+    blocks: list[Block] = [Paragraph(f"{does_not_move(fixed)} {text}" if fixed else text)]
     if points:
         blocks.append(reduction_block(inputs, name, readings))
     for point in points:
@@ -67,7 +67,7 @@ def response_section(inputs: Inputs, name: str) -> PageSection:
             reading_title(inputs, name, reading): reduction_steps(inputs, name, reading, point)
             for reading in readings
         }
-        shown = [
+        pictures = [
             Picture(f"psd_{name}_{point}", style.png(figure), caption, charts),
             Picture(
                 f"steps_{name}_{point}",
@@ -75,7 +75,7 @@ def response_section(inputs: Inputs, name: str) -> PageSection:
                 f"Reduction of the rms acceleration at point {point} in third octaves.",
             ),
         ]
-        blocks.append(Fold(f"Point {point}", shown))
+        blocks.append(Fold(f"Point {point}", pictures))
     if inputs.summary["added_mass_kg"].gt(0).any():
         blocks.append(mass_table(inputs, study.family_scenarios(name), layouts=False))
     blocks.append(Fold("Damping behind these responses", [damping_block(inputs, name, readings)]))
@@ -92,10 +92,10 @@ def reduction_steps(inputs: Inputs, name: str, reading: str, point: str) -> list
     frequency = inputs.psd["frequency"].to_numpy()
     _, edge = third_octaves(frequency[0], frequency[-1])
     edges = np.append(edge[:, 0], edge[-1, 1])
-    known = [_known_as(inputs, name, scenario) for scenario in scenarios]
+    styles = [_known_as(inputs, name, scenario) for scenario in scenarios]
     return [
         Steps(label, colour, edges, values)
-        for (label, colour), values in zip(known, gained, strict=True)
+        for (label, colour), values in zip(styles, gained, strict=True)
     ]
 
 
@@ -147,8 +147,8 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[PsdC
 
 def _accelerations(inputs: Inputs, name: str, reading: str) -> dict[str, float]:
     """Return Γ at which the damping of each scenario was read; NaN where it depends on none."""
-    of = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
-    read_at = of.set_index("scenario")["damping_read_at_g"]
+    rows = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
+    read_at = rows.set_index("scenario")["damping_read_at_g"]
     return {
         _known_as(inputs, name, s)[0]: float(read_at[s.label])
         for s in inputs.study.family_scenarios(name)
@@ -159,10 +159,10 @@ def refuted(inputs: Inputs, name: str, reading: str) -> list[str]:
     """Return the scenarios of a family in which coupled runs refute a reading."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return []
-    of = inputs.coupled.verdict
-    wrong = set(of.loc[(of["reading"] == reading) & (of["holds"] == "no"), "scenario"])
+    table = inputs.coupled.verdict
+    wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
     scenarios = inputs.study.family_scenarios(name)
-    return [_known_as(inputs, name, one)[0] for one in scenarios if one.label in wrong]
+    return [_known_as(inputs, name, s)[0] for s in scenarios if s.label in wrong]
 
 
 def reading_title(inputs: Inputs, name: str, reading: str) -> str:
@@ -200,9 +200,9 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
             parts.append(f"{READINGS[reading]}: C_e independent of Γ.")
             continue
         kind = inputs.study.damping.level.kind
-        each = ", ".join(f"{number(gamma)} ({known})" for known, gamma in read_at.items())
+        motions = ", ".join(f"{number(gamma)} ({scenario})" for scenario, gamma in read_at.items())
         parts.append(
-            f"{READINGS[reading]}: C_e at {READ_AT[kind]} (level.kind: {kind}), Γ = {each}. "
+            f"{READINGS[reading]}: C_e at {READ_AT[kind]} (level.kind: {kind}), Γ = {motions}. "
             f"{EQUIVALENT_SINE}"
         )
         labels = [s.label for s in inputs.study.family_scenarios(name)]
@@ -251,18 +251,18 @@ def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture
     """Return C_e and m_a with which a family was computed."""
     damping, mass = [], []
     for reading in readings:
-        above, below = [], []
+        upper, lower = [], []
         for scenario in inputs.study.family_scenarios(name):
             label, colour = _known_as(inputs, name, scenario)
-            at = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
-            one = inputs.psd.sel(at)
+            selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
+            row = inputs.psd.sel(selection)
             inside = inside_of(inputs.psd, reading, scenario.label)
-            above.append(PsdCurve(label, one["equivalent_damping"].to_numpy(), colour, inside, 1.1))
-            below.append(PsdCurve(label, one["apparent_mass"].to_numpy(), colour, inside, 1.1))
+            upper.append(PsdCurve(label, row["equivalent_damping"].to_numpy(), colour, inside, 1.1))
+            lower.append(PsdCurve(label, row["apparent_mass"].to_numpy(), colour, inside, 1.1))
         title = reading_title(inputs, name, reading)
         note = acceleration_note(inputs, name, reading)
-        damping.append(FigurePanel(title, note, above))
-        mass.append(FigurePanel(title, note, below))
+        damping.append(FigurePanel(title, note, upper))
+        mass.append(FigurePanel(title, note, lower))
     figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
     caption = "Equivalent damping and apparent mass used for these responses."
     return Picture(f"damping_{name}", style.png(figure), caption)

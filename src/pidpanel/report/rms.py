@@ -22,8 +22,8 @@ def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
     points
         Names of the points in order.
     """
-    held = set(summary.loc[summary["status"] == "held", "point"])
-    return [point for point in points if point not in held]
+    fixed = set(summary.loc[summary["status"] == "held", "point"])
+    return [point for point in points if point not in fixed]
 
 
 def rms_by(
@@ -54,10 +54,10 @@ def rms_by(
         Rms acceleration [g]; NaN where there is no steady response, and where the summary does
         not have the column.
     """
-    of = summary[summary["reading"] == reading]
-    if column not in of:
-        of = of.assign(**{column: np.nan})
-    wide = of.pivot(index="scenario", columns="point", values=column)
+    rows = summary[summary["reading"] == reading]
+    if column not in rows:
+        rows = rows.assign(**{column: np.nan})
+    wide = rows.pivot(index="scenario", columns="point", values=column)
     frame = wide.reindex(index=list(labels.values()), columns=list(points))
     return frame.set_axis(pd.Index(list(labels)), axis=0)
 
@@ -119,5 +119,5 @@ def band_error_of(
     values = chosen["acceleration_psd"].transpose(*order).to_numpy()
     error = chosen["acceleration_psd_log_error"].transpose(*order).to_numpy()
     whole = band_rms(frequency, values, edge) ** 2
-    own = band_rms(frequency, values * error, edge) ** 2
-    return (10 / np.log(10) * own / whole).transpose(1, 0, 2)
+    error_square = band_rms(frequency, values * error, edge) ** 2
+    return (10 / np.log(10) * error_square / whole).transpose(1, 0, 2)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pidpanel.report.answer import Candidate
 
 
-def together(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:
+def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:
     """Return scenarios in few words, the fills of one place and damper as one.
 
     Three fills of a place and more are written as a range, if no other of ``among`` lies in it.
@@ -20,19 +20,19 @@ def together(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str
     ...     return Candidate(Scenario(label=f"{patch}{fill}", fillings=(filling,), oaspl_db=None),
     ...                      1.0, 1.0, {}, ())
     >>> some = [one("A", 0.7), one("A", 0.5), one("A", 0.9), one("B", 0.5)]
-    >>> together(some, some)
+    >>> list_scenarios(some, some)
     'A at r = 0.5 to 0.9, B at r = 0.5'
-    >>> together(some, [*some, one("A", 0.6)])
+    >>> list_scenarios(some, [*some, one("A", 0.6)])
     'A at r = 0.5, 0.7 and 0.9, B at r = 0.5'
-    >>> together([one("A", 0.5), one("B", 0.5)], some)
+    >>> list_scenarios([one("A", 0.5), one("B", 0.5)], some)
     'A and B at r = 0.5'
     """
-    others = _fills([one for one in among if one not in candidates])
+    rivals = _fills([candidate for candidate in among if candidate not in candidates])
     by_fill: dict[str, list[str]] = {}
     for key, values in _fills(candidates).items():
         texts = [f"{value:g}" for value in sorted(values)]
-        between = any(min(values) < other < max(values) for other in others.get(key, []))
-        if len(texts) > 2 and not between:
+        overlaps = any(min(values) < rival < max(values) for rival in rivals.get(key, []))
+        if len(texts) > 2 and not overlaps:
             texts = [f"{texts[0]} to {texts[-1]}"]
         by_fill.setdefault(_listed(texts), []).append(key)
     return ", ".join(
@@ -49,12 +49,12 @@ def _listed(texts: Sequence[str]) -> str:
 def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
     """Return fills by place and damper; none for layouts and for dampers without a fill."""
     fills: dict[str, list[float]] = {}
-    for one in candidates:
-        fillings = one.scenario.fillings
+    for candidate in candidates:
+        fillings = candidate.scenario.fillings
         if len(fillings) == 1 and fillings[0].fill_fraction is not None:
             damper = fillings[0].damper
             key = fillings[0].patch + ("" if damper in (None, "coupon") else f" ({damper})")
             fills.setdefault(key, []).append(fillings[0].fill_fraction)
         else:
-            fills.setdefault(one.scenario.label if len(fillings) > 1 else one.name, [])
+            fills.setdefault(candidate.scenario.label if len(fillings) > 1 else candidate.name, [])
     return fills

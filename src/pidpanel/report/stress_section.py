@@ -43,7 +43,7 @@ def stress_table(stress: pd.DataFrame) -> Table:
     where = ["reading", "scenario", "point"]
     von_mises = stress[stress["quantity"] == "von_mises"]
     worst = von_mises.loc[von_mises.groupby(where, sort=False)["three_sigma"].idxmax()]
-    shown = {
+    texts = {
         tuple(row[key] for key in (*where, "layer", "quantity")): (
             f"{number(row['rms'])} ({number(row['three_sigma'])})"
             if row["quantity"] == "von_mises"
@@ -56,17 +56,17 @@ def stress_table(stress: pd.DataFrame) -> Table:
     one_layer, one_reading = len(layers) == 1, len(readings) == 1
     rows = []
     for row in records(worst[[*where, "layer"]]):
-        cells = [shown[(*row.values(), quantity)] for quantity in SYMBOLS]
+        cells = [texts[(*row.values(), quantity)] for quantity in SYMBOLS]
         read = [] if one_reading else [READINGS[row["reading"]]]
         layer = [] if one_layer else [row["layer"]]
         rows.append([row["scenario"], *read, row["point"], *layer, *cells])
     heads = [f"{symbol}, {unit(units[q])}" for q, symbol in SYMBOLS.items()]
     heads[0] = f"{heads[0]} rms (3σ)"
-    of = f" (here always: {layers[0]})" if one_layer else ""
-    by = f"{readings[0]}. " if one_reading else ""
+    place = f" (here always: {layers[0]})" if one_layer else ""
+    head = f"{readings[0]}. " if one_reading else ""
     reading, layer = [] if one_reading else ["damping model"], [] if one_layer else ["layer"]
     return Table(
-        f"{by}Rms strain and stress in the layer with the largest von Mises stress σ_v{of}. "
+        f"{head}Rms strain and stress in the layer with the largest von Mises stress σ_v{place}. "
         "The rms of σ_v includes the correlations between the components; brackets give 3σ, "
         "three times the rms. γ_xy is the engineering shear strain.",
         ["scenario", *reading, "point", *layer, *heads],

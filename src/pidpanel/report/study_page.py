@@ -76,11 +76,11 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSec
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"] == "ok"]
     of_coupon = coupon_section(coupon, law=law)
-    said = Paragraph(coupon_text(inputs.study.coupons[name], coupon.cases))
-    found = [replace(of_coupon, blocks=[said, *of_coupon.blocks]), losses_section(good)]
+    paragraph = Paragraph(coupon_text(inputs.study.coupons[name], coupon.cases))
+    sections = [replace(of_coupon, blocks=[paragraph, *of_coupon.blocks]), losses_section(good)]
     if name in inputs.damping:
-        found.append(damping_section(inputs.damping[name]))
-    return found
+        sections.append(damping_section(inputs.damping[name]))
+    return sections
 
 
 def _sections(inputs: Inputs) -> list[PageSection]:
@@ -98,7 +98,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     law = paper_corrected if "paper_corrected" in study.readings else None
     for name in tracked(list(inputs.coupons), "coupons of the page"):
         of_coupon = _coupon_sections(inputs, name, law)
-        sections += of_coupon if name == SECTION else [one.of(name) for one in of_coupon]
+        sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
     if inputs.coupled is not None:
         moving = moving_points(inputs.summary, points)
         sections.append(coupled_section(inputs.coupled, names, moving))
@@ -110,12 +110,12 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.radiation is not None:
-        own = study.response.radiation
+        radiation = study.response.radiation
         sections.append(
             radiation_section(
                 summary,
                 with_names(inputs.radiation, names),
-                own,
+                radiation,
                 points,
                 air_mass=study.response.air_mass,
             )

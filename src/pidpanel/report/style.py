@@ -113,7 +113,7 @@ def png(figure: Figure) -> bytes:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # `savefig` draws twice
     image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    few = image.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    reduced = image.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     buffer = BytesIO()
-    few.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
+    reduced.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
     return buffer.getvalue()

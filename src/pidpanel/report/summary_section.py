@@ -46,21 +46,21 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
         for point in points:
             row = [scenario, point]
             for reading in readings:
-                one = by_key[scenario, point, reading]
-                if one["status"] == "held":
+                cell = by_key[scenario, point, reading]
+                if cell["status"] == "held":
                     row += ["does not move", "–", "–", "–"]
                     continue
-                if one["status"] != "ok":
-                    row += [str(one["status"]), "–", "–", "–"]
+                if cell["status"] != "ok":
+                    row += [str(cell["status"]), "–", "–", "–"]
                     continue
                 row += [
-                    _maybe_with_error(one, "acceleration_rms_g", "acceleration_rms_error_g"),
-                    number(one["displacement_rms_mm"]) + " †" * bool(one["beyond_linear_plate"]),
-                    _maybe_with_error(one, "reduction_db", "reduction_error_db")
-                    if one["reduction_db"]  # none of the bare panel against itself
+                    _maybe_with_error(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
+                    number(cell["displacement_rms_mm"]) + " †" * bool(cell["beyond_linear_plate"]),
+                    _maybe_with_error(cell, "reduction_db", "reduction_error_db")
+                    if cell["reduction_db"]  # none of the bare panel against itself
                     else "–",
-                    number(one["damping_read_at_g"])
-                    + " ‡" * bool(one["outside_run_points_share"] > 0),
+                    number(cell["damping_read_at_g"])
+                    + " ‡" * bool(cell["outside_run_points_share"] > 0),
                 ]
             rows.append(row)
     return Table(
@@ -76,5 +76,5 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
 
 def _maybe_with_error(row: dict[str, Any], value: str, error: str) -> str:
     """Return the value of a row, with its error where it has one."""
-    own = row.get(error, math.nan)
-    return with_error(row[value], own) if own > 0 else number(row[value])
+    standard_error = row.get(error, math.nan)
+    return with_error(row[value], standard_error) if standard_error > 0 else number(row[value])

@@ -78,8 +78,8 @@ def value_text(value: float, error: float, decimals: int | None = None) -> str:
         return with_error(value, error) if error > 0 else number(value)
     while error > 0 and round(error, decimals) == 0 and decimals < 3:
         decimals += 1
-    own = f" ± {error:.{decimals}f}" if error > 0 else ""
-    return plain(value, decimals) + own
+    suffix = f" ± {error:.{decimals}f}" if error > 0 else ""
+    return plain(value, decimals) + suffix
 
 
 def plain(value: float, decimals: int) -> str:
@@ -128,7 +128,7 @@ def unit(name: str) -> str:
     return re.sub(r"(?<=[A-Za-z])\d", lambda power: power[0].translate(_SUPERSCRIPT), name)
 
 
-def counted(count: int, one: str) -> str:
+def counted(count: int, noun: str) -> str:
     """Return a number of things in words.
 
     Examples
@@ -136,7 +136,7 @@ def counted(count: int, one: str) -> str:
     >>> counted(1, "case"), counted(90, "case")
     ('1 case', '90 cases')
     """
-    return f"{count} {one}" + "s" * (count != 1)
+    return f"{count} {noun}" + "s" * (count != 1)
 
 
 def does_not_move(points: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report import style
-from pidpanel.report.answer import APART
+from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import counted, records, value_text
@@ -57,13 +57,13 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
     """
     blocks: list[Block] = []
     for key in keys:
-        other = ", ".join(_name(one) for one in keys if one != key)
+        rest = ", ".join(_name(name) for name in keys if name != key)
         caption = (
             "Equivalent damping per area. Bars: one standard error, from the scatter between "
             "cycles and between seeds and the bias of softened contacts."
         )
-        if other:
-            caption += f" Points one above the other differ in {other}."
+        if rest:
+            caption += f" Points one above the other differ in {rest}."
         figure = varied_figure(cases, key, LABELS.get(key, key))
         blocks.append(varied_table(cases, key, keys))
         blocks.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
@@ -81,7 +81,7 @@ def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
         One of the keys.
     """
     values = list(dict.fromkeys(cases[key]))
-    same = [*(one for one in keys if one != key), "fill_fraction", "frequency_hz", "acceleration_g"]
+    same = [*(k for k in keys if k != key), "fill_fraction", "frequency_hz", "acceleration_g"]
     rows = []
     for point, group in cases.groupby(same, sort=True):
         by_value = {row[key]: row for row in records(group)}
@@ -89,8 +89,8 @@ def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
             value_text(by_value[value][VALUE], by_value[value][ERROR]) if value in by_value else "–"
             for value in values
         ]
-        rows.append([*(_text(one) for one in point), *cells])
-    heads = [*(_name(one) for one in same[:-3]), "r", "f, Hz", "Γ"]
+        rows.append([*(_text(value) for value in point), *cells])
+    heads = [*(_name(name) for name in same[:-3]), "r", "f, Hz", "Γ"]
     return Table(
         f"C_e, N s/m³, by {_name(key)}; ±: one standard error, –: not ok",
         [*heads, *(_text(value) for value in values)],
@@ -107,30 +107,30 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
     cases, keys
         As of `varied_section`.
     """
-    said = []
+    sentences = []
     for key in keys:
-        found = comparison(cases, key)
-        if found.empty:
+        changes = comparison(cases, key)
+        if changes.empty:
             continue
-        largest = found.iloc[int(np.log(found["ratio"]).abs().argmax())]
-        far = int((found["deviation"].abs() > APART).sum())
+        largest = changes.iloc[int(np.log(changes["ratio"]).abs().argmax())]
+        far = int((changes["deviation"].abs() > SIGNIFICANCE).sum())
         if not far:
-            said.append(
+            sentences.append(
                 f"{_capital(_name(key))}: no difference in C_e exceeds two standard errors "
-                f"({counted(len(found), 'difference')})."
+                f"({counted(len(changes), 'difference')})."
             )
             continue
         first = value_text(largest["first"], largest["first_error"])
         last = value_text(largest["last"], largest["last_error"])
         verb = "falls" if largest["ratio"] < 1 else "rises"
-        said.append(
+        sentences.append(
             f"{_capital(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} "
             f"C_e {verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
             f"{largest['frequency_hz']:g} Hz, Γ = {largest['acceleration_g']:g}, the largest "
-            f"change. {far} of {counted(len(found), 'difference')} {'is' if far < 2 else 'are'} "
+            f"change. {far} of {counted(len(changes), 'difference')} {'is' if far < 2 else 'are'} "
             "beyond two standard errors (one in twenty by chance)."
         )
-    return said
+    return sentences
 
 
 def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:

@@ -88,24 +88,24 @@ def distance(rms: float, band_rms: Array, coupled: Coupled) -> Distance:
     (1, 0.28, 'yes')
     """
     counts = coupled.band_rms >= 10 ** (-BAND_DEPTH / 20) * coupled.band_rms.max()
-    off = np.zeros(counts.shape)
-    off[counts] = 20 * np.log10(band_rms[counts] / coupled.band_rms[counts])
-    band = int(np.argmax(np.abs(off)))
+    gap = np.zeros(counts.shape)
+    gap[counts] = 20 * np.log10(band_rms[counts] / coupled.band_rms[counts])
+    band = int(np.argmax(np.abs(gap)))
     relative, error = rms / coupled.rms - 1, coupled.rms_error / coupled.rms
     outcomes = {
         _holds(relative, error, RMS_LIMIT),
         *(
-            _holds(one, own, BAND_LIMIT)
-            for one, own in zip(off[counts], coupled.band_error_db[counts], strict=True)
+            _holds(value, error_db, BAND_LIMIT)
+            for value, error_db in zip(gap[counts], coupled.band_error_db[counts], strict=True)
         ),
     }
     return Distance(
-        float(relative), float(error), band, float(off[band]), float(coupled.band_error_db[band]),
+        float(relative), float(error), band, float(gap[band]), float(coupled.band_error_db[band]),
         "no" if "no" in outcomes else "open" if "open" in outcomes else "yes",
     )  # fmt: skip
 
 
-def _holds(off: float, error: float, limit: float) -> Holds:
-    if abs(off) + 2 * error <= limit:
+def _holds(gap: float, error: float, limit: float) -> Holds:
+    if abs(gap) + 2 * error <= limit:
         return "yes"
-    return "no" if abs(off) - 2 * error > limit else "open"
+    return "no" if abs(gap) - 2 * error > limit else "open"

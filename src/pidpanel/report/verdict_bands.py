@@ -35,13 +35,13 @@ def band_differences(frequency: Array, psd: Array, run: pd.DataFrame) -> tuple[A
         Rows of ``coupled/psd.csv`` of the same scenario and point.
     """
     lines = run["frequency_hz"].to_numpy(float)
-    own = run["acceleration_psd_g2_hz"].to_numpy(float)
+    run_psd = run["acceleration_psd_g2_hz"].to_numpy(float)
     centre, edge = whole_third_octaves(float(lines[0]), float(lines[-1]))
-    here, there = band_rms(lines, own, edge), band_rms(frequency, psd, edge)
-    weighted = band_rms(lines, own * run["error_db"].to_numpy(float), edge) ** 2
-    counts = here >= 10 ** (-BAND_DEPTH / 20) * here.max()
-    off = np.where(counts, 20 * np.log10(there / here), np.nan)
-    return centre, off, np.where(counts, weighted / here**2, np.nan)
+    run_rms, reading_rms = band_rms(lines, run_psd, edge), band_rms(frequency, psd, edge)
+    weighted = band_rms(lines, run_psd * run["error_db"].to_numpy(float), edge) ** 2
+    counts = run_rms >= 10 ** (-BAND_DEPTH / 20) * run_rms.max()
+    difference = np.where(counts, 20 * np.log10(reading_rms / run_rms), np.nan)
+    return centre, difference, np.where(counts, weighted / run_rms**2, np.nan)
 
 
 def band_figure(
@@ -64,16 +64,16 @@ def band_figure(
     lines = psd["frequency"].to_numpy()
     for row, (label, title) in zip(grid, scenarios, strict=True):
         for axes, point in zip(row, points, strict=True):
-            own = run[(run["scenario"] == label) & (run["point"] == point)]
+            rows = run[(run["scenario"] == label) & (run["point"] == point)]
             axes.axhspan(-BAND_LIMIT, BAND_LIMIT, color="#eeeeee", lw=0, zorder=0)
             for reading in readings:
                 if not is_steady(psd, reading, label):
                     continue
-                at = {"reading": reading, "scenario": label, "point": point}
-                one = psd["acceleration_psd"].sel(at).to_numpy() / STANDARD_GRAVITY**2
-                centre, off, error = band_differences(lines, one, own)
+                key = {"reading": reading, "scenario": label, "point": point}
+                values = psd["acceleration_psd"].sel(key).to_numpy() / STANDARD_GRAVITY**2
+                centre, difference, error = band_differences(lines, values, rows)
                 colour = style.place_colour(reading, readings)
-                axes.semilogx(centre, off, color=colour, label=READINGS[reading])
+                axes.semilogx(centre, difference, color=colour, label=READINGS[reading])
             if readings:
                 axes.errorbar(
                     centre, 0 * error, 2 * error, color=style.BARE, lw=0.8, capsize=1.5,
@@ -104,13 +104,13 @@ def level_psd_figure(
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     for number, (label, title) in enumerate(scenarios):
-        colour = style.place_colour(label, [one for one, _ in scenarios])
-        at = {"reading": LAW, "scenario": label, "point": point}
-        law = psd["acceleration_psd"].sel(at).to_numpy() / STANDARD_GRAVITY**2
-        own = run[(run["scenario"] == label) & (run["point"] == point)]
+        colour = style.place_colour(label, [scenario for scenario, _ in scenarios])
+        key = {"reading": LAW, "scenario": label, "point": point}
+        law = psd["acceleration_psd"].sel(key).to_numpy() / STANDARD_GRAVITY**2
+        rows = run[(run["scenario"] == label) & (run["point"] == point)]
         panels[0].loglog(psd["frequency"].to_numpy(), law, color=colour, lw=0.9, zorder=-number)
         panels[1].loglog(
-            own["frequency_hz"], own["acceleration_psd_g2_hz"], color=colour, lw=0.9, label=title
+            rows["frequency_hz"], rows["acceleration_psd_g2_hz"], color=colour, lw=0.9, label=title
         )
     panels[0].set_title("The paper's law (its Figure 8)", loc="left", fontweight="bold")
     panels[1].set_title("Coupled runs", loc="left", fontweight="bold")

@@ -55,30 +55,30 @@ def write_verdict(
         of_run = summary[summary["scenario"] == scenario.label]
         if of_run.empty:
             continue
-        own = bands[bands["scenario"] == scenario.label]
+        of_scenario = bands[bands["scenario"] == scenario.label]
         for reading, accelerations in _readings(study, psd, scenario):
             for point, run in of_run.set_index("point").iterrows():
-                here = own[own["point"] == point]
+                of_point = of_scenario[of_scenario["point"] == point]
                 coupled = Coupled(
                     float(run["g_rms"]), float(run["g_rms_error"]),
-                    here["g_rms"].to_numpy(), here["error_db"].to_numpy(),
+                    of_point["g_rms"].to_numpy(), of_point["error_db"].to_numpy(),
                 )  # fmt: skip
-                one = accelerations.sel(point=point).to_numpy() / STANDARD_GRAVITY**2
-                found = _distance(study, psd["frequency"].to_numpy(), one, coupled)
+                values = accelerations.sel(point=point).to_numpy() / STANDARD_GRAVITY**2
+                offset = _distance(study, psd["frequency"].to_numpy(), values, coupled)
                 rows.append(
                     {
                         "scenario": scenario.label,
                         "oaspl_db": scenario.oaspl_db or spectrum_of(study.sound).oaspl,
                         "reading": reading,
                         "point": point,
-                        "g_rms": coupled.rms * (1 + found.rms),
+                        "g_rms": coupled.rms * (1 + offset.rms),
                         "coupled_g_rms": coupled.rms,
-                        "coupled_g_rms_relative_error": found.rms_error,
-                        "difference": found.rms,
-                        "band_hz": here["frequency_hz"].to_numpy()[found.band],
-                        "band_difference_db": found.band_db,
-                        "band_error_db": found.band_error_db,
-                        "holds": found.holds,
+                        "coupled_g_rms_relative_error": offset.rms_error,
+                        "difference": offset.rms,
+                        "band_hz": of_point["frequency_hz"].to_numpy()[offset.band],
+                        "band_difference_db": offset.band_db,
+                        "band_error_db": offset.band_error_db,
+                        "holds": offset.holds,
                     }
                 )
     pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(verdict_csv, index=False, float_format="%.6g")

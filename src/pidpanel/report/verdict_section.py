@@ -21,10 +21,10 @@ DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}
 
 NAMES = {**READINGS, BARE: "Bare panel", DEAD_WEIGHT: "The same mass as dead weight"}
 
-WANTED = 0.02
+TARGET = 0.02
 """Of g rms, by coupled runs [1]."""
 
-HELD = {"yes": "holds", "no": "does not hold", "open": "open"}
+VERDICTS = {"yes": "holds", "no": "does not hold", "open": "open"}
 
 
 def worst(verdict: pd.DataFrame) -> pd.DataFrame:
@@ -36,15 +36,15 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
         ``coupled/verdict.csv``.
     """
     rows = []
-    for (reading, scenario), here in verdict.groupby(["reading", "scenario"], sort=False):
-        band = here.iloc[int(here["band_difference_db"].abs().to_numpy().argmax())]
-        rms = here.iloc[int(here["difference"].abs().to_numpy().argmax())]
-        holds = set(here["holds"])
+    for (reading, scenario), group in verdict.groupby(["reading", "scenario"], sort=False):
+        band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
+        rms = group.iloc[int(group["difference"].abs().to_numpy().argmax())]
+        holds = set(group["holds"])
         rows.append(
             {
                 "reading": reading,
                 "scenario": scenario,
-                "oaspl_db": float(here["oaspl_db"].iloc[0]),
+                "oaspl_db": float(group["oaspl_db"].iloc[0]),
                 "difference": rms["difference"],
                 "rms_error": rms["coupled_g_rms_relative_error"],
                 "band_difference_db": band["band_difference_db"],
@@ -56,71 +56,71 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def verdict_finding(found: pd.DataFrame) -> str:
+def verdict_finding(summary: pd.DataFrame) -> str:
     """Return in how many scenarios each reading holds.
 
     Parameters
     ----------
-    found
+    summary
         From `worst`.
     """
-    count = found["scenario"].nunique()
-    said = []
-    for reading in found["reading"].unique():
+    count = summary["scenario"].nunique()
+    counts = []
+    for reading in summary["reading"].unique():
         if reading in (BARE, DEAD_WEIGHT):
             continue
-        here = found[found["reading"] == reading]
-        good, unsure = (int((here["holds"] == word).sum()) for word in ("yes", "open"))
+        rows = summary[summary["reading"] == reading]
+        good, unsure = (int((rows["holds"] == word).sum()) for word in ("yes", "open"))
         text = f"{NAMES[reading]}: holds in {good} of {count}"
-        said.append(text + (f", open in {unsure}" if unsure else ""))
+        counts.append(text + (f", open in {unsure}" if unsure else ""))
     return (
         f"A damping model holds where g rms is within {RMS_LIMIT:.0%} of the coupled run and "
         f"every third octave within {BAND_DEPTH:g} dB of the highest is within {BAND_LIMIT:g} "
-        f"dB, at every point. {'; '.join(said)}. Open: two standard errors of the coupled run "
+        f"dB, at every point. {'; '.join(counts)}. Open: two standard errors of the coupled run "
         "reach across a limit."
     )
 
 
-def accuracy_text(found: pd.DataFrame) -> str:
-    """Return how well the coupled runs know g rms, and what would be needed for `WANTED`.
+def accuracy_text(summary: pd.DataFrame) -> str:
+    """Return how well the coupled runs know g rms, and what would be needed for `TARGET`.
 
     Parameters
     ----------
-    found
+    summary
         From `worst`.
     """
-    error = found.groupby("scenario", sort=False)["rms_error"].max()
-    said = f"The coupled runs have errors of g rms of {error.min():.1%} to {error.max():.1%}."
-    short = error[error > WANTED]
+    error = summary.groupby("scenario", sort=False)["rms_error"].max()
+    text = f"The coupled runs have errors of g rms of {error.min():.1%} to {error.max():.1%}."
+    short = error[error > TARGET]
     if short.empty:
-        return said
+        return text
     # errors fall with the root of the time; what the cells have in common does not
-    longer = [f"{label} {(one / WANTED) ** 2:.0f} times" for label, one in short.items()]
-    return f"{said} For {WANTED:.0%} they would have to be longer by at least: {', '.join(longer)}."
+    longer = [f"{label} {(value / TARGET) ** 2:.0f} times" for label, value in short.items()]
+    return f"{text} For {TARGET:.0%} they would have to be longer by at least: {', '.join(longer)}."
 
 
-def verdict_table(found: pd.DataFrame) -> Table:
+def verdict_table(summary: pd.DataFrame) -> Table:
     """Return a row a reading and a column a scenario, with what is worst of its points.
 
     Parameters
     ----------
-    found
+    summary
         From `worst`.
     """
-    scenarios = list(found["scenario"].unique())
-    cells = found.set_index(["reading", "scenario"])
+    scenarios = list(summary["scenario"].unique())
+    cells = summary.set_index(["reading", "scenario"])
     rows = []
-    for reading in found["reading"].unique():
+    for reading in summary["reading"].unique():
         row = [NAMES[reading]]
         for scenario in scenarios:
             if (reading, scenario) not in cells.index:
                 row.append("–")
                 continue
-            one = cells.loc[(reading, scenario)]
+            cell = cells.loc[(reading, scenario)]
             row.append(
-                f"{signed(100 * one['difference'], 1)} ± {100 * one['rms_error']:.1f} %; "
-                f"{signed(one['band_difference_db'], 2)} ± {one['band_error_db']:.2f} dB at "
-                f"{one['band_hz']:.0f} Hz: {HELD[one['holds']]}"
+                f"{signed(100 * cell['difference'], 1)} ± {100 * cell['rms_error']:.1f} %; "
+                f"{signed(cell['band_difference_db'], 2)} ± {cell['band_error_db']:.2f} dB at "
+                f"{cell['band_hz']:.0f} Hz: {VERDICTS[cell['holds']]}"
             )
         rows.append(row)
     return Table(
@@ -142,17 +142,17 @@ def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
     """
     figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     panels = figure.subplots(1, len(points), sharey=True, squeeze=False)[0]
-    readings = [one for one in verdict["reading"].unique() if one not in DASHED]
+    readings = [name for name in verdict["reading"].unique() if name not in DASHED]
     for axes, point in zip(panels, points, strict=True):
-        here = verdict[verdict["point"] == point]
+        rows = verdict[verdict["point"] == point]
         axes.axhspan(-100 * RMS_LIMIT, 100 * RMS_LIMIT, color="#eeeeee", lw=0, zorder=0)
-        for reading in here["reading"].unique():
-            own = here[here["reading"] == reading].sort_values("oaspl_db")
+        for reading in rows["reading"].unique():
+            curve = rows[rows["reading"] == reading].sort_values("oaspl_db")
             colour = DASHED.get(reading) or style.place_colour(reading, readings)
             line = "--" if reading in DASHED else "-"
-            values = own["oaspl_db"], 100 * own["difference"]
+            values = curve["oaspl_db"], 100 * curve["difference"]
             axes.plot(*values, line, color=colour, marker="o", ms=3, label=NAMES[reading])
-        run = here.drop_duplicates("scenario").sort_values("oaspl_db")
+        run = rows.drop_duplicates("scenario").sort_values("oaspl_db")
         axes.errorbar(
             run["oaspl_db"], 0 * run["oaspl_db"], 200 * run["coupled_g_rms_relative_error"],
             color=style.BARE, capsize=2.5, lw=1.1, label="Coupled run, ± two standard errors",
@@ -183,9 +183,9 @@ def verdict_section(
     psd, run
         ``response/psd.nc`` and ``coupled/psd.csv`` (points as text).
     """
-    found = worst(verdict)
-    blocks: list[Block] = [Paragraph(f"{verdict_finding(found)} {accuracy_text(found)}")]
-    if found["oaspl_db"].nunique() > 1:
+    summary = worst(verdict)
+    blocks: list[Block] = [Paragraph(f"{verdict_finding(summary)} {accuracy_text(summary)}")]
+    if summary["oaspl_db"].nunique() > 1:
         blocks.append(
             Picture(
                 "verdict_level",
@@ -194,7 +194,7 @@ def verdict_section(
                 f"within {RMS_LIMIT:.0%}.",
             )
         )
-    blocks.append(verdict_table(found))
+    blocks.append(verdict_table(summary))
     if psd is not None and run is not None:
         blocks += _pictures_of_psds(psd, run, points)
     return PageSection("verdict", "Which damping model holds", blocks)

@@ -53,23 +53,23 @@ FEW_CASES = (
 def study_warnings(inputs: Inputs) -> list[str]:
     """Return the limitations of a study with a panel, the most important first."""
     study = inputs.study
-    said = response_warnings(study, inputs.summary, inputs.psd, inputs.layouts)
+    lines = response_warnings(study, inputs.summary, inputs.psd, inputs.layouts)
     if study.surfaces:
-        said.append(SINGLE_TONES)
+        lines.append(SINGLE_TONES)
     elif inputs.layouts["damping_read_at_g"].notna().any():
-        said.append(EQUIVALENT_SINE)
+        lines.append(EQUIVALENT_SINE)
     if inputs.radiation is not None:
-        both = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
-        bare = both[both["patch"] == "none"]
+        rows = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
+        bare = rows[rows["patch"] == "none"]
         # the others are in the section
         worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
         response = study.response
-        said.append(radiation_finding(both, response.radiation, worst, air_mass=response.air_mass))
+        lines.append(radiation_finding(rows, response.radiation, worst, air_mass=response.air_mass))
     for results in inputs.damping.values():
-        said += target_warnings(results.rounds)
+        lines += target_warnings(results.rounds)
     for name, coupon in inputs.coupons.items():
-        said += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
-    return said
+        lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
+    return lines
 
 
 def response_warnings(
@@ -96,11 +96,11 @@ def _plate_warnings(study: Study, good: pd.DataFrame) -> list[str]:
     """Where linear plate theory does not hold."""
     names = names_of(study)
     warnings = []
-    beyond = good[good["beyond_linear_plate"].astype(bool)]
-    if len(beyond):
-        worst = beyond.iloc[int(beyond["displacement_rms_mm"].argmax())]
+    nonlinear = good[good["beyond_linear_plate"].astype(bool)]
+    if len(nonlinear):
+        worst = nonlinear.iloc[int(nonlinear["displacement_rms_mm"].argmax())]
         place = ["scenario", "point"]
-        left, all_ = len(beyond.drop_duplicates(place)), len(good.drop_duplicates(place))
+        left, all_ = len(nonlinear.drop_duplicates(place)), len(good.drop_duplicates(place))
         warnings.append(
             f"Linear plate theory does not hold in {left} of {all_} combinations of scenario "
             "and point: the rms displacement exceeds a tenth of the panel's thickness of "
@@ -119,8 +119,8 @@ def _damping_warnings(
     names = names_of(study)
     warnings = []
     for reading in dict.fromkeys(good["reading"]):
-        one = good[good["reading"] == reading].drop_duplicates("scenario")
-        outside = one[one["outside_run_points_share"] > 0]
+        rows = good[good["reading"] == reading].drop_duplicates("scenario")
+        outside = rows[rows["outside_run_points_share"] > 0]
         if len(outside):
             parts = [
                 f"{names[row['scenario']]}, Γ = {_read_at(row, layouts)}, "
@@ -141,14 +141,14 @@ def _damping_warnings(
                 f"{percent(shares.min())} to {percent(shares.max())} of the change in mean "
                 "square acceleration against the bare panel."
             )
-        several = one[one["levels"] > 1]
+        several = rows[rows["levels"] > 1]
         if len(several):
             warnings.append(
                 f"{READINGS[reading]}: damping and motion agree at more than one acceleration in "
                 + "; ".join(several["scenario"].map(names))
                 + "; the solution with the largest motion is shown."
             )
-        rough = one[one["motion_residual"] > MOTION_RESIDUAL]
+        rough = rows[rows["motion_residual"] > MOTION_RESIDUAL]
         if len(rough):
             warnings.append(
                 f"{READINGS[reading]}: the acceleration for C_e is not converged in "
@@ -213,9 +213,9 @@ def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str)
     ∫|S_bare − S| df over the lines outside the simulated range, divided by that over all lines.
     """
     (bare,) = (s.bare.label for s in study.all_scenarios() if s.label == label)
-    of = psd.sel(reading=reading).transpose(..., "frequency", "point")
-    before, after = (of["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
-    change = np.abs(before - after)
+    table = psd.sel(reading=reading).transpose(..., "frequency", "point")
+    free, damped = (table["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
+    change = np.abs(free - damped)
     outside = ~inside_of(psd, reading, label)
     frequency = psd["frequency"].to_numpy()
     part = np.trapezoid(np.where(outside[:, None], change, 0.0), frequency, axis=0)
@@ -237,25 +237,25 @@ def target_warnings(rounds: Sequence[Round]) -> list[str]:
     last = rounds[-1]
     if last.reached or last.target is None:
         return [FEW_CASES]
-    largest = {label: max(of.values()) for label, of in last.relative_error.items()}
-    above = ", ".join(
+    largest = {label: max(errors.values()) for label, errors in last.relative_error.items()}
+    missed_text = ", ".join(
         f"{label} {percent(error, 2)}" for label, error in largest.items() if error > last.target
     )
     return [
         f"damping.target is not reached: {len(last.cases)} cases were run, and no further case "
         "is available or allowed. The rms accelerations above the required standard error of "
-        f"{percent(last.target, 2)} are: {above}."
+        f"{percent(last.target, 2)} are: {missed_text}."
     ]
 
 
-def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
+def coupon_warnings(cases: pd.DataFrame, suffix: str = "") -> list[str]:
     """Return the cases of a coupon that are excluded, not steady or less accurate than requested.
 
     Parameters
     ----------
     cases
         ``coupon/cases.csv``.
-    of
+    suffix
         Of which damper, where the study has several.
     """
     warnings = []
@@ -263,7 +263,7 @@ def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
     def warn(rows: pd.DataFrame, text: str, *, named: bool = True) -> None:
         if len(rows):
             names = f": {', '.join(rows['case'])}" if named else ""
-            warnings.append(f"{len(rows)} of {len(cases)} coupon cases{of} {text}{names}.")
+            warnings.append(f"{len(rows)} of {len(cases)} coupon cases{suffix} {text}{names}.")
 
     for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
         drifts = "did not reach steady state; included with enlarged errors"
@@ -278,11 +278,11 @@ def coupon_warnings(cases: pd.DataFrame, of: str = "") -> list[str]:
         f"errors reach {percent(largest)}",
         named=False,
     )
-    above = good[good["share_of_bound"] > 1]
+    excessive = good[good["share_of_bound"] > 1]
     warn(
-        above,
+        excessive,
         "above the bound of a perfectly inelastic bed (up to "
-        f"{above['share_of_bound'].max():.2f} times the bound)",
+        f"{excessive['share_of_bound'].max():.2f} times the bound)",
     )
     warn(good[value <= error], "with C_e no larger than its own standard error")
     return warnings

@@ -71,7 +71,7 @@ class StudySound:
         if air is None:
             return excitation, None
         tables = air_tables(study.sound, basis, force, air_mass=study.response.air_mass)
-        return excitation, air.over({**force, **tables})
+        return excitation, air.with_tables({**force, **tables})
 
     def force_at(self, frequency: float, face: MovedFace) -> Matrices:
         """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""

@@ -93,25 +93,25 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
         )
     count = node_count(reach, panel.diameter)
     k = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
-    rows = [_reactive(one, reach, count) for one in k]
+    rows = [_reactive(wavenumber, reach, count) for wavenumber in k]
     rows += [_content(upper, reach, count) for upper in (reach / np.sqrt(2), reach)]
     of_nodes = np.array(rows) / (2 * np.pi)
 
-    face = FoldedFace.of(panel, reach)
+    face = FoldedFace.from_panel(panel, reach)
     nodes = chebyshev_nodes(reach, count)
     n = panel.shape.shape[1]
     sums = np.zeros((len(rows), n * n))
     starts = range(0, count, NODES_AT_ONCE)
     for start in tracked(starts, "parts of the air's wavenumbers"):
         some = slice(start, start + NODES_AT_ONCE)
-        means = np.array([face.azimuthal_mean(one, panel.diameter).ravel() for one in nodes[some]])
+        means = np.array([face.azimuthal_mean(q, panel.diameter).ravel() for q in nodes[some]])
         for first in range(0, n * n, VALUES_AT_ONCE):
             values = slice(first, first + VALUES_AT_ONCE)
             sums[:, values] += of_nodes[:, some] @ means[:, values]
     volume = sums[:-2].reshape(-1, n, n)
-    nearer, beyond = (panel.product_integral - one.reshape(n, n) for one in sums[-2:])
-    for volume_at, one in zip(volume, k, strict=True):
-        volume_at += _rest(one, reach, beyond, np.diagonal(nearer))
+    nearer, farther = (panel.product_integral - content.reshape(n, n) for content in sums[-2:])
+    for volume_at, wavenumber in zip(volume, k, strict=True):
+        volume_at += _rest(wavenumber, reach, farther, np.diagonal(nearer))
     return WavenumberTable(k_max, k, volume)
 
 
@@ -132,20 +132,20 @@ def _content(upper: float, reach: float, count: int) -> Array:
     return weights
 
 
-def _rest(k: float, reach: float, beyond: Array, nearer: Array) -> Array:
+def _rest(k: float, reach: float, farther: Array, nearer: Array) -> Array:
     """Return what V(k) has beyond K = `reach`, (n, n).
 
     Parameters
     ----------
     k, reach
         [rad/m].
-    beyond
+    farther
         (n, n) Q(K) [m²].
     nearer
         (n,) Q_ii(K/√2) [m²]; with Q_ii(K) it tells the fall p of each shape.
     """
-    own = np.maximum(np.diagonal(beyond), np.finfo(float).tiny)
-    fall = 2 + np.log(np.maximum(nearer / own, 1.0)) / np.log(np.sqrt(2))
+    diagonal = np.maximum(np.diagonal(farther), np.finfo(float).tiny)
+    fall = 2 + np.log(np.maximum(nearer / diagonal, 1.0)) / np.log(np.sqrt(2))
     p = np.clip(fall, *FALL)
     # ∫_K^∞ κ^(1−p)/√(κ² − k²) dκ, in powers of (k/K)²
     ratio = (k / reach) ** 2
@@ -153,5 +153,5 @@ def _rest(k: float, reach: float, beyond: Array, nearer: Array) -> Array:
         1 / (p - 1) + ratio / 2 / (p + 1) + 3 / 8 * ratio**2 / (p + 3) + 5 / 16 * ratio**3 / (p + 5)
     )
     root = np.sqrt(share / reach)
-    rest: Array = root[:, None] * beyond * root
+    rest: Array = root[:, None] * farther * root
     return rest

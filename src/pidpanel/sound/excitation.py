@@ -43,7 +43,7 @@ class SoundExcitation:
 
     def __call__(self, frequency: Array) -> Array | Complexes:
         """Return G (nf, n, n) [m⁴]."""
-        return self.table.at(wavenumber(frequency, self.speed))
+        return self.table.matrix(wavenumber(frequency, self.speed))
 
     def factors(self, frequency: Array) -> Array | Complexes | None:
         """Return L (nf, n, r) [m²] with G = L Lᴴ; None where r is not small."""

@@ -102,7 +102,7 @@ class FoldedFace:
     load: tuple[Array, Array, Array, Array]
 
     @classmethod
-    def of(cls, panel: PanelQuadrature, wavenumber_max: float) -> "FoldedFace":
+    def from_panel(cls, panel: PanelQuadrature, wavenumber_max: float) -> "FoldedFace":
         """Condense the face of a panel for wavenumbers up to κ_max [rad/m] and fold it."""
         if wavenumber_max > panel.wavenumber * (1 + 1e-9):
             raise FieldError(

@@ -142,7 +142,7 @@ def tabulate_diffuse(
     diameter = panel.diameter
     count = nodes_in_k or node_count(k_max, diameter)
     nodes = chebyshev_nodes(k_max, count)
-    face = FoldedFace.of(panel, PLANE_WAVE_MARGIN * k_max)
+    face = FoldedFace.from_panel(panel, PLANE_WAVE_MARGIN * k_max)
     to_force = np.empty((count, count))
     for index, k in enumerate(nodes):
         cosine, cosine_weight = _half_gauss(k, diameter)
@@ -157,10 +157,10 @@ def tabulate_diffuse(
         modal_force[:, row] = to_force @ modal_force[:, row]
     table = WavenumberTable(k_max, nodes, modal_force)
     some = np.unique(np.linspace(0, n - 1, min(n, SHAPES_CHECKED)).astype(int))
-    few = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
+    subset = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
         checked = panel.of_shapes(some)
-        _check_table(few, k, diffuse_modal_force(k, checked), checked)
+        _check_table(subset, k, diffuse_modal_force(k, checked), checked)
     return table
 
 
@@ -316,10 +316,10 @@ def _check_table(
     """
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
     largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
-    known = FACE_ERROR / TABLE_TOLERANCE * (panel.weight @ np.abs(panel.shape))
-    miss = np.abs(table.at([k])[0] - direct)
-    beside = np.outer(largest, known)
-    error = float(np.max(miss / (np.outer(largest, largest) + beside + beside.T)))
+    face_error = FACE_ERROR / TABLE_TOLERANCE * (panel.weight @ np.abs(panel.shape))
+    miss = np.abs(table.matrix([k])[0] - direct)
+    allowance = np.outer(largest, face_error)
+    error = float(np.max(miss / (np.outer(largest, largest) + allowance + allowance.T)))
     if error > TABLE_TOLERANCE:
         raise TableNotResolved(
             f"{table.wavenumber.size} nodes in k leave a relative error of {error:.1e} at "

@@ -76,8 +76,8 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     # a copy at a time: of a large panel a table has a gigabyte
     with netcdf_file(path, mmap=True) as file:
 
-        def values(of: str) -> Array:
-            return np.array(file.variables[of].data, dtype=np.float64)
+        def values(variable: str) -> Array:
+            return np.array(file.variables[variable].data, dtype=np.float64)
 
         return WavenumberTable(
             float(file.variables[name].wavenumber_max_rad_m),

@@ -1,6 +1,6 @@
 """The sound of a study: the one place in `sound` that reads the section ``sound``.
 
-The panel enters as arrays: `PanelShapes`.
+The panel enters as arrays: `WettedShapes`.
 """
 
 import sys
@@ -160,7 +160,7 @@ class FaceShapes(Protocol):
         """(n_vertices, n) shapes at the vertices [1]."""
 
 
-class PanelShapes(FaceShapes, Protocol):
+class WettedShapes(FaceShapes, Protocol):
     """The same as the air that they move needs them."""
 
     @property
@@ -222,7 +222,7 @@ def modal_force_at(sound: Sound, frequency: float, shapes: FaceShapes) -> Array 
 
 def air_tables(
     sound: Sound,
-    shapes: PanelShapes,
+    shapes: WettedShapes,
     modal_force: Mapping[str, WavenumberTable],
     *,
     air_mass: bool = True,
@@ -265,7 +265,7 @@ def _face(shapes: FaceShapes, overlap: Array | None = None) -> PanelQuadrature:
 
 def write_sound(
     study: Study,
-    shapes: PanelShapes,
+    shapes: WettedShapes,
     spectrum_csv: Path,
     modal_force_nc: Path,
     air_nc: Path | None = None,
@@ -297,10 +297,10 @@ def write_sound(
         write_tables(air_nc, air, stamp(study))
 
 
-def _tell(what: str, table: WavenumberTable) -> None:
+def _tell(title: str, table: WavenumberTable) -> None:
     """Say in the log of the stage what stands."""
     count, shapes = table.even.shape[:2]
     print(
-        f"{what}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m",
+        f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m",
         file=sys.stderr,
     )

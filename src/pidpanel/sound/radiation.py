@@ -52,7 +52,7 @@ class Air:
     diffuse: WavenumberTable
     added_volume: WavenumberTable | None
 
-    def over(self, tables: Mapping[str, WavenumberTable]) -> Air:
+    def with_tables(self, tables: Mapping[str, WavenumberTable]) -> Air:
         """Return the same air on other shapes, with the tables of `field_files` by their names."""
         diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
         return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
@@ -67,13 +67,13 @@ class Air:
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
         resistance = air_resistance(
-            frequency, self.diffuse.at(k), self.density, self.speed_of_sound, self.wetted_sides
+            frequency, self.diffuse.matrix(k), self.density, self.speed_of_sound, self.wetted_sides
         )
         stiffness = np.zeros(resistance.shape, dtype=np.complex128)
         np.multiply(omega, resistance, out=stiffness.imag)
         if self.added_volume is not None:
             mass = -(omega**2) * self.wetted_sides * self.density
-            np.multiply(mass, self.added_volume.at(k), out=stiffness.real)
+            np.multiply(mass, self.added_volume.matrix(k), out=stiffness.real)
         return stiffness
 
 

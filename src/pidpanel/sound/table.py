@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, Rows, faults_of_names, numbers, read_rows
+from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, SpectrumError
 from pidpanel.third_octaves import center_frequency
 
@@ -97,13 +97,13 @@ Fault = tuple[int, str]
 
 def _faults_of_header(header: Sequence[str]) -> Iterator[str]:
     """Yield columns that are unknown, given twice or missing."""
-    found = list(faults_of_names(header, HEADER))
-    yield from found
-    if not found:
+    faults = list(faults_of_names(header, HEADER))
+    yield from faults
+    if not faults:
         yield from (f"column {name}: missing" for name in HEADER if name not in header)
 
 
-def _of_overall(table: Rows, line: int) -> str:
+def _of_overall(table: TableRows, line: int) -> str:
     """Return what to do with a row that is no band but the level of all; nothing for others."""
     cells = dict(table.rows)[line]
     named = any(re.match(r"(?i)oa|over|total|sum|all|lin", cell) for cell in cells)
@@ -116,7 +116,7 @@ def _of_overall(table: Rows, line: int) -> str:
     )
 
 
-def _faults_of_comments(table: Rows, kind: BandKind) -> Iterator[Fault]:
+def _faults_of_comments(table: TableRows, kind: BandKind) -> Iterator[Fault]:
     """Yield comments that state another kind of band than the centres have."""
     for line, comment in table.comments:
         for words, stated in BAND_WORDS.items():
@@ -129,7 +129,7 @@ def _faults_of_comments(table: Rows, kind: BandKind) -> Iterator[Fault]:
 
 def _band_numbers(lines: Sequence[int], center: Array) -> tuple[list[int], list[Fault]]:
     """Return N of the nearest exact centre 10^(N/10) for each stated centre, and what has none."""
-    found, faults = [], []
+    band_numbers, faults = [], []
     for line, stated in zip(lines, center, strict=True):
         if not stated > 0:  # told already
             continue
@@ -140,8 +140,8 @@ def _band_numbers(lines: Sequence[int], center: Array) -> tuple[list[int], list[
                 (line, f"center_hz = {stated:g} is not a preferred centre; the nearest is "
                        f"{exact:.4g} Hz (within {CENTER_TOLERANCE:.0%})")
             )  # fmt: skip
-        found.append(number)
-    return found, faults
+        band_numbers.append(number)
+    return band_numbers, faults
 
 
 def _band_kind(
@@ -152,8 +152,8 @@ def _band_kind(
     faults = []
     for row, step in enumerate(steps, start=1):
         if step <= 0:
-            what = "appears twice" if step == 0 else "follows a higher centre"
-            says = f"center_hz = {center[row]:g} {what}; centres must increase"
+            fault = "appears twice" if step == 0 else "follows a higher centre"
+            says = f"center_hz = {center[row]:g} {fault}; centres must increase"
             faults.append((lines[row], says))
     if faults:
         return "third octave", faults

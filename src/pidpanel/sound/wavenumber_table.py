@@ -85,7 +85,7 @@ class WavenumberTable:
             reach -= 1
         return reach / self.wavenumber_max
 
-    def at(self, wavenumber: ArrayLike) -> Array | Complexes:
+    def matrix(self, wavenumber: ArrayLike) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n).
 
         Raises
@@ -94,9 +94,9 @@ class WavenumberTable:
             Where a wavenumber lies outside 0 to k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
-        return self._at(k)
+        return self._matrix(k)
 
-    def _at(self, k: Array) -> Array | Complexes:
+    def _matrix(self, k: Array) -> Array | Complexes:
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
         even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
@@ -139,7 +139,7 @@ class WavenumberTable:
             self._rows[band] = self._rows_up_to(self.wavenumber_max / BAND**band, pivots)
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
         square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
-        return _factors(self._rows[band]._at(k), pivots, square, tolerance)
+        return _factors(self._rows[band]._matrix(k), pivots, square, tolerance)
 
     def _rows_up_to(self, k_max: float, rows: Index) -> "WavenumberTable":
         """Return some rows up to a lower wavenumber, for which fewer nodes will do."""
@@ -149,11 +149,11 @@ class WavenumberTable:
         weights = even_interpolation(nodes, self.wavenumber_max, count)
 
         def read(values: Array) -> Array:
-            found = np.empty((needed, rows.size, values.shape[2]))
+            table = np.empty((needed, rows.size, values.shape[2]))
             for some in range(0, rows.size, ROWS_AT_ONCE):
                 block = slice(some, some + ROWS_AT_ONCE)
-                found[:, block] = np.tensordot(weights, values[:, rows[block]], axes=1)
-            return found
+                table[:, block] = np.tensordot(weights, values[:, rows[block]], axes=1)
+            return table
 
         odd = self.odd_over_wavenumber
         return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
@@ -163,27 +163,27 @@ class WavenumberTable:
 
         An empty array where no tolerance holds, or only with too many shapes.
         """
-        nothing = np.zeros(0, dtype=np.int64), 0.0
+        empty = np.zeros(0, dtype=np.int64), 0.0
         top = self.wavenumber_max / BAND**band
-        below, matrix = self._at(np.array([top / BAND, top]))
+        lower, matrix = self._matrix(np.array([top / BAND, top]))
         square = np.diagonal(matrix).real
         scale = np.sqrt(np.maximum(square, LEAST_FORCE * square.max(initial=0.0)))
         if not np.all(scale > 0):
-            return nothing
+            return empty
         pivoted = la.lapack.zpstrf if np.iscomplexobj(matrix) else la.lapack.dpstrf
         scaled = matrix / scale[:, None] / scale
         for tolerance in FACTOR_TOLERANCES:
             _, order, rank, _ = pivoted(scaled, tol=tolerance, lower=1)
             pivots = np.asarray(order[:rank] - 1, dtype=np.int64)
             holds = (
-                _factors(one[None, pivots], pivots, np.diagonal(one).real[None], tolerance)
+                _factors(force[None, pivots], pivots, np.diagonal(force).real[None], tolerance)
                 is not None
-                for one in (matrix, below)
+                for force in (matrix, lower)
             )
             if all(holds):
-                few = rank <= FACTOR_SHARE * len(matrix)
-                return (pivots, tolerance) if few else nothing
-        return nothing
+                is_low_rank = rank <= FACTOR_SHARE * len(matrix)
+                return (pivots, tolerance) if is_low_rank else empty
+        return empty
 
     def _checked(self, wavenumber: ArrayLike) -> Array:
         k = checked_wavenumber(np.asarray(wavenumber, dtype=np.float64))
@@ -198,11 +198,11 @@ def _factors(
     rows: NDArray[Any], pivots: Index, square: Array, tolerance: float
 ) -> NDArray[Any] | None:
     """Return L (nf, n, r) of rows (nf, r, n) of G and its diagonal (nf, n); see `factors_at`."""
-    least = LEAST_FORCE * square.max(axis=1, keepdims=True)
-    scale = np.sqrt(np.maximum(square, least))[:, pivots]
+    floor = LEAST_FORCE * square.max(axis=1, keepdims=True)
+    scale = np.sqrt(np.maximum(square, floor))[:, pivots]
     factors = np.empty((len(rows), rows.shape[2], rows.shape[1]), rows.dtype)
-    for line, own in enumerate(rows):
-        scaled = own / scale[line][:, None]
+    for line, row in enumerate(rows):
+        scaled = row / scale[line][:, None]
         try:
             triangle = la.cholesky(scaled[:, pivots] / scale[line], lower=True)
         except la.LinAlgError:  # of rounding of the table
@@ -210,7 +210,7 @@ def _factors(
         turned = la.solve_triangular(triangle, scaled, lower=True, check_finite=False)
         factors[line] = turned.conj().T
     left = square - np.sum(np.abs(factors) ** 2, axis=2)
-    if np.any(np.abs(left) > SLACK * tolerance * np.maximum(square, least)):
+    if np.any(np.abs(left) > SLACK * tolerance * np.maximum(square, floor)):
         return None
     return factors
 

@@ -24,9 +24,9 @@ def _resolutions(rows: Sequence[Row]) -> list[float]:
 
 def differences(rows: Sequence[Row]) -> dict[float, list[float]]:
     """Return |computed − reference| by resolution, over the points that have a tolerance."""
-    held = {row.at for row in rows if row.held}
+    x = {row.at for row in rows if row.held}
     return {
-        size: [abs(r.computed - r.reference) for r in rows if r.resolution == size and r.at in held]
+        size: [abs(r.computed - r.reference) for r in rows if r.resolution == size and r.at in x]
         for size in _resolutions(rows)
     }
 
@@ -74,7 +74,7 @@ def collision_figure(rows: Sequence[Row]) -> Figure:
 def curve_figure(
     rows: Sequence[Row],
     truth: Callable[[float], float],
-    between: tuple[float, float],
+    limits: tuple[float, float],
     label: str,
 ) -> Figure:
     """Draw closed form and computed points, and their difference over the number of spheres.
@@ -85,22 +85,22 @@ def curve_figure(
         Rows of one case.
     truth
         The closed form over what the rows vary.
-    between
+    limits
         Ends of the axis.
     label
         Name and unit on the axis.
     """
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
-    x = np.linspace(*between, 600)
+    x = np.linspace(*limits, 600)
     left.plot(
         x, [truth(value) for value in x], color=style.BARE, lw=1.3, label="closed form, e = 0"
     )
     for i, size in enumerate(_resolutions(rows)):
-        one = [row for row in rows if row.resolution == size]
+        members = [row for row in rows if row.resolution == size]
         left.plot(
-            [row.at for row in one],
-            [row.computed for row in one],
+            [row.at for row in members],
+            [row.computed for row in members],
             ls="none",
             marker=style.MARKERS[i],
             ms=5.5,
@@ -108,18 +108,18 @@ def curve_figure(
             mfc=style.PLACES[i] if size == _resolutions(rows)[-1] else "white",
             label=f"LIGGGHTS, {spheres_text(size)}",
         )
-    held = [row.at for row in rows if row.held]
-    beyond = [row.at for row in rows if row.at > max(held)]
-    if beyond:
-        left.axvspan(0.5 * (max(held) + min(beyond)), between[1], color="#eeeeee", lw=0)
+    compared = [row.at for row in rows if row.held]
+    uncompared = [row.at for row in rows if row.at > max(compared)]
+    if uncompared:
+        left.axvspan(0.5 * (max(compared) + min(uncompared)), limits[1], color="#eeeeee", lw=0)
         left.annotate(
-            "shown without tolerance", (between[1], 0.02), (-3, 0),
+            "shown without tolerance", (limits[1], 0.02), (-3, 0),
             xycoords=("data", "axes fraction"), textcoords="offset points", ha="right",
             fontsize=7, color=GREY,
         )  # fmt: skip
     left.set_xlabel(label)
     left.set_ylabel("energy per cycle / $m A^2 \\omega^2$, –")
-    left.set_xlim(*between)
+    left.set_xlim(*limits)
     left.set_ylim(bottom=0)
     left.legend(loc="upper left")
     _difference_axes(right, rows)
@@ -127,15 +127,15 @@ def curve_figure(
 
 
 def _difference_axes(axes: Axes, rows: Sequence[Row]) -> None:
-    found = differences(rows)
+    errors = differences(rows)
     axes.loglog(
-        list(found),
-        [float(np.mean(values)) for values in found.values()],
+        list(errors),
+        [float(np.mean(values)) for values in errors.values()],
         color=style.BARE,
         marker="o",
         ms=5,
     )
-    axes.xaxis.set_major_locator(ticker.FixedLocator(list(found)))
+    axes.xaxis.set_major_locator(ticker.FixedLocator(list(errors)))
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_locator(ticker.NullLocator())
     axes.set_xlabel("number of spheres, –")

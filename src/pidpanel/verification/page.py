@@ -1,7 +1,7 @@
 """The page of verification: what every stage computes beside what is known.
 
 The rows of `pidpanel.verification.rows` come from any stage. Cases with a curve or a convergence to
-show have a figure (`SHOWN`), all others a table alone.
+show have a figure (`PRESENTATIONS`), all others a table alone.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pidpanel.verification.rows import Row, read_rows
 
 
 @dataclass(frozen=True)
-class Shown:
+class Presentation:
     """What the section of a case has besides its table.
 
     Attributes
@@ -66,8 +66,8 @@ def percent(row: Row, value: float, sign: str = "") -> str:
     return text.replace("-", "−")
 
 
-SHOWN = {
-    contacts.COLLISION: Shown(
+PRESENTATIONS = {
+    contacts.COLLISION: Presentation(
         "collision",
         "A coefficient of restitution e means that the share 1 − e² of the energy of the "
         "relative motion is lost. The computed loss depends on the instant within a time step "
@@ -77,7 +77,7 @@ SHOWN = {
         "to the step.",
         collision_figure,
     ),
-    shaken.SLUG: Shown(
+    shaken.SLUG: Presentation(
         "slug",
         "A perfectly inelastic body in a shaken box is collected by one wall, thrown, and "
         "collides with the other. LIGGGHTS has no perfectly inelastic sphere (it rejects e ≤ "
@@ -93,7 +93,7 @@ SHOWN = {
         "the number of spheres.",
         slug_figure,
     ),
-    shaken.FLOOR: Shown(
+    shaken.FLOOR: Presentation(
         "floor",
         "The same beds on a shaken floor under gravity, without a lid. The body rests on the floor "
         "until the floor falls away from it, flies, and lands without rebound. Near Γ = 3.3 it has "
@@ -137,20 +137,20 @@ def _table(caption: str, rows: Sequence[Row], *, folded: bool = False) -> Table:
 
 
 def _section(case: str, rows: Sequence[Row], index: int) -> PageSection:
-    shown = SHOWN.get(case)
+    entry = PRESENTATIONS.get(case)
     blocks: list[Block] = []
-    if shown:
-        blocks.append(Paragraph(shown.text))
-        blocks.append(Picture(shown.name, style.png(shown.figure(rows)), shown.caption))
-    held = [row for row in rows if row.held]
+    if entry:
+        blocks.append(Paragraph(entry.text))
+        blocks.append(Picture(entry.name, style.png(entry.figure(rows)), entry.caption))
+    compared = [row for row in rows if row.held]
     sources = "; ".join(dict.fromkeys(row.source for row in rows))
-    blocks.append(_table(f"Reference: {sources}", held))
-    others = [row for row in rows if not row.held]
-    if others:
+    blocks.append(_table(f"Reference: {sources}", compared))
+    extras = [row for row in rows if not row.held]
+    if extras:
         blocks.append(
-            _table(f"{len(others)} more numbers, shown without a tolerance", others, folded=True)
+            _table(f"{len(extras)} more numbers, shown without a tolerance", extras, folded=True)
         )
-    return PageSection(shown.name if shown else f"case-{index}", case, blocks)
+    return PageSection(entry.name if entry else f"case-{index}", case, blocks)
 
 
 def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -191,16 +191,16 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
     cases = _by_case(rows)
     overview = []
     for case, members in cases.items():
-        held = [row for row in members if row.held]
-        if not held:
+        compared = [row for row in members if row.held]
+        if not compared:
             raise ValueError(f"case '{case}': no row with a tolerance")
-        worst = _worst(held)
-        met = sum(row.met for row in held)
+        worst = _worst(compared)
+        met = sum(row.met for row in compared)
         overview.append(
             [
                 case,
-                f"{met} of {len(held)}",
-                "met" if met == len(held) else "NOT MET",
+                f"{met} of {len(compared)}",
+                "met" if met == len(compared) else "NOT MET",
                 f"{worst.quantity}: {percent(worst, worst.error, '+')}, tolerance "
                 f"{percent(worst, worst.tolerance)}",
             ]
@@ -213,11 +213,11 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
     ]
     for case in (shaken.SLUG, shaken.FLOOR):
         if case in cases:
-            told = ", ".join(
+            errors = ", ".join(
                 f"{number(float(np.mean(values)), 2)} with {spheres_text(size)}"
                 for size, values in differences(cases[case]).items()
             )
-            summary.append(f"{case}: mean difference in E/(m A²ω²) {told}.")
+            summary.append(f"{case}: mean difference in E/(m A²ω²) {errors}.")
     return Page(
         title="Verification: computed results against known references",
         facts=[

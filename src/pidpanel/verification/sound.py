@@ -38,9 +38,9 @@ def sine_panel(
     axes = []
     for side, count in zip(SIDES, elements, strict=True):
         edge = side / count
-        at = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
-        axes.append((at, np.tile(weight * edge / 2, count)))
-    x, y = (one.ravel() for one in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
+        positions = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
+        axes.append((positions, np.tile(weight * edge / 2, count)))
+    x, y = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
     shape = [np.sin(m * np.pi * x / SIDES[0]) * np.sin(n * np.pi * y / SIDES[1]) for m, n in modes]
     area = np.outer(axes[0][1], axes[1][1]).ravel()
     return PanelQuadrature(np.stack([x, y], axis=1), area, np.stack(shape, axis=1))
@@ -72,7 +72,7 @@ def field_rows(folder: Path) -> list[Row]:
                 )
             )  # fmt: skip
     modes = list(ADDED_VOLUME)
-    static = tabulate_added_mass(36.6, sine_panel(modes)).at([0.0])[0]
+    static = tabulate_added_mass(36.6, sine_panel(modes)).matrix([0.0])[0]
     rows += [
         Row(
             case, f"added mass over density of mode {mode}, k = 0", float(static[i, i].real),
@@ -85,8 +85,9 @@ def field_rows(folder: Path) -> list[Row]:
     rows.append(
         Row(
             "Rigid piston with free edges, 1.5 m × 1 m", "added mass over density, k = 0",
-            float(tabulate_added_mass(36.6, piston).at([0.0])[0, 0, 0].real), piston_volume(*SIDES),
-            "m3", 1e-3, "integral over wavenumber", "closed form of ∬∬ dA dA′/R over a rectangle",
+            float(tabulate_added_mass(36.6, piston).matrix([0.0])[0, 0, 0].real),
+            piston_volume(*SIDES), "m3", 1e-3, "integral over wavenumber",
+            "closed form of ∬∬ dA dA′/R over a rectangle",
         )
     )  # fmt: skip
     return rows
