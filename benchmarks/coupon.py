@@ -25,7 +25,7 @@ import numpy as np
 from pidpanel.check import checked_study
 from pidpanel.coupon import cycles, rows, runs
 from pidpanel.coupon.bed import Run
-from pidpanel.coupon.cases import Case, Target
+from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.estimate import PLAN, cpu_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest
@@ -224,7 +224,7 @@ def accuracy() -> None:
             )
 
 
-def after(run: Run, target: Target, bed: Path, folder: Path) -> Path:
+def after(run: Run, target: RunTarget, bed: Path, folder: Path) -> Path:
     """The bed that another run leaves behind, brought to rest: a warm start."""
     runs.shake(run, target, bed, folder / "run")
     places = output.read_dump(
@@ -242,7 +242,7 @@ def after(run: Run, target: Target, bed: Path, folder: Path) -> Path:
     return folder
 
 
-def first_reading(run: Run, target: Target, read: np.ndarray, mass: float) -> tuple[int, float]:
+def first_reading(run: Run, target: RunTarget, read: np.ndarray, mass: float) -> tuple[int, float]:
     """Cycles after which the rules of `runs.shake` would have ended a run, and its C_e then."""
     done = target.min_cycles
     while True:

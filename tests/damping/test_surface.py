@@ -124,7 +124,8 @@ def test_towards_the_onset_dissipation_dies_away_without_a_jump(surface):
 
 
 def test_without_gravity_there_is_no_onset():
-    assert DampingSurface.from_frame(frame(), onset_g=0.0).at(0.5, [100.0], 0.01).equivalent_damping
+    surface = DampingSurface.from_frame(frame(), onset_g=0.0)
+    assert surface.evaluate(0.5, [100.0], 0.01).equivalent_damping
 
 
 def test_the_share_of_the_onset_is_that_of_the_kinetic_energy_at_lift_off():

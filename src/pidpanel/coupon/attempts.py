@@ -23,7 +23,7 @@ import numpy as np
 
 from pidpanel.coupon import coding, cycles, rows, states
 from pidpanel.coupon.bed import Bed, Run
-from pidpanel.coupon.cases import Case, Target
+from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import (
     BY_INPUTS,
@@ -171,7 +171,7 @@ def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
         (source / name).replace(folder / name)
 
 
-def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOutcome:
+def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> ShakeOutcome:
     """Shake a run in a folder.
 
     Parameters
@@ -193,7 +193,7 @@ def shake_run(run: Run, target: Target, bed_file: Path, folder: Path) -> ShakeOu
 
 
 def shake_seeds(
-    seeds: Sequence[Run], target: Target, bed_files: Sequence[Path], folders: Sequence[Path]
+    seeds: Sequence[Run], target: RunTarget, bed_files: Sequence[Path], folders: Sequence[Path]
 ) -> list[ShakeOutcome]:
     """Shake each seed of a case; seeds that are apart continue.
 
@@ -274,7 +274,7 @@ def _with_time_of(
     ]
 
 
-def first_target(case: Case) -> Target:
+def first_target(case: Case) -> RunTarget:
     """Target to which each run of a case is shaken before the seeds are held against each other."""
     target = case.target
     if not case.state_cycles:
@@ -295,7 +295,7 @@ def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bo
     return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
 
 
-def _shake_all(case: Case, target: Target, folder: Path) -> list[ShakeOutcome]:
+def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[ShakeOutcome]:
     """Shake all runs of a case to a target; what they leave is that of the case's own."""
     beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
     outcomes = shake_seeds(case.runs, target, beds, case.folders(folder))

@@ -37,7 +37,7 @@ from pidpanel.coupon.packing import identity_digest
 
 
 @dataclass(frozen=True)
-class Target:
+class RunTarget:
     """How long a run lasts. Not part of what a run is: it continues where it stopped.
 
     Attributes
@@ -57,15 +57,15 @@ class Target:
         """A part of the name of the file that says how a run ended."""
         return f"{100 * self.relative_error:.9g}pc_{self.min_cycles}to{self.max_cycles}"
 
-    def as_strict_as(self, reference: Target) -> Target:
+    def as_strict_as(self, reference: RunTarget) -> RunTarget:
         """Return the target that satisfies another too.
 
         Examples
         --------
-        >>> Target(0.05, 12, 400).as_strict_as(Target(0.1, 20, 200))
-        Target(relative_error=0.05, min_cycles=20, max_cycles=400)
+        >>> RunTarget(0.05, 12, 400).as_strict_as(RunTarget(0.1, 20, 200))
+        RunTarget(relative_error=0.05, min_cycles=20, max_cycles=400)
         """
-        return Target(
+        return RunTarget(
             min(self.relative_error, reference.relative_error),
             max(self.min_cycles, reference.min_cycles),
             max(self.max_cycles, reference.max_cycles),
@@ -99,7 +99,7 @@ class Case:
     runs: tuple[Run, ...]
     youngs_modulus: float
     relative_error: float
-    target: Target
+    target: RunTarget
     varied: Mapping[str, Any] = field(default_factory=dict)
     reserve: tuple[Run, ...] = ()
     state_cycles: int = 0

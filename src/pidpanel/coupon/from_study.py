@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.bed import LOOSENING, Bed, run_at
-from pidpanel.coupon.cases import Case, Target
+from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.packing import Constants, Packing
 from pidpanel.coupon.round import Round
@@ -188,7 +188,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
         for bed in beds[: None if state_cycles else accuracy.seeds]
     )
     fewest = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
-    target = Target(
+    target = RunTarget(
         relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
         min_cycles=fewest,
         max_cycles=max(accuracy.max_cycles, fewest),

@@ -14,7 +14,7 @@ from pathlib import Path
 from pidpanel.coupon import coding
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.bed import Bed, Run
-from pidpanel.coupon.cases import Target
+from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
 from pidpanel.coupon.packing import Packing
 
@@ -160,7 +160,7 @@ class ShakeOutcome(Attempt):
     """What became of a run; ``found`` is None after a failure."""
 
     run: Run
-    target: Target
+    target: RunTarget
     found: Shaken | None
     seeds: int = 0
     """Seeds of its case that were run: more than the case has runs where its cells are in several

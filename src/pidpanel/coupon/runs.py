@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pidpanel.coupon import deadline, geometry, rows, window
 from pidpanel.coupon.bed import Run
-from pidpanel.coupon.cases import Target
+from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
@@ -47,7 +47,7 @@ CHECKPOINT = 600.0
 cycle by cycle, so that a restart after any of them changes no bit of it."""
 
 
-def shake(run: Run, target: Target, bed_folder: Path, folder: Path) -> Shaken:
+def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken:
     """Shake one run until its error target or its last cycle: files in ``folder``.
 
     ``shake_<leg>.in`` runs again under ``liggghts -in``; ``cycles_<leg>.txt`` are the rows,
@@ -106,7 +106,7 @@ def cycles_between_restarts(run: Run, spheres: int) -> int:
     return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
 
 
-def _judged(run: Run, target: Target, state: RunState, folder: Path) -> tuple[int, bool]:
+def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple[int, bool]:
     """Cycles that a target takes, and whether its error is met in them.
 
     As far as rows are there: more cycles than the state has are still to be run.
@@ -171,7 +171,7 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
     return End(done, balance, files_of(folder, [last])[last])
 
 
-def _resumed(run: Run, target: Target, bed_folder: Path, folder: Path) -> RunState | None:
+def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> RunState | None:
     """The state of a folder from which the run can continue.
 
     Raises
