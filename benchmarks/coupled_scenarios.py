@@ -7,7 +7,7 @@ with the mean of the other runs of its scenario: z is the difference over both e
 
     python benchmarks/coupled_scenarios.py [folder] [runs]
 
-About an hour and a half on two cores for four runs. Records are kept in the folder and not made
+About forty minutes on two cores for two runs. Records are kept in the folder and not made
 again. The table of docs/coupled.md is printed.
 """
 
@@ -149,7 +149,7 @@ def counted(table: pd.DataFrame) -> pd.DataFrame:
 def main() -> None:
     """Make the records and print the table."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "build/coupled_scenarios").resolve()
-    count = int(sys.argv[2]) if len(sys.argv) > 2 else 4
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 2
     labels = list(coupled_scenarios(studied(folder).study))
     wanted = [(label, number) for number in range(1, count + 1) for label in labels]
     with ProcessPoolExecutor(2) as pool:
