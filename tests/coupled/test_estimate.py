@@ -182,7 +182,7 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
     assert np.abs((bands[0] - bands[1]) / noisy.log_band_error).max() < 4
     # and errors are those of noise
     ratio = patch.equivalent_damping_error / patch_quiet.equivalent_damping_error
-    assert ratio.min() > 5
+    assert np.median(ratio) > 8
     assert np.all(noisy.log_error > 1.5 * quiet.log_error)
 
 

@@ -14,7 +14,7 @@ from pidpanel.coupon.records import End, MeasuredBalance, RunState
 
 BALANCE = MeasuredBalance(EnergyBalance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
 ENDS = (End(12, BALANCE, "d" * 64), End(18, None, "e" * 64))
-STATE = RunState("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", ENDS, "b" * 64)
+STATE = RunState("a" * 64, 144, 7.1e-4, (12, 6), "at_18.restart", ENDS, 2)
 
 
 @pytest.mark.parametrize("state", [STATE, RunState("a", 1, 1e-6)])
