@@ -308,7 +308,7 @@ class Model:
         sides = {study.response.radiation, study.response.radiation_beside} - {"none"}
         air = folder / "air.nc" if sides else None
         force = folder / "modal_force.nc"
-        with contextlib.redirect_stderr(io.StringIO()):  # what the log of the stage is told
+        with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
             write_sound(study, read_basis(files["modes.nc"]), folder / "spectrum.csv", force, air)
             compares_radiation = study.response.radiation_beside != "none"
             names = RESPONSE_FILES if compares_radiation else RESPONSE_FILES[:-1]

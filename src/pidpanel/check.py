@@ -240,7 +240,7 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
         return
     try:
         weight = section_of(panel).mass_per_area * abs(signed_area(panel.outline.corners))
-    except ValueError:  # told of the section
+    except ValueError:  # reported for the section
         return
     for name, mass in panel.masses.items():
         if mass.mass_kg > MOST_CARRIED * weight:

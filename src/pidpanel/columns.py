@@ -19,9 +19,9 @@ from pidpanel.arrays import Array
 from pidpanel.text_files import TextFileError, lines_of, read_text
 
 MOST_FAULTS = 20
-"""That are told of one file."""
+"""Most mistakes reported per file."""
 MOST_ALIKE = 3
-"""Faults of one kind that are told each on its own."""
+"""Most mistakes of one kind reported on a line each."""
 LARGEST = 20_000_000
 """Most bytes of a table."""
 
@@ -29,7 +29,7 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class ColumnsError(ValueError):
-    """A table that is not read as it stands.
+    """A table with mistakes.
 
     Attributes
     ----------
@@ -194,7 +194,7 @@ def numbers(
             if name in columns:
                 says = _fault_of_cell(cell, value, columns[name])
                 if says:
-                    # the same is told of others once
+                    # one line stands for all mistakes of a kind
                     kind = f"{name}: {says.rpartition(': ')[2]}"
                     faults.setdefault(kind, []).append((line, f"{name} = {says}"))
             values.append(value)

@@ -180,7 +180,7 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
     scale = (2 * np.pi * LINES[:, None]) ** 4
     bands = [2 * np.log(band_rms(LINES, scale * psd, EDGE)) for psd in (noisy.psd, wanted)]
     assert np.abs((bands[0] - bands[1]) / noisy.log_band_error).max() < 4
-    # and errors are those of noise
+    # and errors are those of noise; where a resonance leaves much motion, 5 times those of silence
     ratio = patch.equivalent_damping_error / patch_quiet.equivalent_damping_error
     assert np.median(ratio) > 8
     assert np.all(noisy.log_error > 1.5 * quiet.log_error)

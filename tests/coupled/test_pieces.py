@@ -99,3 +99,15 @@ def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys
         said = capsys.readouterr().err
         assert "restarted from the beginning" in said
         assert "resumed at" not in said
+
+
+def test_other_bits_of_a_run_need_another_integration_version(run, tmp_path):
+    # red: MODULUS changed by 1e-6; if integration changes, give it the next number and new values
+    row = 100
+    record = run(tmp_path)
+    impulse = record.impulse[row]
+    assert pieces.INTEGRATION_VERSION == 1
+    assert [impulse.sum(), (impulse**2).sum(), *record.at_points[row]] == pytest.approx(
+        [-12.971627898105332, 80.1774583469781, 0.00033585350340691115, 0.0009130323049896234],
+        rel=1e-7,
+    )

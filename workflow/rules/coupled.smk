@@ -1,4 +1,4 @@
-# Panel and particles in one time integration, for the reading `coupled`.
+# Panel and particles in one time integration, for the damping model `coupled`.
 
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 
@@ -7,8 +7,7 @@ COUPLED = {
     name: results(f"coupled/{name}.csv")
     for name in ("summary", "third_octaves", "impedance", "psd")
 }
-# the beds of the first runs are poured and shaken loose by the rules of the coupon, those of
-# further runs where they are wanted
+# rules of the coupon prepare the beds of the first runs; further runs prepare their own
 RUNS.add_beds(bed for scenario in COUPLED_SCENARIOS.values() for bed in scenario.beds[0])
 
 

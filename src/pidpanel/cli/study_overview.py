@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # slow to import, and a study of the coupon alone needs none 
     from pidpanel.study.panel import Panel
 
 MODES = 6
-"""First natural frequencies that are told."""
+"""Number of natural frequencies listed."""
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 """Elements that are solved in about four seconds, by section and kind."""
 MOST_OF_OTHERS = 8000

@@ -1,9 +1,9 @@
-"""Where a run stands, in files from which it goes on to the same bits.
+"""Checkpoints, from which a run resumes with identical results.
 
-A run is integrated in pieces, each in a process of its own that starts from the files which the
-piece before has left: of the panel a state, of every patch a restart of LIGGGHTS and the forces on
-its spheres. A run that was never stopped goes the same way. Files of another run, or with a changed
-byte, do not count; the run then begins anew.
+A run is integrated in pieces. Each has its own process and starts from the files of the piece
+before: the state of the panel, and for every patch a restart of LIGGGHTS and the forces on its
+spheres. A run that was never stopped does the same. Files of another run, or with a changed byte,
+are ignored, and the run starts from the beginning.
 """
 
 from __future__ import annotations

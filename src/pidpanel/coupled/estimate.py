@@ -55,7 +55,7 @@ class PatchEstimate:
     own
         PSD and coherence of the own force.
     own_error
-        (bands,) relative standard error of its PSD [1].
+        (bands,) relative standard error of the PSD of the own force on the whole patch [1].
     common_error
         Relative standard error of all C_e together, from the motion of the records to that of the
         panel [1].
@@ -152,7 +152,7 @@ def estimate(
     factors = Variants.of(panel, frequency, centre, impedances, own).at_motion(squares)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
     variants = Variants.of(panel, frequency, centre, carried, own)
-    variance = _variance(variants, fits, factors, bias)
+    variance = _variance(variants, fits, carried, factors, bias)
     recorded, predicted = _mean_squares(variants, runs, impedances, fits, edge)
     band_residual, band_excess = _residual(recorded, predicted)
     residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
@@ -290,21 +290,23 @@ def _mean_squares(
 
 
 def _variance(
-    variants: Variants, fits: Sequence[_PatchFit], factors: Array, bias: float
+    variants: Variants,
+    fits: Sequence[_PatchFit],
+    carried: Sequence[BandImpedance],
+    factors: Array,
+    bias: float,
 ) -> Callable[[Callable[[Array], Array]], Array]:
     """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
-    carried = list(variants.impedances)
 
     def changed(p: int, impedance: Impedance, ratio: Array | None = None) -> Array:
-        impedances = [*carried[:p], impedance, *carried[p + 1 :]]
+        impedances: list[Impedance] = [*carried[:p], impedance, *carried[p + 1 :]]
         ratios = [np.ones(len(variants.centre)) for _ in fits]
         if ratio is not None:
             ratios[p] = ratio
         return variants.change(impedances, ratios)
 
     independent, jackknifed = [], []
-    for p, (fit, factor) in enumerate(zip(fits, factors.tolist(), strict=True)):
-        z = fit.sums.impedance().scaled(factor)
+    for p, (fit, z, factor) in enumerate(zip(fits, carried, factors.tolist(), strict=True)):
         independent += [changed(p, deviated) for deviated in z.deviated()]
         jackknifed += [
             [changed(p, fewer.scaled(factor)) for fewer in fit.impedances_of_fewer_cells()],
@@ -312,10 +314,8 @@ def _variance(
             [changed(p, z, ratio) for ratio in fit.ratios(over="segments")],
         ]
     power = EXPONENT_ERROR / EXPONENT
-    scaled = [
-        fit.sums.impedance().scaled(f ** (1 + power)) for fit, f in zip(fits, factors, strict=True)
-    ]
-    independent.append(variants.change(scaled, None))
+    further = [z.scaled(factor**power) for z, factor in zip(carried, factors, strict=True)]
+    independent.append(variants.change(further, None))
 
     def variance(of: Callable[[Array], Array]) -> Array:
         parts = [of(change) ** 2 for change in independent]

@@ -34,8 +34,9 @@ PIECE_S = 8.0
 always the same."""
 
 INTEGRATION_VERSION = 1
-"""Of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
-`coupon.liggghts.library`. It grows when the bits of a run change; a run then starts anew."""
+"""Version of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
+`coupon.liggghts.library`. A change of the bits of a run needs a new number; runs are then
+integrated again."""
 
 
 class StartedBed(NamedTuple):

@@ -1,6 +1,6 @@
 """What the seeds of a case give, and what speaks against them.
 
-Nothing here enters a label: changed code makes the table anew from the rows that are there.
+Nothing here enters a label: changed code makes the table again from the stored rows.
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ class ShakeOutcome(Attempt):
     states; 0 where that was not looked for."""
 
     def check_run(self, run: Run, file: Path) -> None:
-        """Refuse what another run has left in the place of this one; a deck may have moved.
+        """Refuse a record of another run; a deck may have moved.
 
         Raises
         ------

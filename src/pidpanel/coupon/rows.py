@@ -1,7 +1,7 @@
 """Rows of a run: read from its folder, and what they say of C_e and m_a.
 
 A run has a row a cycle, in the files of its legs. Nothing here enters a label: changed code judges
-the rows that are there anew.
+the stored rows again.
 """
 
 from __future__ import annotations

@@ -177,7 +177,8 @@ def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Run
     Raises
     ------
     FileDamaged, RecordUnreadable, LogTruncated
-        If its rows or its state are not those that were written; the run is begun anew then.
+        If its rows or its state are not those that were written; the run then starts from the
+        beginning.
     """
     state = RunState.read(folder)
     if state is None or state.run != run.identity:

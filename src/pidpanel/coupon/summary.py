@@ -1,6 +1,6 @@
 """From the runs of a case to its row in ``cases.csv``.
 
-Nothing here enters a label: changed code makes the table anew from the rows that are there.
+Nothing here enters a label: changed code makes the table again from the stored rows.
 """
 
 from __future__ import annotations

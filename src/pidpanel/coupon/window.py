@@ -1,7 +1,7 @@
 """The window of a run in which all contacts are listed, and its energy balance.
 
 Nothing here enters a label. A run whose balance was measured by another version of the algorithm
-(`BALANCE_VERSION`) keeps its rows and has its balance measured anew.
+(`BALANCE_VERSION`) keeps its rows and its balance is measured again.
 """
 
 from __future__ import annotations

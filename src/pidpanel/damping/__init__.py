@@ -7,7 +7,7 @@
 `gaussian_process`, `jump`, `sides`
     What it is made of: smooth functions, where beds begin to cross the gap, both put together.
 `tables`, `table_files`, `interpolation`
-    Measured or foreign damping as CSV, read as it stands; refused line by line.
+    Measured or foreign damping as CSV; mistakes are reported by line.
 `constants`
     C_e and m_a as numbers, a loss factor.
 `laws`

@@ -2,7 +2,7 @@
 
 With η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and x = W/L, the stroke over the clear gap (`clear_gap`):
 
-- ``paper``: Eq. 5 and 6 with constants fitted anew, independent of Γ;
+- ``paper``: Eq. 5 and 6 with fitted constants, independent of Γ;
 - ``paper_level``: the same times Γ^c;
 - ``groups``: η = h A r^p Γ^−q x^s, a power law of the dimensionless groups;
 - ``two_regimes``: η = h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)]. The first term is the agitated bed,

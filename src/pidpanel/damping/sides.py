@@ -15,7 +15,7 @@ jump together, ln C_e and m_a, err together by the last term.
 
 What the processes take for noise belongs to the error of g: it is the scatter between packings and
 what changes over less than the distance between cases. It is as wide as `GRAIN`. Where beds are
-known to be restless, further noise of theirs is told.
+known to be restless, their further noise is reported.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ ERRORS: Mapping[str, str] = {
 
 
 class TableError(ColumnsError, DampingError):
-    """A table that is not read as it stands; see `ColumnsError`."""
+    """A table of damping with mistakes; see `ColumnsError`."""
 
 
 POSITIVE, NOT_NEGATIVE, ANY = Allowed(0.0, low_itself=False), Allowed(0.0), Allowed()

@@ -1,4 +1,4 @@
-"""Measured or foreign damping, read as it stands; and the surface of cases as such a table.
+"""Tables of measured or foreign damping; the surface of cases as such a table.
 
 What is given is interpolated, `interpolation`, and C_e and m_a follow from it:
 

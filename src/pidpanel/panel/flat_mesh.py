@@ -26,12 +26,12 @@ GMSH_CORNERS = {2: 3, 3: 4}
 PATCH_AREA_TOLERANCE = 0.02
 # Of the extent: two nodes closer than this are one, a node further than this is off the plane.
 CLOSE = 1e-7
-# Of one file, that are told.
+# Most mistakes reported per file.
 MOST_FAULTS = 20
 
 
 class MeshFileError(ValueError):
-    """A mesh file that is not read as it stands.
+    """A mesh file with mistakes.
 
     Attributes
     ----------

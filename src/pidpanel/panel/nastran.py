@@ -121,7 +121,7 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
             yield pending
         pending = number, name, fields
         if name not in ("GRID", *CORNERS, *IGNORED):
-            if name not in unknown:  # told once
+            if name not in unknown:  # reported once
                 faults.append(f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}")
             unknown.add(name)
             pending = number, IGNORED[0], fields

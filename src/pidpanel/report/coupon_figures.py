@@ -104,7 +104,7 @@ FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
 ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
 FEW_TICKS = 6
-"""Values of a sweep that are all told on the axis, at most."""
+"""Most values of a sweep for a tick at each."""
 
 
 def _draw_fill(

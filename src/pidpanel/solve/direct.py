@@ -5,7 +5,7 @@ nothing is gained by the bare panel's solution, and
 
     H = (Z₀ + Σ_p s_p D_p)⁻¹,      S_w = cᵀ H (S_p G) Hᴴ c
 
-is taken as it stands: x = H c for the motions c at the points, since H is symmetric.
+is used unchanged: x = H c for the motions c at the points, since H is symmetric.
 """
 
 from __future__ import annotations
@@ -186,7 +186,7 @@ class DirectMotions(Motions):
     panel
         The panel on the lines of the search.
     kept_bytes
-        Most memory for matrices that are kept; where it is not enough, they are made anew.
+        Most memory for matrices that are kept; where it is not enough, they are computed again.
     shapes_to
         The highest natural frequency of shapes that count on a line, over that of the line.
     """

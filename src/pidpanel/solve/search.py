@@ -115,7 +115,7 @@ def find_motions(
 
     The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
     it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
-    solved from x₀, anew until F agrees. One evaluation of F then gains about two digits.
+    solved from x₀, repeatedly until F agrees. One evaluation of F then gains about two digits.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
     """Return x and the largest |F(x) − x| where Anderson's method ends.
 
     Each step combines the ones before so that the surplus F(x) − x is least, and is cut to a
-    factor e² of Γ; where a step doubles the surplus, it starts anew from the best with half the
+    factor e² of Γ; where a step doubles the surplus, it restarts from the best with half the
     plain step. No derivative is needed.
     """
     x = np.asarray(start, dtype=np.float64)

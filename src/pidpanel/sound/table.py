@@ -36,7 +36,7 @@ COLUMNS = {
 
 
 class SpectrumTableError(ColumnsError, SpectrumError):
-    """A table of band levels that is not read as it stands; see `ColumnsError`."""
+    """A table of band levels with mistakes; see `ColumnsError`."""
 
 
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
@@ -131,7 +131,7 @@ def _band_numbers(lines: Sequence[int], center: Array) -> tuple[list[int], list[
     """Return N of the nearest exact centre 10^(N/10) for each stated centre, and what has none."""
     band_numbers, faults = [], []
     for line, stated in zip(lines, center, strict=True):
-        if not stated > 0:  # told already
+        if not stated > 0:  # reported already
             continue
         number = round(10 * math.log10(stated))
         exact = float(center_frequency(number))

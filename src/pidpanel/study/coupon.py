@@ -224,7 +224,7 @@ class Coupon(SectionModel):
             for index, value in enumerate(values):
                 if value in values[:index]:
                     yield Mistake(("vary", key, index), "duplicate value")
-        # a mistake of many combinations is told of the first
+        # a mistake of many combinations is reported for the first
         combinations: dict[Mistake, Mapping[str, Any]] = {}
         for chosen in self._combinations() if set(self.vary) <= set(allowed) else ():
             try:

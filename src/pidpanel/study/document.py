@@ -68,10 +68,10 @@ class Document:
         self.mistakes = loader.mistakes
 
     def error(self, mistakes: Iterable[Mistake]) -> StudyError:
-        """Return the error that tells mistakes, a line for each in the order of the file.
+        """Return the error with a line for each mistake, in the order of the file.
 
-        Those of the document are among them. Of a key without a value, of what holds it and of
-        what is then missing nothing else is told.
+        Those of the document are among them. For a key without a value nothing else is reported:
+        neither for the sections around it nor for what is then missing.
         """
         empty = [mistake.keys for mistake in self.mistakes if mistake.says == Loader.EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}

@@ -7,7 +7,7 @@ Nothing outside this folder speaks its language.
 `start_files`
     What a run starts from, as text: the data file of the spheres, the STL of the walls.
 `process`
-    The program as a process that is told what to do in the words of the coupon.
+    The program as a process, with commands in the words of the coupon.
 `output`
     What it wrote, read: logs, cycle rows, dumps.
 `failures`

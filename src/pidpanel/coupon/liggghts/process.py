@@ -1,11 +1,10 @@
-"""LIGGGHTS as a job: one process, one rank, told step by step what to do.
+"""LIGGGHTS as a process of one rank that receives commands step by step.
 
-What it can be told are the methods of `Liggghts`, in the words of the coupon; its own commands are
-nowhere else but here and in the templates. They go through the standard input, so a run can be
-prolonged without a restart until it is long enough, and are kept in a file that ``liggghts -in``
-runs again to the same bits. If the caller dies, LIGGGHTS is killed with it; if LIGGGHTS is silent
-for far longer than what it was told takes, it is killed by the caller: it can hang for ever, in a
-damaged restart for one.
+The methods of `Liggghts` are in the words of the coupon. Commands of LIGGGHTS occur only here and
+in the templates. They go through the standard input, so a run can be prolonged without a restart,
+and are kept in a file that ``liggghts -in`` runs again to the same bits. If the caller dies,
+LIGGGHTS is killed with it. If LIGGGHTS is silent far longer than its commands take, the caller
+kills it: it can hang for ever, for example in a damaged restart.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ is suspended."""
 
 RUN, CYCLE = "run {steps}", "run {steps} post no"
 """Commands that move the spheres; they enter the labels of what is run by them. A run goes cycle by
-cycle: LIGGGHTS lists the neighbours anew at the start of each, as it does after a restart, so a run
+cycle: LIGGGHTS lists neighbours again at the start of each, as it does after a restart, so a run
 that goes on and one that never stopped have the same rows to the last bit."""
 
 LONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0"}
@@ -186,7 +185,7 @@ class Liggghts:
                 f"{COMMAND}: reports {first.strip()!r}; version {VERSION} is required"
             )
 
-    # -------------------------------------------------------------- what it can be told
+    # ------------------------------------------------------------------------ commands
 
     def read_deck(self, text: str) -> None:
         """Set up a simulation.
@@ -234,7 +233,7 @@ class Liggghts:
         return self._execute(
             f"log none\nrun 0\nrun {steps} pre no post no every {stride} "
             f'"next {" ".join(variables)}"',
-            steps=stride,  # the start of each line of the files is told
+            steps=stride,  # the start of each line of the files is given
         )
 
     def run_and_dump(
@@ -322,7 +321,7 @@ class Liggghts:
             text = self.log.read_text(errors="replace")
             output.check_log(text, str(self.log), last_step=last_step, atoms=spheres)
 
-    # -------------------------------------------------------------- how it is told
+    # ------------------------------------------------------------------------ transport
 
     def _lines(self, action: str, steps: int = 0) -> Iterator[str]:
         """Yield the lines that the process prints; after a silence of `_patience` it is killed."""
