@@ -29,13 +29,7 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class ColumnsError(ValueError):
-    """A table with mistakes.
-
-    Attributes
-    ----------
-    faults : tuple of str
-        One line each: file, line, column, value and what is allowed.
-    """
+    """A table with mistakes."""
 
     def __init__(self, faults: Sequence[str]) -> None:
         if len(faults) > MOST_FAULTS:
@@ -70,26 +64,13 @@ class Allowed(NamedTuple):
 
 
 class TableRows(NamedTuple):
-    """A table as text.
-
-    Attributes
-    ----------
-    path : Path
-    comments : list of (int, str)
-        Lines that begin with ``#``: number and text.
-    header : list of str
-        Names of the columns, and
-    line : int
-        where they are.
-    rows : list of (int, list of str)
-        Number and cells of each line with values.
-    """
+    """A table as text."""
 
     path: Path
-    comments: list[tuple[int, str]]
-    header: list[str]
-    line: int
-    rows: list[tuple[int, list[str]]]
+    comments: list[tuple[int, str]]  # number and text of lines that begin with ``#``
+    header: list[str]  # names of the columns
+    line: int  # of the header
+    rows: list[tuple[int, list[str]]]  # number and cells of each line with values
 
 
 def read_rows(path: Path) -> TableRows:

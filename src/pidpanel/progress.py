@@ -16,13 +16,6 @@ SECONDS_BETWEEN_LINES = 20.0
 def time_left(elapsed: float, done: int, total: int) -> timedelta:
     """Return the time that the rest takes at the mean pace so far, in whole seconds.
 
-    Parameters
-    ----------
-    elapsed
-        Time since the first began [s].
-    done, total
-        How many are done, and how many there are.
-
     Examples
     --------
     >>> str(time_left(60.0, 10, 40))

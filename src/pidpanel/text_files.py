@@ -14,15 +14,7 @@ UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
 class TextFileError(ValueError):
-    """A file that is no text, or cannot be read.
-
-    Attributes
-    ----------
-    line : int or None
-        Where; None for the file as a whole.
-    says : str
-        What is wrong.
-    """
+    """A file that is no text, or cannot be read."""
 
     def __init__(self, says: str, line: int | None = None) -> None:
         self.says, self.line = says, line
@@ -64,11 +56,6 @@ def read_text(path: Path, most: int = LARGEST) -> str:
 
 def decoded(data: bytes) -> str:
     r"""Return the text of bytes in UTF-8, without its mark.
-
-    Raises
-    ------
-    TextFileError
-        If it is another encoding, or no text.
 
     Examples
     --------

@@ -20,18 +20,7 @@ OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command ``pidpanel``.
-
-    Parameters
-    ----------
-    arguments
-        Those of the command line by default.
-
-    Returns
-    -------
-    int
-        Exit code. A mistake is printed to stderr, in one line each.
-    """
+    """Run the command ``pidpanel``."""
     try:
         from pidpanel.cli.parser import parsed
 

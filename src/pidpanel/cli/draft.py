@@ -29,14 +29,7 @@ FINER = 6
 
 @dataclass(frozen=True)
 class Draft:
-    """What is known of a study.
-
-    Attributes
-    ----------
-    title, size, supports, section, face_mm, core_mm, core_grade, thickness_mm, mass_kg_m2, \
-    stiffness_n_m, spectrum, oaspl, bead, bead_mm, cell_mm, table
-        As of ``pidpanel new --help``.
-    """
+    """What is known of a study."""
 
     title: str = ""
     size: tuple[float, float] = (1.5, 1.0)
@@ -98,15 +91,7 @@ OF_SECTION = {
 
 
 def questions(answers: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
-    """Ask for what is not known; an empty answer takes what stands in brackets.
-
-    Parameters
-    ----------
-    answers
-        Values by name of `Draft`.
-    ask
-        Shows a question and returns the answer, as `input`.
-    """
+    """Ask for what is not known; an empty answer takes what stands in brackets."""
     values = dict(answers)
     for name, (question, read) in QUESTIONS.items():
         draft = Draft(**values)

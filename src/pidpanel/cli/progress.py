@@ -43,21 +43,11 @@ _LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")
 
 @dataclass(frozen=True)
 class Cases:
-    """How many cases of a study ended how.
-
-    Attributes
-    ----------
-    total
-        Cases of the study.
-    done
-        Those whose runs have all ended.
-    failures
-        Failed ones by the name of the failure.
-    """
+    """How many cases of a study ended how."""
 
     total: int
-    done: int
-    failures: Mapping[str, int]
+    done: int  # whose runs have all ended
+    failures: Mapping[str, int]  # by the name of the failure
 
     @property
     def of_machine(self) -> int:
@@ -158,17 +148,7 @@ def last_line(log: Path) -> str:
 
 
 def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
-    """Return a line for each job of a study that failed in the last run and is still left.
-
-    Parameters
-    ----------
-    folder
-        In which Snakemake ran.
-    name
-        Of the study.
-    left
-        Jobs that are left, by their rule.
-    """
+    """Return a line for each job of a study that failed in the last run and is still left."""
     logs = sorted((folder / ".snakemake" / "log").glob("*.log"), key=lambda p: p.stat().st_mtime)
     failures: dict[str, None] = {}
     rule = ""

@@ -8,26 +8,7 @@ from pidpanel.cli.snakemake import RunError, jobs_left, run
 
 
 def make(study: Path, folder: Path, target: str, rule: str, *, force: bool = False) -> Path:
-    """Return the path of a result that one rule makes; make it where it is out of date.
-
-    Parameters
-    ----------
-    study
-        File of the study.
-    folder
-        That holds the folder ``results``.
-    target
-        The result, relative to that folder.
-    rule
-        That makes it.
-    force
-        Whether to make it even if it is up to date.
-
-    Raises
-    ------
-    RunError
-        If more than that is to be run, or the run fails.
-    """
+    """Return the path of a result that one rule makes; make it where it is out of date."""
     left = jobs_left(study, folder, target)
     unfinished = {name: count for name, count in left.items() if name != rule}
     if unfinished:

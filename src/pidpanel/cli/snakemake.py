@@ -69,12 +69,7 @@ def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
 
 
 def check_space(results: Path) -> None:
-    """Refuse to go on with a full disk.
-
-    Raises
-    ------
-    MachineError
-    """
+    """Refuse to go on with a full disk."""
     free = shutil.disk_usage(results).free
     if free < LEAST_SPACE:
         raise MachineError(
@@ -84,12 +79,7 @@ def check_space(results: Path) -> None:
 
 
 def check_memory() -> None:
-    """Refuse a limit on the memory of a process with which Snakemake cannot begin.
-
-    Raises
-    ------
-    MachineError
-    """
+    """Refuse a limit on the memory of a process with which Snakemake cannot begin."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
         raise MachineError(
@@ -99,13 +89,7 @@ def check_memory() -> None:
 
 
 def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
-    """Return how many jobs of each rule are to be run, from a dry run of Snakemake.
-
-    Raises
-    ------
-    RunError
-        With Snakemake's last word, if it cannot tell.
-    """
+    """Return how many jobs of each rule are to be run, from a dry run of Snakemake."""
     options = [*targets, "--dry-run", "--nolock", "-j1", "--logger", "pidpanel"]
     done = subprocess.run(
         command(study, folder, options),

@@ -24,52 +24,21 @@ RESIDUALS = 20
 
 
 class Cost(NamedTuple):
-    """What a stage takes.
-
-    Attributes
-    ----------
-    stage : str
-    seconds : float
-        CPU time [s].
-    memory : float
-        At most at the same time [bytes].
-    """
+    """What a stage takes."""
 
     stage: str
-    seconds: float
-    memory: float
+    seconds: float  # CPU time [s]
+    memory: float  # peak [bytes]
 
 
 def shape_count(area: float, half_wave: float, patches: int) -> int:
-    """Return about the number of shapes of a panel, by Weyl's law.
-
-    Parameters
-    ----------
-    area
-        [m²].
-    half_wave
-        Half the length of the free bending wave at the highest frequency of the modes [m].
-    patches
-        Number of them.
-    """
+    """Return about the number of shapes of a panel, by Weyl's law."""
     wavenumber = math.pi / half_wave
     return max(12, round(area * wavenumber**2 / (4 * math.pi))) + RESIDUALS * patches
 
 
 def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[Cost]:
-    """Return the costs of the stages from the panel to the report.
-
-    Parameters
-    ----------
-    coordinates
-        Free coordinates of the mesh.
-    shapes
-        As of `shape_count`.
-    lines
-        Frequency lines.
-    solves
-        Responses: scenarios times readings, with those in air.
-    """
+    """Return the costs of the stages from the panel to the report."""
     product = coordinates * shapes
     per_line = lines * shapes * shapes
     # of the basis against all elements, which takes fewer lines of larger panels

@@ -33,39 +33,17 @@ CORNERS = 20.0
 
 @dataclass(frozen=True)
 class PanelEstimate:
-    """The panel meshed and solved for its first modes.
+    """The panel meshed and solved for its first modes."""
 
-    Attributes
-    ----------
-    mesh
-        Of the study itself.
-    coordinates
-        Free coordinates of the mesh that was solved, scaled by elements to that of the study.
-    rigid
-        Number of rigid-body modes.
-    frequency
-        (n,) first natural frequencies [Hz]; None where nothing was solved.
-    elements
-        Of the mesh that was solved.
-    """
-
-    mesh: PanelMesh
-    coordinates: int
-    rigid: int
-    frequency: Array | None
-    elements: int
+    mesh: PanelMesh  # of the study
+    coordinates: int  # free, scaled by elements to the mesh of the study
+    rigid: int  # number of rigid-body modes
+    frequency: Array | None  # (n,) first natural frequencies [Hz]; None if nothing was solved
+    elements: int  # of the mesh that was solved
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
-    """Return what a study is and takes, a line for each thing that is checked first.
-
-    Parameters
-    ----------
-    study
-        One that is right (`check.checked_study`).
-    results
-        Folder of the results: what is there already is not counted.
-    """
+    """Return what a study is and takes, a line for each thing that is checked first."""
     lines = [summary(study)]
     costs = [*_coupon_cost(study, results)]
     if isinstance(study, Study):

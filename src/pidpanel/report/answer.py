@@ -39,46 +39,24 @@ PREFERRED = (
 
 @dataclass(frozen=True)
 class PointResponse:
-    """Acceleration of a scenario at a point.
+    """Acceleration of a scenario at a point."""
 
-    Attributes
-    ----------
-    rms, rms_error
-        Rms acceleration and its standard error [g]; NaN where no error is known.
-    reduction, reduction_error
-        Reduction against the bare panel and its standard error [dB].
-    dead_weight
-        Reduction by the same mass without damping [dB]; NaN where the mass is not known.
-    """
-
-    rms: float
-    rms_error: float
-    reduction: float
-    reduction_error: float
-    dead_weight: float = math.nan
+    rms: float  # [g]
+    rms_error: float  # [g]; NaN where no error is known
+    reduction: float  # against the bare panel [dB]
+    reduction_error: float  # [dB]
+    dead_weight: float = math.nan  # reduction by the same mass without damping [dB]; NaN if unknown
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A scenario that might be chosen.
-
-    Attributes
-    ----------
-    scenario
-        The scenario.
-    mass, share
-        Mass of its dampers [kg], and in percent of the panel; NaN where it is not known.
-    responses
-        Its acceleration by point; none without a steady response.
-    doubts
-        Why its numbers are not to be trusted, in a few words each.
-    """
+    """A scenario that might be chosen."""
 
     scenario: Scenario
-    mass: float
-    share: float
-    responses: dict[str, PointResponse]
-    doubts: tuple[str, ...]
+    mass: float  # of its dampers [kg]; NaN if unknown
+    share: float  # of the panel, in percent
+    responses: dict[str, PointResponse]  # by point; empty without a steady response
+    doubts: tuple[str, ...]  # why its numbers are not to be trusted
 
     @property
     def name(self) -> str:
@@ -88,30 +66,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class StudyAnswer:
-    """The bare panel and all scenarios at one level in one reading.
-
-    Attributes
-    ----------
-    reading
-        The reading.
-    oaspl
-        Overall level [dB].
-    points
-        Names of the moving points, that of the largest motion of the bare panel first.
-    bare
-        The bare panel.
-    candidates
-        Scenarios with a steady response, the largest reduction at the worst point first.
-    lost
-        Scenarios without one.
-    """
+    """The bare panel and all scenarios at one level in one reading."""
 
     reading: str
-    oaspl: float
-    points: tuple[str, ...]
+    oaspl: float  # [dB]
+    points: tuple[str, ...]  # those that move, the largest motion of the bare panel first
     bare: Candidate
-    candidates: tuple[Candidate, ...]
-    lost: tuple[Scenario, ...]
+    candidates: tuple[Candidate, ...]  # the largest reduction at the worst point first
+    lost: tuple[Scenario, ...]  # without a steady response
 
     @property
     def worst(self) -> str:
@@ -174,20 +136,7 @@ def is_gain(response: PointResponse) -> bool | None:
 
 
 def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
-    """Return what a study answers in its `main_reading` at its `main_level`.
-
-    Parameters
-    ----------
-    study
-        The study.
-    summary
-        ``response/summary.csv`` (points as text).
-
-    Returns
-    -------
-    Answer or None
-        None where no point moves.
-    """
+    """Return what a study answers in its `main_reading` at its `main_level`."""
     reading = main_reading(study.readings)
     level = main_level(study)
     table = summary[summary["reading"] == reading]
@@ -215,17 +164,7 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
 def candidates_of(
     summary: pd.DataFrame, reading: str, scenarios: Sequence[Scenario], points: Sequence[str]
 ) -> list[Candidate]:
-    """Return those of some scenarios that have a steady response, in their order.
-
-    Parameters
-    ----------
-    summary
-        ``response/summary.csv`` (points as text).
-    reading
-        One of its readings.
-    scenarios, points
-        Scenarios, and moving points.
-    """
+    """Return those of some scenarios that have a steady response, in their order."""
     table = summary[summary["reading"] == reading]
     by_key = {(row["scenario"], row["point"]): row for row in records(table)}
     rows = [(s, [by_key[s.label, point] for point in points]) for s in scenarios]
@@ -277,15 +216,7 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
 
 
 def select_candidates(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
-    """Return the scenarios of the first table: the best of each place and damper, then the rest.
-
-    Parameters
-    ----------
-    answer
-        The answer.
-    count
-        How many at most.
-    """
+    """Return the scenarios of the first table: the best of each place and damper, then the rest."""
     groups: dict[object, int] = {}
     order = []
     for rank, candidate in enumerate(answer.candidates):

@@ -41,46 +41,20 @@ _EDGE = {
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is on a panel, by name.
+    """What is on a panel, by name."""
 
-    Attributes
-    ----------
-    vertices, cells
-        The mesh: positions [m], shape ``(n_vertices, 2)``, and vertex numbers of its elements.
-    patches
-        Whether an element belongs to the patch, shape ``(n_cells,)``.
-    points
-        Response points [m].
-    outline
-        How its edges are supported.
-    edges
-        Parts of edges that are supported otherwise: ends [m] and how.
-    supports
-        Supports at points: position [m] and kind.
-    masses
-        Masses at points [m], and along lines from one end to another [m].
-    """
-
-    vertices: Array
-    cells: Index
-    patches: Mapping[str, Flags]
-    points: Mapping[str, Position]
-    outline: str = "free"
-    edges: Sequence[tuple[Position, Position, str]] = ()
-    supports: Mapping[str, tuple[Position, str]] = field(default_factory=dict)
-    masses: Mapping[str, tuple[Position, ...]] = field(default_factory=dict)
+    vertices: Array  # (n_vertices, 2) [m]
+    cells: Index  # vertex numbers of the elements
+    patches: Mapping[str, Flags]  # (n_cells,) whether an element belongs to it, by name
+    points: Mapping[str, Position]  # [m]
+    outline: str = "free"  # how its edges are supported
+    edges: Sequence[tuple[Position, Position, str]] = ()  # ends [m] and kind of parts
+    supports: Mapping[str, tuple[Position, str]] = field(default_factory=dict)  # where and kind
+    masses: Mapping[str, tuple[Position, ...]] = field(default_factory=dict)  # one place, or ends
 
 
 def panel_figure(drawn: Drawing, rms: Array | None) -> Figure:
-    """Draw outline, supports, masses, patches and points over a map of rms acceleration.
-
-    Parameters
-    ----------
-    drawn
-        The panel.
-    rms
-        Rms acceleration at the vertices [g], shape ``(n_vertices,)``; None for no map.
-    """
+    """Draw outline, supports, masses, patches and points over a map of rms acceleration."""
     vertices, cells = drawn.vertices, drawn.cells
     size = np.ptp(vertices, axis=0)
     height = min(7.0, (WIDTH - 1.35) * size[1] / size[0] + 1.15)
@@ -173,41 +147,19 @@ def _name(
 
 @dataclass(frozen=True)
 class Mark:
-    """A scenario in the figure of reduction against mass.
-
-    Attributes
-    ----------
-    label
-        What stands beside it.
-    group, colour
-        What its colour means.
-    mass
-        Mass of its dampers [kg].
-    reduction, error
-        Reduction and its standard error [dB]; NaN for an error that is not known.
-    dead_weight
-        Reduction by that mass without damping [dB]; NaN where it is not known.
-    """
+    """A scenario in the figure of reduction against mass."""
 
     label: str
-    group: str
+    group: str  # what its colour means
     colour: str
-    mass: float
-    reduction: float
-    error: float
-    dead_weight: float
+    mass: float  # of its dampers [kg]
+    reduction: float  # [dB]
+    error: float  # [dB]; NaN if unknown
+    dead_weight: float  # reduction by that mass without damping [dB]; NaN if unknown
 
 
 def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
-    """Draw reduction against mass with error bars, and what the same mass does as dead weight.
-
-    Parameters
-    ----------
-    marks
-        The scenarios.
-    point
-        The point at which they are compared.
-    """
+    """Draw reduction against mass with error bars, and what the same mass does as dead weight."""
     figure = Figure(figsize=(WIDTH, 3.7), layout="constrained")
     axes = figure.subplots()
     handles: dict[str, Line2D] = {}

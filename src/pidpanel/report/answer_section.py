@@ -26,15 +26,7 @@ POINTS_SHOWN = 4
 
 
 def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:
-    """Return what a page shows below its first sentence.
-
-    Parameters
-    ----------
-    inputs
-        What the page is made from.
-    answer
-        From `pidpanel.report.answer.answer_of`.
-    """
+    """Return what a page shows below its first sentence."""
     blocks: list[Block] = [answer_table(inputs, answer)]
     blocks.append(drawing_block(inputs, answer))
     blocks.append(psd_block(inputs, answer))
@@ -174,17 +166,7 @@ def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
 def mass_block(
     answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str] = ()
 ) -> Picture:
-    """Return the reduction at the worst point against the mass of the dampers.
-
-    Parameters
-    ----------
-    answer
-        The answer.
-    weighed
-        Scenarios whose mass is known.
-    patches
-        All patches of the panel, whose colours are those of the drawing.
-    """
+    """Return the reduction at the worst point against the mass of the dampers."""
     # what is no patch alone takes the colours that are left
     groups = dict.fromkeys([*patches, *(_group(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))

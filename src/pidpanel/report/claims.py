@@ -38,18 +38,7 @@ ALIKE_FILLS = (0.7, 0.9)
 
 
 def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
-    """Return whether all margins are positive beyond their errors.
-
-    Parameters
-    ----------
-    margin, error
-        Margins of a claim, positive where it holds, and their standard errors.
-
-    Returns
-    -------
-    bool or None
-        False if one of them is negative beyond its error; None if neither, or where an error is
-        not known.
+    """Return whether all margins are positive beyond their errors; None if undecided or unknown.
 
     Examples
     --------
@@ -75,18 +64,7 @@ def fill_is_most_effective(
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
     names the best fill by the mean reduction over third octaves, in which all bands count alike.
-
-    Parameters
-    ----------
-    rms
-        Rms acceleration in any unit; index fill fraction, columns points.
-    error
-        Standard errors of its level [dB]; same index and columns.
-    fill
-        The fill tested, one of the index.
-    gained
-        Reduction of the bands' rms [dB], shape ``(n_fills, n_bands, n_points)``, in the order
-        of ``rms``.
+    ``gained``: (n_fills, n_bands, n_points) [dB].
     """
     margins, errors, parts = [], [], []
     rivals = rms.index[rms.index != fill]
@@ -119,15 +97,7 @@ def _pair_error(error: pd.Series[float], first: Any, second: Any) -> float:
 
 
 def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -> Finding:
-    """Test whether every fill lowers the response at every point.
-
-    Parameters
-    ----------
-    rms, error
-        As of `fill_is_most_effective`.
-    bare
-        Rms acceleration of the bare panel, by point.
-    """
+    """Test whether every fill lowers the response at every point."""
     gained = reduction(bare.reindex(rms.columns).to_numpy()[None], rms.to_numpy())
     lowered = int((gained > 0).sum())
     return _finding(
@@ -140,15 +110,7 @@ def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -
 def fills_are_alike(
     rms: pd.DataFrame, error: pd.DataFrame, fills: tuple[float, float] = ALIKE_FILLS
 ) -> Finding:
-    """Test whether the responses within a range of fills lie within `ALIKE` of each other.
-
-    Parameters
-    ----------
-    rms, error
-        As of `fill_is_most_effective`; at least two fills within ``fills``.
-    fills
-        The range, both ends included.
-    """
+    """Test whether the responses within a range of fills lie within `ALIKE` of each other."""
     low, high = fills
     inside = (rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)
     chosen, chosen_error = rms[inside], error[inside]
@@ -166,14 +128,7 @@ def fills_are_alike(
 def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Finding:
     """Test whether the reduction is larger in the upper half of the bands than in the lower.
 
-    Parameters
-    ----------
-    gained
-        Reduction of the bands' rms [dB], shape ``(n_scenarios, n_bands, n_points)``.
-    error
-        Its standard errors [dB], taken to be common to the bands of a half; same shape.
-    centre
-        Rising centres of the bands [Hz], shape ``(n_bands,)``.
+    Arrays: (n_scenarios, n_bands, n_points) [dB]; errors are common to the bands of a half.
     """
     half = len(centre) // 2
     lower, upper = gained[:, :half].mean(axis=1), gained[:, half:].mean(axis=1)
@@ -189,17 +144,7 @@ def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Findin
 def nearest_damper_is_best(
     rms: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
 ) -> Finding:
-    """Test whether at every point the nearest damper gives the lowest response.
-
-    Parameters
-    ----------
-    rms
-        Rms acceleration; index patch, columns points.
-    error
-        Standard errors of its level [dB]; same index and columns.
-    distance
-        Distance of the patch's centre from the point [m]; same index and columns.
-    """
+    """Test whether at every point the nearest damper gives the lowest response."""
     margins, errors, parts = [], [], []
     for point in rms.columns:
         nearest: Any = distance[point].idxmin()
@@ -215,17 +160,7 @@ def nearest_damper_is_best(
 def own_point_gains_most(
     gained: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
 ) -> Finding:
-    """Test whether every damper lowers the point nearest to it more than the other points.
-
-    Parameters
-    ----------
-    gained
-        Reduction [dB]; index patch, columns points.
-    error
-        Its standard errors [dB]; same index and columns.
-    distance
-        Distance of the patch's centre from the point [m]; same index and columns.
-    """
+    """Test whether every damper lowers the point nearest to it more than the other points."""
     margins, errors, parts = [], [], []
     for patch in gained.index:
         gains, spread = gained.T[patch], error.T[patch]
@@ -243,14 +178,7 @@ def own_point_gains_most(
 def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
     """Test whether each band's response rises by as many dB as the sound.
 
-    Parameters
-    ----------
-    rms
-        Rms acceleration in any unit, shape ``(n_levels, n_bands, n_points)``.
-    error
-        Standard errors of its level [dB], same shape.
-    oaspl
-        Overall levels of the sound [dB], shape ``(n_levels,)``.
+    Arrays: (n_levels, n_bands, n_points), errors in dB.
     """
     order = np.argsort(oaspl)
     rise = np.diff(20 * np.log10(rms[order]), axis=0)
@@ -267,17 +195,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> list[Verdict]:
-    """Test every claim of the paper that the study's scenarios allow, in each reading.
-
-    Parameters
-    ----------
-    study
-        The study.
-    summary, psd
-        ``response/summary.csv`` (points as text) and ``response/psd.nc``.
-    distance
-        From `patch_distance`.
-    """
+    """Test every claim of the paper that the study's scenarios allow, in each reading."""
     return [
         verdict
         for name in study.families

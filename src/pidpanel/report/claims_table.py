@@ -13,43 +13,21 @@ from pidpanel.report.text import READINGS
 
 @dataclass(frozen=True)
 class Finding:
-    """Whether a claim holds, and the numbers behind it.
+    """Whether a claim holds, and the numbers behind it."""
 
-    Attributes
-    ----------
-    holds
-        The verdict; None where the numbers do not decide.
-    evidence
-        The numbers in words.
-    has_errors
-        Whether the numbers have errors.
-    """
-
-    holds: bool | None
-    evidence: str
-    has_errors: bool = True
+    holds: bool | None  # None where the numbers do not decide
+    evidence: str  # the numbers in words
+    has_errors: bool = True  # whether the numbers have errors
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The finding on a claim in one reading.
-
-    Attributes
-    ----------
-    claim
-        The claim in words.
-    reading
-        Reading of the damping, such as ``dem``.
-    finding
-        None where the claim cannot be tested.
-    reason
-        Why it cannot be tested.
-    """
+    """The finding on a claim in one reading."""
 
     claim: str
     reading: str
-    finding: Finding | None
-    reason: str = ""
+    finding: Finding | None  # None where the claim cannot be tested
+    reason: str = ""  # why it cannot be tested
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:

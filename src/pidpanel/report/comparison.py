@@ -33,25 +33,13 @@ Key = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class Side:
-    """One of the two.
-
-    Attributes
-    ----------
-    name
-        Of its study, or of the folder of its results.
-    summary
-        ``response/summary.csv``, points as text.
-    psd
-        ``response/psd.nc``.
-    maps, cell_in_patch
-        ``response/maps.nc``, and the elements of the patches; None where there are no maps.
-    """
+    """One of the two."""
 
     name: str
-    summary: pd.DataFrame
-    psd: xr.Dataset
-    maps: xr.Dataset | None = None
-    cell_in_patch: Flags | None = None
+    summary: pd.DataFrame  # ``response/summary.csv``, points as text
+    psd: xr.Dataset  # ``response/psd.nc``
+    maps: xr.Dataset | None = None  # ``response/maps.nc``
+    cell_in_patch: Flags | None = None  # (n_patches, n_cells)
 
 
 @dataclass(frozen=True)

@@ -28,17 +28,7 @@ METHOD = (
 def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
-    """Return what the coupled runs know and found: a table, and C_e and m_a over frequency.
-
-    Parameters
-    ----------
-    results
-        What the runs left.
-    names
-        Of the scenarios by their labels, in order.
-    points
-        Names of the moving points.
-    """
+    """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
     figure = coupled_figure(run_itself(results.impedance), names)
     blocks: list[Block] = [
         Paragraph(METHOD),
@@ -110,15 +100,7 @@ def _by_patch(beds: pd.DataFrame, column: str) -> str:
 
 
 def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
-    """Draw C_e and m_a over frequency, at most `CURVES` patches.
-
-    Parameters
-    ----------
-    table
-        Of `run_itself`.
-    names
-        Of the scenarios by their labels.
-    """
+    """Draw C_e and m_a over frequency, at most `CURVES` patches."""
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     damping, mass = figure.subplots(1, 2)
     beds = pick_items(

@@ -23,13 +23,7 @@ from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, ma
 
 
 def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
-    """Draw dissipated energy per cycle against the cycle, one case in each of the axes.
-
-    Parameters
-    ----------
-    records
-        The runs (seeds) of each case.
-    """
+    """Draw dissipated energy per cycle against the cycle, one case in each of the axes."""
     columns = min(3, len(records))
     rows = -(-len(records) // columns)
     figure = Figure(figsize=(WIDTH, 2.4 * rows + 0.4), layout="constrained")
@@ -71,27 +65,13 @@ def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
 
 @dataclass(frozen=True)
 class AxisQuantity:
-    """A column of ``coupon/cases.csv`` as an axis.
-
-    Attributes
-    ----------
-    column
-        Name of the column.
-    label
-        Name and unit on the axis.
-    log
-        Whether the axis is logarithmic.
-    error
-        Column of its standard error; None where it has none.
-    symbol
-        Symbol in titles.
-    """
+    """A column of ``coupon/cases.csv`` as an axis."""
 
     column: str
-    label: str
+    label: str  # name and unit
     log: bool
-    error: str | None = None
-    symbol: str = ""
+    error: str | None = None  # column of its standard error
+    symbol: str = ""  # in titles
 
 
 EQUIVALENT_DAMPING = AxisQuantity(
@@ -156,21 +136,7 @@ def sweep_figure(
     law: Callable[[Array, float], Array] | None = None,
     bound: str | None = None,
 ) -> Figure:
-    """Draw a quantity of the coupon over frequency or acceleration, one line per fill.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    x, y
-        The axes; ``y`` with error bars of one standard error.
-    panel
-        The quantity that is constant in each of the axes: at the values of the sweep.
-    law
-        C_e [N s/m³] of frequency [Hz] and fill fraction, drawn dashed.
-    bound
-        Column to draw dotted, in the unit of ``y``.
-    """
+    """Draw a quantity of the coupon over frequency or acceleration, one line per fill."""
     values = list(swept(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
@@ -219,13 +185,7 @@ def _constant(quantity: AxisQuantity, value: float) -> str:
 
 
 def losses_figure(cases: pd.DataFrame) -> Figure:
-    """Draw where the energy goes and how well its balance closes, one marker per frequency.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    """
+    """Draw where the energy goes and how well its balance closes, one marker per frequency."""
     balanced = cases[cases["closure"].notna()]
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -263,17 +223,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
 
 
 def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
-    """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    key
-        Column that is varied.
-    label
-        Name and unit of the key on the axis.
-    """
+    """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ."""
     frequencies = sorted(cases[FREQUENCY.column].unique())
     figure = Figure(figsize=(WIDTH, 3.0))
     grid = figure.subplots(1, len(frequencies), squeeze=False)[0]

@@ -24,17 +24,7 @@ def coupon_page(
     coupon: CouponResults,
     steps: Sequence[tuple[str, str]],
 ) -> Page:
-    """Return the whole page; call it within `style.context`.
-
-    Parameters
-    ----------
-    study, stamp
-        The study and the stamp of its results.
-    coupon
-        What the coupon stage left.
-    steps
-        How to reproduce the results, as of `pidpanel.report.html.Page`.
-    """
+    """Return the whole page; call it within `style.context`."""
     good = coupon.cases[coupon.cases["status"] == "ok"]
     lost = coupon.cases[coupon.cases["status"] != "ok"]
     keys = varied_keys(study)

@@ -45,18 +45,7 @@ BARS = (
 def coupon_section(
     coupon: CouponResults, *, law: Law | None = None, varied: Sequence[str] = ()
 ) -> PageSection:
-    """Return the particles, how steady the runs are, the sweep and all cases.
-
-    Parameters
-    ----------
-    coupon
-        What the coupon stage left.
-    law
-        Law to draw beside C_e; None for none.
-    varied
-        Columns of ``coupon/cases.csv`` that the study varies besides fill, frequency and Γ; with
-        any, the figures of the sweep are left out, since their cases would differ in more.
-    """
+    """Return the particles, how steady the runs are, the sweep and all cases."""
     cases = coupon.cases
     good = cases[cases["status"] == "ok"]
     steadiness = Picture(
@@ -79,13 +68,7 @@ def coupon_section(
 
 
 def states_paragraph(cases: pd.DataFrame) -> list[Paragraph]:
-    """Return a paragraph on the cases whose cells are in several states of motion, or nothing.
-
-    Parameters
-    ----------
-    cases
-        ``coupon/cases.csv``.
-    """
+    """Return a paragraph on the cases whose cells are in several states of motion, or nothing."""
     several = cases[cases["states"] > 1]
     if several.empty:
         return []
@@ -113,15 +96,7 @@ def _states(row: dict[str, Any]) -> str:
 
 
 def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
-    """Return C_e, loss factor and apparent mass over frequency and acceleration.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    law
-        As of `coupon_section`.
-    """
+    """Return C_e, loss factor and apparent mass over frequency and acceleration."""
     mass = cases["particle_mass_per_area_kg_m2"]
     cases = cases.assign(
         apparent_mass_share=cases["apparent_mass_kg_m2"] / mass,
@@ -215,15 +190,7 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
 
 
 def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
-    """Return every case of the coupon with its errors and its status.
-
-    Parameters
-    ----------
-    cases
-        ``coupon/cases.csv``.
-    varied
-        Further columns in which the cases differ.
-    """
+    """Return every case of the coupon with its errors and its status."""
     columns = [
         *varied, "r", "f, Hz", "Γ", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
         STATES, "share of bound", "particles per cell",

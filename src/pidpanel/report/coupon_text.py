@@ -13,15 +13,7 @@ DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
 
 
 def coupon_text(coupon: Coupon, cases: pd.DataFrame) -> str:
-    """Return material, e, μ, cell, gravity and accuracy of a coupon in a few sentences.
-
-    Parameters
-    ----------
-    coupon
-        The section of the study; what it varies is said as varied.
-    cases
-        Its ``coupon/cases.csv``.
-    """
+    """Return material, e, μ, cell, gravity and accuracy of a coupon in a few sentences."""
     p = coupon.particles
 
     def label(key: str, text: str) -> str:
@@ -85,13 +77,7 @@ def accuracy_text(coupon: Coupon, cases: pd.DataFrame) -> str:
 
 
 def coupon_finding(cases: pd.DataFrame) -> str:
-    """Return the range of C_e and where the particles dissipate most, with errors.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    """
+    """Return the range of C_e and where the particles dissipate most, with errors."""
     if not len(cases):
         return "No case is ok, so there is no result for this coupon."
     peak = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]

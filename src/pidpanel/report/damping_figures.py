@@ -43,15 +43,7 @@ OUTSIDE = "#ffffff"
 
 
 def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
-    """Draw C_e (above) and η (below) over two of the axes, one column per value of the third.
-
-    Parameters
-    ----------
-    surface
-        Surface with a known mass of the particles.
-    across, up
-        Two of `AXES`. The third takes the values of the cases, `MAPS` of them at most.
-    """
+    """Draw C_e (above) and η (below) over two of the axes, one column per value of the third."""
     (fixed,) = set(AXES) - {across, up}
     values = pick(swept(surface.cases[fixed]), MAPS)
     axes_of = {name: _fine(surface, name) for name in (across, up)}
@@ -172,17 +164,7 @@ def _band(
 def collapse_figure(
     points: Points, log_eta: Array, form: Callable[[Points], Array] | None
 ) -> Figure:
-    """Draw loss factors of all cases over Γ and over stroke/gap, each coloured by the other.
-
-    Parameters
-    ----------
-    points
-        Where the cases lie.
-    log_eta
-        ln η of the cases, shape ``(n,)``.
-    form
-        ln η as a function of `Points`, drawn through the cases at r = 0.5; None for none.
-    """
+    """Draw loss factors of all cases over Γ and over stroke/gap, each coloured by the other."""
     figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     grid = figure.subplots(1, 2, sharey=True)
     gamma, stroke = points.acceleration_g, points.stroke_over_gap
@@ -220,13 +202,7 @@ def collapse_figure(
 
 
 def left_out_figure(left: pd.DataFrame) -> Figure:
-    """Draw C_e of each case as predicted from the other cases against the simulated value.
-
-    Parameters
-    ----------
-    left
-        `DampingSurface.leave_one_out`.
-    """
+    """Draw C_e of each case as predicted from the other cases against the simulated value."""
     figure = Figure(figsize=(5.2, 4.4), layout="constrained")
     axes = figure.subplots()
     simulated = left[VALUE].to_numpy(float)
@@ -253,15 +229,7 @@ def left_out_figure(left: pd.DataFrame) -> Figure:
 
 
 def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figure:
-    """Draw shares of the loss over Γ, axes for each frequency, a colour for each fill.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    shares
-        Columns and their names; the first is drawn solid, the next dashed and dotted.
-    """
+    """Draw shares of the loss over Γ, axes for each frequency, a colour for each fill."""
     frequencies = pick(swept(cases[FREQUENCY]), 5)
     fills = pick(np.unique(cases[FILL]), 5)
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")

@@ -155,15 +155,7 @@ def law_blocks(results: DampingResults) -> list[Block]:
 
 
 def quoted(constants: pd.DataFrame, gamma: float) -> str:
-    """Return the law in one sentence, as it would be quoted.
-
-    Parameters
-    ----------
-    constants
-        Rows of ``law.csv`` over fill at one Γ, by constant.
-    gamma
-        That Γ.
-    """
+    """Return the law in one sentence, as it would be quoted."""
     v = {str(name): float(value) for name, value in constants["value"].items()}
     first = constants.iloc[0]
     a1 = f"{number(np.exp(v['ln_alpha']))} r (1{_term(v['beta1'])} r{_term(v['beta2'])} r²)"

@@ -23,29 +23,13 @@ PICTURED = (0.5, 158.0, 10.0)
 
 @dataclass(frozen=True)
 class DrawnSpheres:
-    """The particles of one run at its end.
-
-    Attributes
-    ----------
-    run
-        The run.
-    label
-        Label of its case.
-    positions
-        Centres [m], shape ``(n, 3)``.
-    diameters
-        Diameters [m], shape ``(n,)``.
-    speed
-        Speed relative to the cell [m/s], shape ``(n,)``.
-    cycles
-        Cycles of the run.
-    """
+    """The particles of one run at its end."""
 
     run: Run
-    label: str
-    positions: Array
-    diameters: Array
-    speed: Array
+    label: str  # of its case
+    positions: Array  # (n, 3) [m]
+    diameters: Array  # (n,) [m]
+    speed: Array  # (n,) relative to the cell [m/s]
     cycles: int
 
 
@@ -59,38 +43,18 @@ class Shot:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """The cycles of one run.
-
-    Attributes
-    ----------
-    title
-        Title of the figure: the case.
-    seed
-        Seed of the packing.
-    energy
-        Dissipated energy of each cycle [J/m²], shape ``(n_cycles,)``.
-    start
-        First cycle (from 0) after the transient.
-    mean, error
-        Mean and standard error of the cycles from there on [J/m²].
-    """
+    """The cycles of one run."""
 
     title: str
-    seed: int
-    energy: Array
-    start: int
-    mean: float
-    error: float
+    seed: int  # of the packing
+    energy: Array  # (n_cycles,) dissipated [J/m²]
+    start: int  # first cycle after the transient, from 0
+    mean: float  # of the cycles from there on [J/m²]
+    error: float  # standard error of the mean [J/m²]
 
 
 def nearest_case(cases: pd.DataFrame) -> str:
-    """Return the label of the case nearest to `PICTURED`, in r and octaves of f and Γ.
-
-    Parameters
-    ----------
-    cases
-        ``coupon/cases.csv`` with at least one row of status ok.
-    """
+    """Return the label of the case nearest to `PICTURED`, in r and octaves of f and Γ."""
     good = cases[cases["status"] == "ok"]
     fill, frequency, gamma = PICTURED
     away = (
@@ -121,17 +85,7 @@ def _title(case: Case, with_size: bool) -> str:
 
 
 def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[RunRecord]:
-    """Read the energy per cycle of each seed of a case whose run succeeded.
-
-    Parameters
-    ----------
-    case
-        The case.
-    folder
-        ``results/coupon``.
-    with_size
-        Whether cases of the study differ in the diameter of the particles.
-    """
+    """Read the energy per cycle of each seed of a case whose run succeeded."""
     records = []
     for run, path in zip(case.runs, case.outcomes(folder), strict=True):
         outcome = coding.read(ShakeOutcome, path).found
@@ -158,13 +112,7 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
 
 
 def read_spheres(case: Case, folder: Path) -> DrawnSpheres:
-    """Read the particles of the first seed of a case at its end.
-
-    Parameters
-    ----------
-    case, folder
-        As in `read_records`.
-    """
+    """Read the particles of the first seed of a case at its end."""
     run, path = case.point, case.outcomes(folder)[0]
     outcome = coding.read(ShakeOutcome, path).shaken
     last = path.parent / runs.last_file(outcome.cycles)

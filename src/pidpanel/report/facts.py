@@ -109,15 +109,7 @@ def cases_text(cases: pd.DataFrame) -> str:
 
 
 def software_text(stamp: Mapping[str, str], *, dem: bool) -> str:
-    """Return the versions and the study behind the results.
-
-    Parameters
-    ----------
-    stamp
-        Of the results.
-    dem
-        Whether LIGGGHTS was run for them.
-    """
+    """Return the versions and the study behind the results."""
     solver = f", LIGGGHTS {stamp['liggghts_version']}" if dem else ""
     return (
         f"pidpanel {stamp['pidpanel_version']}{solver}; study {stamp['study']}, "
@@ -141,15 +133,7 @@ def run_step(study_file: Path) -> tuple[str, str]:
 
 
 def files_step(study: Study, folder: Path) -> tuple[str, str]:
-    """Return which files hold the numbers of the page of a study with a panel.
-
-    Parameters
-    ----------
-    study
-        The study.
-    folder
-        Its results; only files that are there are named.
-    """
+    """Return which files hold the numbers of the page of a study with a panel."""
     files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
     files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in study.coupons]
     for name in study.surfaces:

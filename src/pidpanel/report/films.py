@@ -70,13 +70,7 @@ def write_film(study: CouponStudy, damper: str, table: Path, folder: Path, file:
 
 
 def read_film(study: CouponStudy, damper: str, folder: Path, file: Path) -> Shot | None:
-    """Read a file of `write_film`; None where there is none, or it has no frames.
-
-    Parameters
-    ----------
-    study, damper, folder, file
-        As of `write_film`.
-    """
+    """Read a file of `write_film`; None where there is none, or it has no frames."""
     if not file.is_file():
         return None
     with xr.open_dataset(file, engine="scipy") as dataset:

@@ -46,53 +46,24 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class PageCurve:
-    """One curve of a `Chart`.
-
-    Attributes
-    ----------
-    label
-        Name in the legend.
-    values
-        In the unit of the chart, shape ``(n_lines,)``; what is not finite or not positive is a
-        gap.
-    colour
-        Colour of the line, as ``#rrggbb``.
-    dashed
-        Whether the line is dashed.
-    width
-        Width of the line [pixel].
-    log_error
-        Standard error of ln of the values, shape ``(n_lines,)``, drawn as a band; None for none.
-    """
+    """One curve of a `Chart`."""
 
     label: str
-    values: Array
-    colour: str
+    values: Array  # (n_lines,) in the unit of the chart; not finite or not positive: a gap
+    colour: str  # ``#rrggbb``
     dashed: bool = False
-    width: float = 1.2
-    log_error: Array | None = None
+    width: float = 1.2  # [pixel]
+    log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Curves over frequency that a reader can zoom, read and switch on and off.
-
-    Attributes
-    ----------
-    title
-        What is above the curves.
-    frequency
-        Rising frequencies [Hz], shape ``(n_lines,)``.
-    unit
-        Quantity and unit of the values, as on the axis.
-    curves
-        The first is drawn over all others.
-    """
+    """Curves over frequency that a reader can zoom, read and switch on and off."""
 
     title: str
-    frequency: Array
-    unit: str
-    curves: Sequence[PageCurve]
+    frequency: Array  # (n_lines,) rising [Hz]
+    unit: str  # quantity and unit, as on the axis
+    curves: Sequence[PageCurve]  # the first is drawn over all others
 
     @property
     def json(self) -> str:
@@ -127,27 +98,12 @@ def _rounded(values: Array, digits: int = DIGITS) -> list[float | None]:
 
 @dataclass(frozen=True)
 class Picture:
-    """An image with its caption.
+    """An image with its caption."""
 
-    Attributes
-    ----------
-    name
-        Anchor in the page and stem of the picture's file.
-    image
-        The image as a file.
-    caption
-        Caption, and the text of the image for who cannot see it.
-    charts
-        The same curves for a reader to zoom and to switch; the image then stands for them where
-        there are no scripts, and in print.
-    format
-        Format of the image.
-    """
-
-    name: str
+    name: str  # anchor in the page and stem of the file
     image: bytes
-    caption: str
-    charts: Sequence[Chart] = ()
+    caption: str  # also the text for readers who cannot see the image
+    charts: Sequence[Chart] = ()  # the same curves; the image stands for them without scripts
     format: Literal["png", "webp"] = "png"
     kind: Literal["picture"] = "picture"
 
@@ -171,35 +127,14 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text.
-
-    Attributes
-    ----------
-    caption
-        Caption.
-    columns
-        Heads of the columns, with units.
-    rows
-        Rows, each as long as ``columns``.
-    folded
-        Whether the rows are hidden behind the title.
-    cards
-        Whether each row is a block of its own on a narrow screen.
-    title
-        What folded rows are hidden behind; none for the caption.
-
-    Raises
-    ------
-    ValueError
-        For a row of another length.
-    """
+    """Rows of text."""
 
     caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    folded: bool = False
-    cards: bool = False
-    title: str = ""
+    columns: Sequence[str]  # with units
+    rows: Sequence[Sequence[str]]  # each as long as ``columns``
+    folded: bool = False  # whether the rows are hidden behind the title
+    cards: bool = False  # whether each row is a block of its own on a narrow screen
+    title: str = ""  # for folded rows; by default the caption
     kind: Literal["table"] = "table"
 
     @property
@@ -224,15 +159,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Fold:
-    """Blocks behind their title.
-
-    Attributes
-    ----------
-    title
-        What is behind it.
-    blocks
-        What opens, in order.
-    """
+    """Blocks behind their title."""
 
     title: str
     blocks: Sequence[Paragraph | Picture | Table]
@@ -244,24 +171,12 @@ Block = Paragraph | Picture | Table | Fold
 
 @dataclass(frozen=True)
 class PageSection:
-    """A heading and the blocks below it.
+    """A heading and the blocks below it."""
 
-    Attributes
-    ----------
-    name
-        Anchor in the page.
-    title
-        Heading.
-    blocks
-        What is below it, in order.
-    folded
-        Whether the blocks are hidden behind the heading.
-    """
-
-    name: str
+    name: str  # anchor in the page
     title: str
     blocks: Sequence[Block]
-    folded: bool = False
+    folded: bool = False  # whether the blocks are hidden behind the title
 
     @property
     def pictures(self) -> list[Picture]:
@@ -297,45 +212,19 @@ def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:
 
 @dataclass(frozen=True)
 class Page:
-    """A whole page.
-
-    Attributes
-    ----------
-    title
-        Heading.
-    answer
-        The result in a sentence or two, with its errors.
-    first
-        What is shown below it: the table, the drawing, the curves that decide.
-    caveats
-        What a reader must know before he uses the answer, a line each.
-    facts
-        What was computed and with what, as (name, value).
-    assumptions
-        What the study assumes where the source states nothing.
-    summary
-        Further results in sentences.
-    warnings
-        Limitations of the numbers in sentences.
-    claims
-        Table of claims with their verdicts; None where none is tested.
-    sections
-        In the order of the page.
-    steps
-        How to reproduce the results, as (text, command).
-    """
+    """A whole page."""
 
     title: str
-    facts: Sequence[tuple[str, str]]
-    assumptions: Sequence[str]
-    summary: Sequence[str]
-    warnings: Sequence[str]
-    claims: Table | None
+    facts: Sequence[tuple[str, str]]  # (name, value): what was computed and with what
+    assumptions: Sequence[str]  # where the source states nothing
+    summary: Sequence[str]  # further results in sentences
+    warnings: Sequence[str]  # limitations of the numbers in sentences
+    claims: Table | None  # with their verdicts
     sections: Sequence[PageSection]
-    steps: Sequence[tuple[str, str]] = field(default=())
-    answer: str = ""
-    first: Sequence[Block] = ()
-    caveats: Sequence[str] = ()
+    steps: Sequence[tuple[str, str]] = field(default=())  # (text, command) to reproduce the results
+    answer: str = ""  # the result in a sentence or two, with its errors
+    first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide
+    caveats: Sequence[str] = ()  # what a reader must know before using the answer
 
     @property
     def pictures(self) -> list[Picture]:

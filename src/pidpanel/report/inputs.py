@@ -17,113 +17,53 @@ from pidpanel.study import Study
 
 @dataclass(frozen=True)
 class CouponResults:
-    """What the coupon stage left.
+    """What the coupon stage left."""
 
-    Attributes
-    ----------
-    cases
-        ``coupon/cases.csv``.
-    records
-        The cycles of a few cases, each with its runs.
-    spheres
-        The particles of one run at its end.
-    shot
-        The same run watched for some cycles; None where that was not possible.
-    """
-
-    cases: pd.DataFrame
-    records: Sequence[Sequence[RunRecord]]
-    spheres: DrawnSpheres
-    shot: Shot | None = None
+    cases: pd.DataFrame  # ``coupon/cases.csv``
+    records: Sequence[Sequence[RunRecord]]  # cycles of a few cases, each with its runs
+    spheres: DrawnSpheres  # particles of one run at its end
+    shot: Shot | None = None  # the same run over some cycles; None where that was not possible
 
 
 @dataclass(frozen=True)
 class DampingResults:
-    """What the damping stage left.
+    """What the damping stage left."""
 
-    Attributes
-    ----------
-    surface
-        ``damping/surface.nc``.
-    law, comparison
-        ``damping/law.csv``, ``damping/forms.csv``.
-    cases
-        ``coupon/cases.csv``.
-    depth
-        Depth of the cell [m].
-    rounds
-        ``design/round*.json`` in order; empty for a study without tones.
-    """
-
-    surface: DampingSurface
-    law: pd.DataFrame
-    comparison: pd.DataFrame
-    cases: pd.DataFrame
-    depth: float
-    rounds: Sequence[Round] = ()
+    surface: DampingSurface  # ``damping/surface.nc``
+    law: pd.DataFrame  # ``damping/law.csv``
+    comparison: pd.DataFrame  # ``damping/forms.csv``
+    cases: pd.DataFrame  # ``coupon/cases.csv``
+    depth: float  # of the cell [m]
+    rounds: Sequence[Round] = ()  # ``design/round*.json``; empty without tones
 
 
 @dataclass(frozen=True)
 class CoupledResults:
-    """What the runs of panel and particles together left; points as text.
+    """What the runs of panel and particles together left; points as text."""
 
-    Attributes
-    ----------
-    summary, psd, impedance
-        ``coupled/summary.csv``, ``coupled/psd.csv``, ``coupled/impedance.csv``.
-    verdict
-        ``coupled/verdict.csv``: the other readings beside them; None in a study without others.
-    """
-
-    summary: pd.DataFrame
-    psd: pd.DataFrame
-    impedance: pd.DataFrame
-    verdict: pd.DataFrame | None = None
+    summary: pd.DataFrame  # ``coupled/summary.csv``
+    psd: pd.DataFrame  # ``coupled/psd.csv``
+    impedance: pd.DataFrame  # ``coupled/impedance.csv``
+    verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another reading
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """All that the page of a study with a panel is made from.
-
-    Attributes
-    ----------
-    study, stamp
-        The study and the stamp of its results.
-    summary, layouts, psd
-        ``response/summary.csv`` (points as text), ``response/layouts.csv``, ``response/psd.nc``.
-    modes, basis, section
-        ``panel/modes.csv``, ``panel/modes.nc``, ``panel/section.csv``.
-    bands
-        ``sound/spectrum.csv``.
-    printed
-        Table 1 of the paper.
-    coupons
-        By the names of their dampers; ``coupon`` is the section of the study.
-    stress
-        ``response/stress.csv`` (points as text).
-    radiation
-        ``response/radiation.csv`` (points as text); None without ``response.radiation_beside``.
-    maps
-        ``response/maps.nc``.
-    coupled
-        None without coupled runs.
-    damping
-        Of the coupons that are read, by the names of their dampers.
-    """
+    """All that the page of a study with a panel is made from."""
 
     study: Study
-    stamp: Mapping[str, str]
-    summary: pd.DataFrame
-    layouts: pd.DataFrame
-    psd: xr.Dataset
-    modes: pd.DataFrame
-    basis: PanelBasis
-    section: pd.DataFrame
-    bands: pd.DataFrame
-    printed: pd.DataFrame
-    coupons: Mapping[str, CouponResults]
-    stress: pd.DataFrame
-    radiation: pd.DataFrame | None = None
-    maps: xr.Dataset | None = None
-    coupled: CoupledResults | None = None
-    damping: Mapping[str, DampingResults] = field(default_factory=dict)
+    stamp: Mapping[str, str]  # of the results
+    summary: pd.DataFrame  # ``response/summary.csv``
+    layouts: pd.DataFrame  # ``response/layouts.csv``
+    psd: xr.Dataset  # ``response/psd.nc``
+    modes: pd.DataFrame  # ``panel/modes.csv``
+    basis: PanelBasis  # ``panel/modes.nc``
+    section: pd.DataFrame  # ``panel/section.csv``
+    bands: pd.DataFrame  # ``sound/spectrum.csv``
+    printed: pd.DataFrame  # Table 1 of the paper
+    coupons: Mapping[str, CouponResults]  # by damper; ``coupon`` is the section of the study
+    stress: pd.DataFrame  # ``response/stress.csv``
+    radiation: pd.DataFrame | None = None  # ``response/radiation.csv``, if asked for
+    maps: xr.Dataset | None = None  # ``response/maps.nc``
+    coupled: CoupledResults | None = None  # None without coupled runs
+    damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper

@@ -28,17 +28,6 @@ def make_room(
 ) -> None:
     """Set the margins round a grid of axes in inches.
 
-    Parameters
-    ----------
-    figure
-        Figure with ``rows`` times ``columns`` axes.
-    rows, columns
-        Size of the grid.
-    top
-        Room above the axes [inch].
-    across, down
-        Room between neighbouring columns and rows [inch].
-
     Notes
     -----
     A layout engine would do the same, but takes as long as drawing the figure.

@@ -33,13 +33,7 @@ DEAD_WEIGHT = (
 
 
 def layouts_section(inputs: Inputs) -> PageSection:
-    """Return the explicit layouts: masses and reductions, PSDs, what the patches do.
-
-    Parameters
-    ----------
-    inputs
-        What the page is made from.
-    """
+    """Return the explicit layouts: masses and reductions, PSDs, what the patches do."""
     study = inputs.study
     scenarios = [study.family_scenarios(name)[0] for name in study.layouts]
     blocks: list[Block] = [mass_table(inputs, scenarios, layouts=True)]
@@ -62,17 +56,7 @@ def layouts_section(inputs: Inputs) -> PageSection:
 
 
 def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) -> Table:
-    """Return mass, rms acceleration and reduction of scenarios, with that of the same dead weight.
-
-    Parameters
-    ----------
-    inputs
-        What the page is made from.
-    scenarios
-        Those to show, in order.
-    layouts
-        Whether they are explicit layouts, whose patches are shown too.
-    """
+    """Return mass, rms acceleration and reduction of scenarios, and those of dead weight."""
     points = list(inputs.study.panel.points)
     by_key = {
         (row["reading"], row["scenario"], row["point"]): row for row in records(inputs.summary)
@@ -149,13 +133,7 @@ def patches_text(scenario: Scenario) -> str:
 
 
 def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
-    """Return every filled patch of scenarios: its mass, its motion, and that of its elements.
-
-    Parameters
-    ----------
-    inputs, scenarios
-        As of `mass_table`.
-    """
+    """Return every filled patch of scenarios: its mass, its motion, and that of its elements."""
     labels = [scenario.label for scenario in scenarios]
     layouts = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
     unit = inputs.study.damping.level.by

@@ -12,13 +12,7 @@ from pidpanel.report.text import percent
 
 
 def losses_section(cases: pd.DataFrame) -> PageSection:
-    """Return shares of the losses and errors of the energy balance.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    """
+    """Return shares of the losses and errors of the energy balance."""
     closure = cases["closure"].dropna().abs()
     if closure.empty:
         text = "No run listed its contacts, so the energy balance is unknown."

@@ -27,19 +27,7 @@ EXCEEDED_SHARE = 0.01
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
-    """Return the edges round the patches: those that belong to one cell of a patch only.
-
-    Parameters
-    ----------
-    cells
-        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
-    cell_in_patch
-        Whether an element belongs to a patch, shape ``(n_patches, n_cells)``.
-
-    Returns
-    -------
-    Index
-        Vertex numbers, shape ``(n_edges, 2)``.
+    """Return the vertices (n_edges, 2) of the edges round the patches.
 
     Examples
     --------
@@ -59,19 +47,7 @@ def map_figure(
     titles: Mapping[tuple[str, str], str],
     tops: Mapping[str, float] | None = None,
 ) -> Figure:
-    """Draw one row per case and one column per field of `FIELD_STYLES`, with one colour scale each.
-
-    Parameters
-    ----------
-    maps
-        ``response/maps.nc``; of several layers the most stressed at each vertex is drawn.
-    cell_in_patch
-        Whether an element belongs to a patch, shape ``(n_patches, n_cells)``.
-    titles
-        Title of a case by (reading, scenario).
-    tops
-        Ends of the colour scales; those of `scale_ends` by default.
-    """
+    """Draw a row per case and a column per field of `FIELD_STYLES`, with a colour scale each."""
     tops = tops or scale_ends(maps)
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)

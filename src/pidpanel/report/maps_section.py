@@ -14,15 +14,7 @@ from pidpanel.report.text import READINGS, percent
 
 
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
-    """Return the maps of rms acceleration and stress.
-
-    Parameters
-    ----------
-    maps, cell_in_patch
-        As of `map_figure`.
-    names
-        From `names_of`.
-    """
+    """Return the maps of rms acceleration and stress."""
     cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
     titles = {
         (str(reading), str(label)): (

@@ -37,11 +37,6 @@ def names_of(study: Study) -> dict[str, str]:
 
     An explicit layout goes by its own name. A label remains where two scenarios would have one
     name.
-
-    Parameters
-    ----------
-    study
-        The study.
     """
     scenarios = study.all_scenarios()
     several = len({scenario.oaspl_db for scenario in scenarios}) > 1
@@ -56,13 +51,5 @@ def names_of(study: Study) -> dict[str, str]:
 
 
 def with_names(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
-    """Return a table of results with the names of its scenarios in place of their labels.
-
-    Parameters
-    ----------
-    frame
-        A table with a column ``scenario``.
-    names
-        From `names_of`.
-    """
+    """Return a table of results with the names of its scenarios in place of their labels."""
     return frame.assign(scenario=[names.get(label, label) for label in frame["scenario"]])

@@ -19,15 +19,6 @@ from pidpanel.study import Study
 def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
     """Return the results, one sentence for each family and reading, and one for the layouts.
 
-    Parameters
-    ----------
-    study
-        The study.
-    summary
-        ``response/summary.csv`` (points as text).
-
-    Notes
-    -----
     A family without a steady response in a reading is left out; the warnings name it. One scenario
     is called better than another only where their reductions differ by more than their errors.
     """

@@ -27,19 +27,7 @@ def mesh_figure(
     patches: Mapping[str, Flags],
     points: Mapping[str, tuple[float, float]],
 ) -> Figure:
-    """Draw the mesh with its patches and response points.
-
-    Parameters
-    ----------
-    vertices
-        Positions [m], shape ``(n_vertices, 2)``.
-    cells
-        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
-    patches
-        Whether each element belongs to the patch, shape ``(n_cells,)``, by name.
-    points
-        (x, y) [m] by name.
-    """
+    """Draw the mesh with its patches and response points."""
     size = np.ptp(vertices, axis=0)
     figure = Figure(figsize=(6.5, 5.9 * size[1] / size[0] + 0.5), layout="constrained")
     axes = figure.subplots()
@@ -91,21 +79,7 @@ def pictures_figure(
     label: str,
     width: float = WIDTH,
 ) -> Figure:
-    """Arrange rendered pictures in rows with one colour bar.
-
-    Parameters
-    ----------
-    images
-        Pictures of one size, each of shape ``(height, width, 3)``.
-    titles
-        One for each picture.
-    columns
-        Pictures in a row.
-    colormap, limits, label
-        Name, ends and label with unit of the colour bar.
-    width
-        Width of the figure [inch].
-    """
+    """Arrange rendered pictures in rows with one colour bar."""
     rows = -(-len(images) // columns)
     ratio = images[0].shape[0] / images[0].shape[1]
     cell_width = (width - 0.9) / columns

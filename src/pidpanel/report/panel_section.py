@@ -47,17 +47,7 @@ MATRIX_NAMES = {
 
 
 def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
-    """Return the panel in a sentence: size, mass, stiffness, damping, supports, modes.
-
-    Parameters
-    ----------
-    study
-        The study.
-    basis
-        ``panel/modes.nc``.
-    section
-        ``panel/section.csv``.
-    """
+    """Return the panel in a sentence: size, mass, stiffness, damping, supports, modes."""
     panel = study.panel
     length, width = np.ptp(basis.vertex_position, axis=0)
     value = section.set_index(["quantity", "row", "column"])["value"]
@@ -109,17 +99,7 @@ def panel_section(
     section: pd.DataFrame,
     printed: pd.DataFrame,
 ) -> PageSection:
-    """Return mesh, section, modes, and Table 1 where the panel is the paper's.
-
-    Parameters
-    ----------
-    study
-        The study.
-    basis, modes, section
-        ``panel/modes.nc``, ``panel/modes.csv``, ``panel/section.csv``.
-    printed
-        Table 1 of the paper.
-    """
+    """Return mesh, section, modes, and Table 1 where the panel is the paper's."""
     positions = zip(basis.point_names, basis.point_position.tolist(), strict=True)
     figure = panel_figures.mesh_figure(
         basis.vertex_position,
@@ -140,15 +120,7 @@ def panel_section(
 
 
 def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
-    """Return whether closed form and printed table are of one panel.
-
-    Parameters
-    ----------
-    modes
-        ``panel/modes.csv``.
-    printed
-        ``workflow/data/paper/table_1.csv``.
-    """
+    """Return whether closed form and printed table are of one panel."""
     if "navier_hz" not in modes:
         return False
     merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
@@ -159,13 +131,7 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
 
 
 def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]:
-    """Return Table 1 beside the computed frequencies, and the modes that it leaves out.
-
-    Parameters
-    ----------
-    modes, printed
-        As of `is_papers_panel`, which holds for them.
-    """
+    """Return Table 1 beside the computed frequencies, and the modes that it leaves out."""
     merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
     rows = [
         [
@@ -204,15 +170,7 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
 
 
 def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
-    """Return all modes, with their orders and closed forms where they have them.
-
-    Parameters
-    ----------
-    modes
-        ``panel/modes.csv``.
-    folded
-        Whether the rows are hidden behind the caption.
-    """
+    """Return all modes, with their orders and closed forms where they have them."""
     columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
         ("mode", lambda row: str(row["mode"]))
     ]
@@ -231,13 +189,7 @@ def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
 
 
 def section_table(section: pd.DataFrame) -> Table:
-    """Return the matrices of the section row by row.
-
-    Parameters
-    ----------
-    section
-        ``panel/section.csv``.
-    """
+    """Return the matrices of the section row by row."""
     rows = []
     largest = section["value"].abs().groupby(section["quantity"]).max().to_dict()
     for (quantity, row), entries in section.groupby(["quantity", "row"], sort=False):

@@ -37,22 +37,7 @@ def _plotter(width: int, height: int) -> pv.Plotter:
 
 
 def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[Array, Array]:
-    """Move cells side by side with the spheres in them.
-
-    Parameters
-    ----------
-    positions
-        Centres [m], shape ``(n, 3)``, in cells at `geometry.cell_centres`.
-    across_flats, count
-        Width of a cell [m], and how many there are.
-
-    Returns
-    -------
-    positions
-        Centres of the spheres [m], shape ``(n, 3)``.
-    centres
-        Centres of the cells [m], shape ``(count, 2)``.
-    """
+    """Return centres of spheres (n, 3) and of cells (count, 2) with the cells side by side [m]."""
     centres = geometry.cell_centres(across_flats, count)
     row = np.zeros_like(centres)
     row[:, 0] = ROW_PITCH * across_flats * np.arange(count)
@@ -64,27 +49,13 @@ def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[A
 
 
 def in_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Flags:
-    """Return whether spheres lie in the first cells.
-
-    Parameters
-    ----------
-    positions, across_flats, count
-        As of `cells_in_a_row`.
-    cells
-        How many cells those are.
-    """
+    """Return whether spheres lie in the first cells."""
     inside: Flags = _own_cell(positions, across_flats, count) < cells
     return inside
 
 
 def moved_to_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Array:
-    """Return spheres of the first cells as if there were no others.
-
-    Parameters
-    ----------
-    positions, across_flats, count, shown
-        As of `in_first_cells`, which holds for all of them.
-    """
+    """Return spheres of the first cells as if there were no others."""
     nearest = _own_cell(positions, across_flats, count)
     centres = geometry.cell_centres(across_flats, count)
     moved = positions.copy()
@@ -111,32 +82,7 @@ def spheres_picture(
     colormap: str = "plasma",
     pixels: int = 1500,
 ) -> Image:
-    """Draw spheres in a row of transparent cells.
-
-    Parameters
-    ----------
-    positions
-        Centres [m], shape ``(n, 3)``, in cells at `geometry.cell_centres`.
-    diameters
-        Diameters [m], shape ``(n,)``.
-    values, limits
-        What the colour shows, shape ``(n,)``, and the ends of its scale.
-    outline
-        Corners of a cell round its centre [m], shape ``(n_corners, 2)``.
-    across_flats, depth
-        Width and depth of a cell [m].
-    count
-        Number of cells.
-    colormap
-        Name of the colour map.
-    pixels
-        Width of the image [pixel].
-
-    Returns
-    -------
-    Image
-        Shape ``(height, width, 3)``.
-    """
+    """Draw spheres in a row of transparent cells."""
     (image,) = spheres_film(
         [positions], diameters, values[None], limits, lift=np.zeros(1), outline=outline,
         across_flats=across_flats, depth=depth, count=count, colormap=colormap, pixels=pixels,
@@ -160,19 +106,7 @@ def spheres_film(
 ) -> list[Image]:
     """Draw spheres in a row of transparent cells, frame by frame.
 
-    Parameters
-    ----------
-    positions, values
-        Of each frame, as of `spheres_picture`; values of shape ``(n_frames, n)``.
-    lift
-        Height of the cells above their mean in each frame [m], shape ``(n_frames,)``.
-    diameters, limits, outline, across_flats, depth, count, colormap, pixels
-        As of `spheres_picture`.
-
-    Returns
-    -------
-    list of Image
-        One for each frame, shape ``(height, width, 3)``.
+    Values have the shape (n_frames, n); the outline is that of a cell round its centre.
     """
     import pyvista as pv
 
@@ -241,30 +175,7 @@ def mode_pictures(
     colormap: str = "RdBu_r",
     size: tuple[int, int] = (660, 400),
 ) -> list[Image]:
-    """Draw mode shapes, warped and coloured from −1 to 1, with lines and points on them.
-
-    Parameters
-    ----------
-    vertices
-        Positions [m], shape ``(n_vertices, 2)``.
-    cells
-        Vertex numbers of the elements, shape ``(n_cells, 3)`` or ``(n_cells, 4)``.
-    shapes
-        Deflections, shape ``(n_vertices, n_modes)``; each is scaled to a largest of 1.
-    lines
-        Vertex numbers that lines join, shape ``(n_lines, 2)``: outlines of panel and patches.
-    points
-        Positions of points [m], shape ``(n_points, 2)``; each is drawn at the nearest vertex.
-    colormap
-        Name of the colour map.
-    size
-        Width and height of each image [pixel].
-
-    Returns
-    -------
-    list of Image
-        One for each mode, shape ``(height, width, 3)``.
-    """
+    """Draw mode shapes (n_vertices, n_modes), coloured from −1 to 1, with lines and points."""
     import pyvista as pv
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)

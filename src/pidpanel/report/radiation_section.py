@@ -20,15 +20,7 @@ SIDES = {
 
 
 def compared(summary: pd.DataFrame, radiation: pd.DataFrame) -> pd.DataFrame:
-    """Return each scenario with a response under both radiations, the other one ``_beside``.
-
-    Parameters
-    ----------
-    summary
-        ``response/summary.csv`` (points as text).
-    radiation
-        ``response/radiation.csv`` (points as text).
-    """
+    """Return each scenario with a response under both radiations, the other one ``_beside``."""
     good = summary[summary["status"] == "ok"]
     return good.merge(radiation, on=["reading", "scenario", "point"], suffixes=("", "_beside"))
 
@@ -36,19 +28,7 @@ def compared(summary: pd.DataFrame, radiation: pd.DataFrame) -> pd.DataFrame:
 def radiation_finding(
     pairs: pd.DataFrame, base: str, points: Sequence[str], *, air_mass: bool = True
 ) -> str:
-    """Return how much the other radiation changes, beside the best damper, and what that means.
-
-    Parameters
-    ----------
-    pairs
-        From `compared`.
-    base
-        ``response.radiation`` of the study.
-    points
-        Names of the response points in order.
-    air_mass
-        ``response.air_mass`` of the study.
-    """
+    """Return how much the other radiation changes, beside the best damper, and what that means."""
     other_radiation = str(pairs["radiation"].iloc[0])
     changes = []
     for point in [name for name in points if name in set(pairs["point"])]:
@@ -88,15 +68,7 @@ def radiation_section(
     *,
     air_mass: bool = True,
 ) -> PageSection:
-    """Return the finding, and every scenario under both radiations.
-
-    Parameters
-    ----------
-    summary, radiation
-        As of `compared`.
-    own, points, air_mass
-        As of `radiation_finding`.
-    """
+    """Return the finding, and every scenario under both radiations."""
     pairs = compared(summary, radiation)
     sides = (SIDES[base], SIDES[str(pairs["radiation"].iloc[0])])
     rows = [

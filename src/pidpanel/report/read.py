@@ -26,22 +26,7 @@ STEADINESS_SHOWN = 6
 
 
 def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
-    """Read all that the page of a study with a panel is made from.
-
-    Parameters
-    ----------
-    study
-        The study.
-    folder
-        Results of the study, ``results/<study>``.
-    coupon
-        Runs of the coupon, ``results/coupon``.
-
-    Raises
-    ------
-    StudyError
-        As `read_coupon`.
-    """
+    """Read all that the page of a study with a panel is made from."""
     response, panel = folder / "response", folder / "panel"
     compares_radiation = study.response.radiation_beside != "none"
     summary, psd = with_known_errors(
@@ -71,15 +56,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
 
 
 def read_coupled(study: Study, folder: Path) -> CoupledResults:
-    """Read what the runs of panel and particles together left.
-
-    Parameters
-    ----------
-    study
-        The study.
-    folder
-        ``results/<study>/coupled``.
-    """
+    """Read what the runs of panel and particles together left."""
     summary, psd, impedance = (
         _read_by_point(folder / f"{name}.csv") for name in ("summary", "psd", "impedance")
     )
@@ -99,22 +76,7 @@ def _read_dataset(path: Path) -> xr.Dataset:
 
 
 def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> CouponResults:
-    """Read the cases of a coupon, the cycles of a few and the particles of one.
-
-    Parameters
-    ----------
-    study, damper
-        Study, and the name of the damper; ``coupon`` for the section of that name.
-    table
-        Its ``cases.csv``.
-    folder
-        Runs of the coupon, ``results/coupon``.
-
-    Raises
-    ------
-    StudyError
-        If the table holds a case that the study does not.
-    """
+    """Read the cases of a coupon, the cycles of a few and the particles of one."""
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = pd.read_csv(table)
@@ -145,15 +107,7 @@ def _tones(study: CouponStudy, damper: str, cases: pd.DataFrame) -> dict[str, Ca
 
 
 def read_damping(study: Study, damper: str, folder: Path) -> DampingResults:
-    """Read what the damping stage left of a coupon in the results of a study.
-
-    Parameters
-    ----------
-    study, damper
-        As of `read_coupon`.
-    folder
-        Results of the study, ``results/<study>``.
-    """
+    """Read what the damping stage left of a coupon in the results of a study."""
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
 

@@ -31,35 +31,15 @@ DECADES = 9
 
 @dataclass(frozen=True)
 class PsdCurve:
-    """One line of a response figure.
-
-    Attributes
-    ----------
-    label
-        Name in the legend.
-    values
-        Values in the unit of the axis, shape ``(n_lines,)``.
-    colour
-        Colour of the line.
-    inside
-        False where the damping behind the value lies outside the simulated range, shape
-        ``(n_lines,)``: drawn dashed there. None for damping without such a range.
-    width
-        Width of the line [pt].
-    log_error
-        Standard error of ln of the values, shape ``(n_lines,)``, drawn as a band; None where
-        there is none.
-    dotted
-        Whether the line is dotted, for what stands beside another of the same colour.
-    """
+    """One line of a response figure."""
 
     label: str
-    values: Array
+    values: Array  # (n_lines,)
     colour: str
-    inside: Flags | None = None
-    width: float = 0.9
-    log_error: Array | None = None
-    dotted: bool = False
+    inside: Flags | None = None  # (n_lines,) simulated range of the damping; dashed outside
+    width: float = 0.9  # [pt]
+    log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
+    dotted: bool = False  # for what belongs to another curve of the same colour
 
 
 ACROSS = 2
@@ -184,17 +164,7 @@ def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
 def psd_figure(
     frequency: Array, panels: Sequence[FigurePanel], *, width: float = WIDTH, height: float = 4.4
 ) -> Figure:
-    """Draw acceleration PSDs, the readings of the damping side by side on one scale.
-
-    Parameters
-    ----------
-    frequency
-        Rising frequencies [Hz], shape ``(n_lines,)``.
-    panels
-        One per reading; the values are one-sided PSDs [(m/s²)²/Hz] and are drawn in g²/Hz.
-    width, height
-        Of the figure [inch].
-    """
+    """Draw acceleration PSDs [(m/s²)²/Hz] in g²/Hz, the readings side by side on one scale."""
     rows = math.ceil(len(panels) / ACROSS)
     figure = Figure(figsize=(width, rows * height), layout="constrained")
     grid = _side_by_side(figure, len(panels))
@@ -216,13 +186,7 @@ def psd_figure(
 
 
 def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
-    """Draw reductions by band, where curves that lie on each other as PSDs are apart.
-
-    Parameters
-    ----------
-    panels
-        Reductions [dB] by the title of their axes, side by side on one scale.
-    """
+    """Draw reductions by band, where curves that lie on each other as PSDs are apart."""
     rows = math.ceil(len(panels) / ACROSS)
     figure = Figure(figsize=(WIDTH, 0.5 + 2.2 * rows), layout="constrained")
     grid = _side_by_side(figure, len(panels))
@@ -243,15 +207,7 @@ def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
 def damping_figure(
     frequency: Array, damping: Sequence[FigurePanel], mass: Sequence[FigurePanel]
 ) -> Figure:
-    """Draw C_e and m_a with which the responses were computed, one column per reading.
-
-    Parameters
-    ----------
-    frequency
-        Rising frequencies [Hz], shape ``(n_lines,)``.
-    damping, mass
-        One per reading; C_e [N s/m³] and m_a [kg/m²].
-    """
+    """Draw C_e and m_a with which the responses were computed, one column per reading."""
     across, rows = min(ACROSS, len(damping)), math.ceil(len(damping) / ACROSS)
     figure = Figure(figsize=(WIDTH, 4.9 * rows), layout="constrained")
     grid = figure.subplots(
@@ -286,21 +242,7 @@ def reduction_figure(
     readings: Sequence[str],
     row_name: str,
 ) -> Figure:
-    """Draw third-octave reductions against the bare panel as maps, one column per reading.
-
-    Parameters
-    ----------
-    centre
-        Centres of the bands [Hz], shape ``(n_bands,)``.
-    rows
-        Names of the rows, such as fill fractions.
-    gained
-        Reduction [dB], shape ``(n_rows, n_bands)``, by (point, reading).
-    points, readings
-        Order of the maps, downwards and to the right.
-    row_name
-        Name and unit of what the rows vary.
-    """
+    """Draw third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as maps."""
     maps = [(point, reading) for point in points for reading in readings]
     across = min(ACROSS, len(readings))
     down = math.ceil(len(maps) / across)

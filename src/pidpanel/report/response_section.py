@@ -26,15 +26,7 @@ READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated accelera
 
 
 def response_section(inputs: Inputs, name: str) -> PageSection:
-    """Return one family of scenarios: PSDs at every point, reductions by band, the damping.
-
-    Parameters
-    ----------
-    inputs
-        What the page is made from.
-    name
-        Key of the family under ``scenarios``.
-    """
+    """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
     study, psd = inputs.study, inputs.psd
     title = study.families[name].title or f"Scenarios: {name}"
     readings = stable_readings(inputs, name)

@@ -13,15 +13,7 @@ from pidpanel.solve.bands import band_rms, third_octaves
 
 
 def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
-    """Return the points that move; one on a support does not, and nothing can be said of it.
-
-    Parameters
-    ----------
-    summary
-        ``response/summary.csv`` (points as text).
-    points
-        Names of the points in order.
-    """
+    """Return the points that move; one on a support does not, and nothing can be said of it."""
     fixed = set(summary.loc[summary["status"] == "held", "point"])
     return [point for point in points if point not in fixed]
 
@@ -33,27 +25,7 @@ def rms_by(
     points: Sequence[str],
     column: str = "acceleration_rms_g",
 ) -> pd.DataFrame:
-    """Return rms accelerations of scenarios, or another column, under an index of one's own.
-
-    Parameters
-    ----------
-    summary
-        ``response/summary.csv`` (points as text).
-    reading
-        One of its readings.
-    labels
-        Labels of the scenarios by the index wanted.
-    points
-        The columns wanted.
-    column
-        Column of the summary.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rms acceleration [g]; NaN where there is no steady response, and where the summary does
-        not have the column.
-    """
+    """Return rms accelerations of scenarios, or another column, NaN where unknown, by label."""
     rows = summary[summary["reading"] == reading]
     if column not in rows:
         rows = rows.assign(**{column: np.nan})
@@ -65,24 +37,7 @@ def rms_by(
 def band_rms_of(
     psd: xr.Dataset, reading: str, labels: Sequence[str], points: Sequence[str]
 ) -> tuple[Array, Array]:
-    """Return third-octave rms accelerations of scenarios.
-
-    Parameters
-    ----------
-    psd
-        ``response/psd.nc``.
-    reading
-        One of its readings.
-    labels, points
-        The scenarios and points wanted, in order.
-
-    Returns
-    -------
-    centre
-        Centres of the bands [Hz], shape ``(n_bands,)``.
-    rms
-        Rms acceleration [m/s²], shape ``(n_scenarios, n_bands, n_points)``.
-    """
+    """Return centres (n_bands,) [Hz] and rms values (n_scenarios, n_bands, n_points) [m/s²]."""
     frequency = psd["frequency"].to_numpy()
     chosen = psd["acceleration_psd"].sel(reading=reading, scenario=list(labels), point=list(points))
     values = chosen.transpose("frequency", "scenario", "point").to_numpy()
@@ -95,20 +50,8 @@ def band_error_of(
 ) -> Array:
     """Return standard errors of the levels of third-octave rms accelerations [dB].
 
-    Parameters
-    ----------
-    psd, reading, labels, points
-        As of `band_rms_of`.
-
-    Returns
-    -------
-    Array
-        Shape ``(n_scenarios, n_bands, n_points)``; NaN where no errors are known.
-
-    Notes
-    -----
-    The errors of a band's lines are taken as common to them, so that the band has the error of
-    its lines, weighted with their PSD.
+    (n_scenarios, n_bands, n_points); NaN where no errors are known. Errors are common to the lines
+    of a band, which has their mean, weighted with their PSD.
     """
     frequency = psd["frequency"].to_numpy()
     _, edge = third_octaves(frequency[0], frequency[-1])

@@ -11,15 +11,7 @@ from pidpanel.report.layout import WIDTH, frequency_axis
 
 
 def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
-    """Draw band levels and pressure PSD of the sound; outside the response's range is grey.
-
-    Parameters
-    ----------
-    bands
-        ``sound/spectrum.csv``.
-    low, high
-        Range of the response [Hz].
-    """
+    """Draw band levels and pressure PSD of the sound; outside the response's range is grey."""
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
     edges = np.append(bands["lower_hz"].to_numpy(), bands["upper_hz"].to_numpy()[-1])

@@ -13,19 +13,7 @@ from pidpanel.report.sound_figures import spectrum_figure
 def sound_section(
     bands: pd.DataFrame, spectrum: str, frequency: tuple[float, float], *, assumed: bool = False
 ) -> PageSection:
-    """Return the spectrum of the sound.
-
-    Parameters
-    ----------
-    bands
-        ``sound/spectrum.csv``.
-    spectrum
-        Name of the file that the levels come from.
-    frequency
-        Lowest and highest frequency of the response [Hz].
-    assumed
-        Whether the study is the paper's, which prints no spectrum.
-    """
+    """Return the spectrum of the sound."""
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     caption = (
         f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. The PSD is constant in each "

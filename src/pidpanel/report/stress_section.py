@@ -20,25 +20,12 @@ SYMBOLS = {
 
 
 def stress_section(stress: pd.DataFrame) -> PageSection:
-    """Return strain and stress at every point in every scenario.
-
-    Parameters
-    ----------
-    stress
-        As of `stress_table`.
-    """
+    """Return strain and stress at every point in every scenario."""
     return PageSection("stress", "Strain and stress", [stress_table(stress)])
 
 
 def stress_table(stress: pd.DataFrame) -> Table:
-    """Return the layer of largest von Mises stress at each point, all its strains and stresses.
-
-    Parameters
-    ----------
-    stress
-        ``response/stress.csv`` (points as text); the core, which has no von Mises stress, is left
-        out.
-    """
+    """Return the layer of largest von Mises stress at each point, all its strains and stresses."""
     units = stress.drop_duplicates("quantity").set_index("quantity")["unit"]
     where = ["reading", "scenario", "point"]
     von_mises = stress[stress["quantity"] == "von_mises"]

@@ -37,15 +37,7 @@ from pidpanel.report.warnings import study_warnings
 
 
 def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
-    """Return the whole page; call it within `style.context`.
-
-    Parameters
-    ----------
-    inputs
-        What the page is made from.
-    steps
-        How to reproduce the results, as of `pidpanel.report.html.Page`.
-    """
+    """Return the whole page; call it within `style.context`."""
     study = inputs.study
     answer = answer_of(study, inputs.summary)
     return Page(

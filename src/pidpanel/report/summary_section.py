@@ -15,26 +15,12 @@ from pidpanel.report.text import READINGS, number, records, with_error
 def summary_section(
     summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]
 ) -> PageSection:
-    """Return the table of all scenarios.
-
-    Parameters
-    ----------
-    summary, scenarios, points
-        As of `response_table`.
-    """
+    """Return the table of all scenarios."""
     return PageSection("summary", "All scenarios", [response_table(summary, scenarios, points)])
 
 
 def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]) -> Table:
-    """Return rms values and reduction of each scenario and point, the readings side by side.
-
-    Parameters
-    ----------
-    summary
-        ``response/summary.csv``: one row per reading, scenario and point (points as text).
-    scenarios, points
-        Scenarios as in the table, and names of the points in order.
-    """
+    """Return rms values and reduction of each scenario and point, the readings side by side."""
     readings = list(dict.fromkeys(summary["reading"]))
     columns = ["scenario", "point"]
     for reading in readings:

@@ -46,15 +46,7 @@ def varied_keys(study: CouponStudy) -> list[str]:
 
 
 def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
-    """Return C_e over each of the keys.
-
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    keys
-        From `varied_keys`.
-    """
+    """Return C_e over each of the keys."""
     blocks: list[Block] = []
     for key in keys:
         rest = ", ".join(_name(name) for name in keys if name != key)
@@ -71,15 +63,7 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
 
 
 def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
-    """Return C_e at each value of a key, a row for each point of the sweep.
-
-    Parameters
-    ----------
-    cases, keys
-        As of `varied_section`.
-    key
-        One of the keys.
-    """
+    """Return C_e at each value of a key, a row for each point of the sweep."""
     values = list(dict.fromkeys(cases[key]))
     same = [*(k for k in keys if k != key), "fill_fraction", "frequency_hz", "acceleration_g"]
     rows = []
@@ -100,13 +84,7 @@ def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
 
 
 def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
-    """Return the main results, one sentence for each key.
-
-    Parameters
-    ----------
-    cases, keys
-        As of `varied_section`.
-    """
+    """Return the main results, one sentence for each key."""
     sentences = []
     for key in keys:
         changes = comparison(cases, key)
@@ -136,22 +114,9 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
 def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     """Compare every case with the one at the first value of a key, all else equal.
 
-    Parameters
-    ----------
-    cases
-        Rows of ``coupon/cases.csv`` with status ok.
-    key
-        Column that is varied.
+    A row for each case but the first of its group: C_e of both, the ratio, and the difference over
+    its standard error, ``deviation``.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row for each case but the first of its group: C_e of the first and its own, ``first``
-        and ``last``, with errors, their ``ratio`` and its ``ratio_error``, and their difference
-        over its standard error, ``deviation``.
-
-    Notes
-    -----
     The bias of softened contacts is common to both and drops out of the difference, unless the
     moduli differ.
     """

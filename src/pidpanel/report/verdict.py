@@ -28,63 +28,34 @@ Holds = Literal["yes", "no", "open"]
 
 @dataclass(frozen=True)
 class CoupledRun:
-    """A point of a coupled run.
+    """A point of a coupled run."""
 
-    Attributes
-    ----------
-    rms, rms_error
-        g rms and its standard error.
-    band_rms, band_error_db
-        (n,) of third octaves, g rms and standard error [dB].
-    """
-
-    rms: float
-    rms_error: float
-    band_rms: Array
-    band_error_db: Array
+    rms: float  # [g]
+    rms_error: float  # [g]
+    band_rms: Array  # (n,) of third octaves [g]
+    band_error_db: Array  # (n,) [dB]
 
 
 @dataclass(frozen=True)
 class Distance:
-    """How far a reading is from the coupled run at a point.
+    """How far a reading is from the coupled run at a point."""
 
-    Attributes
-    ----------
-    rms
-        g rms over that of the coupled run, less 1 [1].
-    rms_error
-        Standard error of that, of the coupled run.
-    band
-        Index of the third octave that is furthest off.
-    band_db, band_error_db
-        How far it is off, and the standard error of that [dB].
-    holds
-        Whether both are within their limits.
-    """
-
-    rms: float
-    rms_error: float
-    band: int
-    band_db: float
-    band_error_db: float
-    holds: Holds
+    rms: float  # g rms over that of the coupled run, less 1
+    rms_error: float  # standard error, of the coupled run
+    band: int  # index of the third octave that is furthest off
+    band_db: float  # how far it is off [dB]
+    band_error_db: float  # [dB]
+    holds: Holds  # whether both are within their limits
 
 
 def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     """Return how far a reading is from a coupled run.
 
-    Parameters
-    ----------
-    rms, band_rms
-        g rms of the reading, as a whole and (n,) in third octaves.
-    coupled
-        The run.
-
     Examples
     --------
     >>> run = CoupledRun(10.0, 0.05, np.array([8.0, 6.0, 0.01]), np.array([0.1, 0.1, 0.1]))
-    >>> found = distance(10.1, np.array([8.0, 6.2, 0.02]), run)
-    >>> found.band, round(found.band_db, 2), found.holds
+    >>> offset = distance(10.1, np.array([8.0, 6.2, 0.02]), run)
+    >>> offset.band, round(offset.band_db, 2), offset.holds
     (1, 0.28, 'yes')
     """
     counts = coupled.band_rms >= 10 ** (-BAND_DEPTH / 20) * coupled.band_rms.max()

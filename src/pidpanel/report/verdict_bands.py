@@ -26,13 +26,6 @@ def band_differences(frequency: Array, psd: Array, run: pd.DataFrame) -> tuple[A
     """Return centres [Hz] of the third octaves, a reading over the run, and the run's error [dB].
 
     NaN where a third octave of the run is `BAND_DEPTH` below its highest.
-
-    Parameters
-    ----------
-    frequency, psd
-        (nf,) [Hz] and the acceleration PSD of a reading at a point [g²/Hz].
-    run
-        Rows of ``coupled/psd.csv`` of the same scenario and point.
     """
     lines = run["frequency_hz"].to_numpy(float)
     run_psd = run["acceleration_psd_g2_hz"].to_numpy(float)
@@ -47,17 +40,7 @@ def band_differences(frequency: Array, psd: Array, run: pd.DataFrame) -> tuple[A
 def band_figure(
     psd: xr.Dataset, run: pd.DataFrame, scenarios: Sequence[tuple[str, str]], points: Sequence[str]
 ) -> Figure:
-    """Draw every reading over the coupled run by third octave, a row a scenario.
-
-    Parameters
-    ----------
-    psd, run
-        ``response/psd.nc`` and ``coupled/psd.csv`` (points as text).
-    scenarios
-        Label and title of each that was run.
-    points
-        Names of the points in order.
-    """
+    """Draw every reading over the coupled run by third octave, a row a scenario."""
     readings = [str(name) for name in psd["reading"].to_numpy() if name != COUPLED]
     figure = Figure(figsize=(WIDTH, 0.7 + 1.5 * len(scenarios)), layout="constrained")
     grid = figure.subplots(len(scenarios), len(points), sharex=True, sharey="row", squeeze=False)
@@ -92,15 +75,7 @@ def band_figure(
 def level_psd_figure(
     psd: xr.Dataset, run: pd.DataFrame, scenarios: Sequence[tuple[str, str]], point: str
 ) -> Figure:
-    """Draw the PSDs of several levels by the paper's law, as its Figure 8, and in the coupled runs.
-
-    Parameters
-    ----------
-    psd, run, scenarios
-        As of `band_figure`; of scenarios the lowest level first.
-    point
-        Where.
-    """
+    """Draw PSDs of several levels, the lowest first: the paper's law, as Figure 8; coupled runs."""
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     for number, (label, title) in enumerate(scenarios):

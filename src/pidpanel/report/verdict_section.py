@@ -28,13 +28,7 @@ VERDICTS = {"yes": "holds", "no": "does not hold", "open": "open"}
 
 
 def worst(verdict: pd.DataFrame) -> pd.DataFrame:
-    """Return of each reading and scenario what is worst of its points.
-
-    Parameters
-    ----------
-    verdict
-        ``coupled/verdict.csv``.
-    """
+    """Return of each reading and scenario what is worst of its points."""
     rows = []
     for (reading, scenario), group in verdict.groupby(["reading", "scenario"], sort=False):
         band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
@@ -57,13 +51,7 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
 
 
 def verdict_finding(summary: pd.DataFrame) -> str:
-    """Return in how many scenarios each reading holds.
-
-    Parameters
-    ----------
-    summary
-        From `worst`.
-    """
+    """Return in how many scenarios each reading holds."""
     count = summary["scenario"].nunique()
     counts = []
     for reading in summary["reading"].unique():
@@ -82,13 +70,7 @@ def verdict_finding(summary: pd.DataFrame) -> str:
 
 
 def accuracy_text(summary: pd.DataFrame) -> str:
-    """Return how well the coupled runs know g rms, and what would be needed for `TARGET`.
-
-    Parameters
-    ----------
-    summary
-        From `worst`.
-    """
+    """Return how well the coupled runs know g rms, and what would be needed for `TARGET`."""
     error = summary.groupby("scenario", sort=False)["rms_error"].max()
     text = f"The coupled runs have errors of g rms of {error.min():.1%} to {error.max():.1%}."
     short = error[error > TARGET]
@@ -100,13 +82,7 @@ def accuracy_text(summary: pd.DataFrame) -> str:
 
 
 def verdict_table(summary: pd.DataFrame) -> Table:
-    """Return a row a reading and a column a scenario, with what is worst of its points.
-
-    Parameters
-    ----------
-    summary
-        From `worst`.
-    """
+    """Return a row a reading and a column a scenario, with what is worst of its points."""
     scenarios = list(summary["scenario"].unique())
     cells = summary.set_index(["reading", "scenario"])
     rows = []
@@ -131,15 +107,7 @@ def verdict_table(summary: pd.DataFrame) -> Table:
 
 
 def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
-    """Draw g rms over that of the coupled run against the level, a panel a point.
-
-    Parameters
-    ----------
-    verdict
-        ``coupled/verdict.csv``.
-    points
-        Names of the points in order.
-    """
+    """Draw g rms over that of the coupled run against the level, a panel a point."""
     figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
     panels = figure.subplots(1, len(points), sharey=True, squeeze=False)[0]
     readings = [name for name in verdict["reading"].unique() if name not in DASHED]
@@ -173,15 +141,6 @@ def verdict_section(
     """Return the finding, the figure over the level where there are several, and the table.
 
     With the PSDs there are figures of third octaves, and of the levels beside the paper's Figure 8.
-
-    Parameters
-    ----------
-    verdict
-        ``coupled/verdict.csv`` (points as text).
-    points
-        Names of the points in order.
-    psd, run
-        ``response/psd.nc`` and ``coupled/psd.csv`` (points as text).
     """
     summary = worst(verdict)
     blocks: list[Block] = [Paragraph(f"{verdict_finding(summary)} {accuracy_text(summary)}")]

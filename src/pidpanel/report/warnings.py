@@ -64,15 +64,7 @@ def study_warnings(inputs: Inputs) -> list[str]:
 def response_warnings(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
 ) -> list[str]:
-    """Return the limitations of the response.
-
-    Parameters
-    ----------
-    study
-        The study.
-    summary, psd, layouts
-        ``response/summary.csv`` (points as text), ``response/psd.nc``, ``response/layouts.csv``.
-    """
+    """Return the limitations of the response."""
     good = summary[summary["status"] == "ok"]
     return [
         *_plate_warnings(study, good),
@@ -214,15 +206,7 @@ def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str)
 
 
 def coupon_warnings(cases: pd.DataFrame, suffix: str = "") -> list[str]:
-    """Return the cases of a coupon that are excluded, not steady or less accurate than requested.
-
-    Parameters
-    ----------
-    cases
-        ``coupon/cases.csv``.
-    suffix
-        Of which damper, where the study has several.
-    """
+    """Return the cases that are excluded, not steady or less accurate than requested."""
     warnings = []
 
     def warn(rows: pd.DataFrame, text: str, *, named: bool = True) -> None:

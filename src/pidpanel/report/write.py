@@ -74,17 +74,7 @@ def write_coupon_page(
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:
-    """Write a page, and each of its pictures as ``<name>.<format>``.
-
-    Parameters
-    ----------
-    page
-        The page.
-    file
-        HTML file to write.
-    figures
-        Folder of the pictures; made if missing.
-    """
+    """Write a page, and each of its pictures as ``<name>.<format>``."""
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:
         (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)

@@ -22,24 +22,9 @@ ASIDE = "x-"
 
 
 class Document:
-    """A YAML file whose keys are text, as they are written.
+    """A YAML file whose keys are text, as they are written; `StudyError` if it is none.
 
-    Parameters
-    ----------
-    path : Path
-
-    Attributes
-    ----------
-    path : Path
-    data : Mapping
-        Its content, without what stands aside for repetition.
-    mistakes : list of Mistake
-        Duplicate keys, of which the last counts, and keys without a value.
-
-    Raises
-    ------
-    StudyError
-        If the file cannot be read or is no YAML mapping.
+    ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value.
     """
 
     def __init__(self, path: Path) -> None:

@@ -10,19 +10,7 @@ from pydantic import AfterValidator, ValidationInfo
 
 
 def file_in(shipped: Path | None = None) -> AfterValidator:
-    """Make a path one of a file that is there, where the folder of the study is known.
-
-    Parameters
-    ----------
-    shipped
-        Folder of the files of this kind that come with pidpanel.
-
-    Returns
-    -------
-    AfterValidator
-        For the annotation of a key. A study that is not read from a file keeps its paths as they
-        are; one that is has its folder in the ``context`` of its validation.
-    """
+    """Make a path one of a file that is there, where the folder of the study is known."""
 
     def find(name: Path, info: ValidationInfo) -> Path:
         context: dict[str, Any] = info.context or {}

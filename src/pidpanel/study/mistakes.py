@@ -14,21 +14,11 @@ LONGEST_NAME = 80
 
 
 class Mistake(NamedTuple):
-    """What is wrong at a key.
+    """What is wrong at a key."""
 
-    Attributes
-    ----------
-    keys : tuple of str or int
-        Way to the key from the model that speaks; empty for the model as a whole.
-    says : str
-        What is wrong or what is allowed, without the key and its value.
-    line : int or None
-        Where a key is that is there several times.
-    """
-
-    keys: Keys
-    says: str
-    line: int | None = None
+    keys: Keys  # way from the model that speaks; empty for the whole model
+    says: str  # what is wrong or allowed, without the key and its value
+    line: int | None = None  # where a duplicate key is
 
     def prefix(self, *keys: str | int) -> Mistake:
         """Return the same mistake with the way to its model put in front."""
@@ -36,12 +26,7 @@ class Mistake(NamedTuple):
 
 
 class Mistakes(ValueError):
-    """All mistakes that a model, or a check of a whole study, has found.
-
-    Attributes
-    ----------
-    mistakes : tuple of Mistake
-    """
+    """All mistakes that a model, or a check of a whole study, has found."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes = tuple(mistakes)

@@ -56,17 +56,6 @@ PASCAL: Units = (("Pa", level_of),)
 class Quantity:
     """Bounds of a number, for the annotation of a key.
 
-    Attributes
-    ----------
-    low, high
-        Least and greatest value.
-    low_itself, high_itself
-        Whether the bounds are allowed themselves.
-    units
-        Units in which a value may have been given by mistake.
-    whole
-        Whether it is a whole number.
-
     Examples
     --------
     >>> Quantity(0.01, 30, units=METRES).refuses(1500.0)
@@ -77,9 +66,9 @@ class Quantity:
 
     low: float
     high: float = math.inf
-    low_itself: bool = True
+    low_itself: bool = True  # whether the bound is allowed
     high_itself: bool = True
-    units: Units = ()
+    units: Units = ()  # in which a value may have been given by mistake
     whole: bool = False
 
     @property
@@ -149,13 +138,7 @@ class Quantity:
         return int(value) if isinstance(value, Integral) else int(number)
 
     def __call__(self, value: Any) -> float | int:
-        """Return the number that a value is, for pydantic.
-
-        Raises
-        ------
-        PydanticCustomError
-            If it is none, or is not within the bounds.
-        """
+        """Return the number that a value is, for pydantic."""
         number = self.number(value)
         says = self.refuses(number)
         if says:

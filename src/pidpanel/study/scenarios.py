@@ -90,42 +90,23 @@ Compared = Annotated[
 
 
 class Filling(SectionModel):
-    """A patch and what it is filled with.
-
-    Attributes
-    ----------
-    patch : str
-        Its name.
-    damper : str or None
-        Name of the damper; None in a study without a coupon and without ``dampers``, whose
-        readings are laws and tables for any patch.
-    fill_fraction : float or None
-        None where the damper needs none.
-    """
+    """A patch and what it is filled with."""
 
     patch: str
-    damper: str | None
-    fill_fraction: float | None
+    damper: str | None  # None where laws and tables for any patch are the only dampers
+    fill_fraction: float | None  # None where the damper needs none
 
 
 class Scenario(SectionModel):
     """One response: a layout of filled patches, or the bare panel, at one level.
 
-    Attributes
-    ----------
-    label : str
-        Its name in tables and files: the key of an explicit layout; of a family's scenario such
-        as ``PID-1_r0.5_162dB``, with the damper (``PID-1_steel_r0.5_162dB``) where the study has
-        several.
-    fillings : tuple of Filling
-        None of them for the bare panel.
-    oaspl_db : float or None
-        Overall sound pressure level [dB]; None for that of the spectrum's table.
+    Its label names it in tables and files: the key of an explicit layout, or such as
+    ``PID-1_steel_r0.5_162dB``, without the damper where the study has one.
     """
 
     label: str
-    fillings: tuple[Filling, ...]
-    oaspl_db: float | None
+    fillings: tuple[Filling, ...]  # empty for the bare panel
+    oaspl_db: float | None  # overall level [dB]; None for that of the spectrum's table
 
     @staticmethod
     def bare_at(oaspl_db: float | None) -> Scenario:

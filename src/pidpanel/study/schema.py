@@ -17,24 +17,12 @@ from pidpanel.study.mistakes import Keys
 
 
 class Place(NamedTuple):
-    """A place of a study.
+    """A place of a study."""
 
-    Attributes
-    ----------
-    keys : tuple of str or int
-        Way to it in the file.
-    types : tuple
-        Type that is allowed there; several where there is a choice.
-    choice : Keys or None
-        Way to the last place with a choice on the way, and
-    alternative : str
-        the name that pydantic gives to the alternative it tried there.
-    """
-
-    keys: Keys
-    types: tuple[Any, ...]
-    choice: Keys | None = None
-    alternative: str = ""
+    keys: Keys  # way to it in the file
+    types: tuple[Any, ...]  # several where there is a choice
+    choice: Keys | None = None  # way to the last choice
+    alternative: str = ""  # name that pydantic gives to the alternative it tried
 
 
 def place_of(location: Keys, model: type[BaseModel]) -> Place:

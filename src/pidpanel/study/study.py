@@ -151,13 +151,7 @@ class Study(CouponStudy):
         )
 
     def coupon_of(self, damper: str) -> Coupon:
-        """Return the coupon of a damper, whether or not its sweep is simulated.
-
-        Raises
-        ------
-        ValueError
-            If the damper has none.
-        """
+        """Return the coupon of a damper, whether or not its sweep is simulated."""
         coupon = self.all_dampers[damper].coupon if damper in self.all_dampers else None
         if coupon is None:
             raise ValueError(f"{self.name}: no coupon named {damper!r}")
@@ -223,13 +217,7 @@ class Study(CouponStudy):
                     )
 
     def mistakes_of_scenarios(self, *, of_fills: bool = True) -> Iterator[Mistake]:
-        """Yield patches and dampers that are not there, and fills that a damper does not have.
-
-        Parameters
-        ----------
-        of_fills
-            Whether to look at fills, for which the dampers must be right.
-        """
+        """Yield patches and dampers that are not there, and fills that a damper does not have."""
         for name, compared in self.scenarios.items():
             for mistake in self._mistakes_of(compared, of_fills=of_fills):
                 yield mistake.prefix("scenarios", name)

@@ -52,13 +52,7 @@ class Loader(yaml.SafeLoader):
         self.mistakes: list[Mistake] = []
 
     def get_single_node(self) -> yaml.Node | None:
-        """Return the root, without what would not fit into memory or never end.
-
-        Raises
-        ------
-        yaml.YAMLError
-            If the text is no YAML, holds itself, or has too many values or tags of its own.
-        """
+        """Return the root, without what would not fit into memory or never end."""
         root = super().get_single_node()
         if root is not None:
             count = _count(root, {}, set())
@@ -148,13 +142,7 @@ PROBLEMS = {
 
 
 def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
-    """Return the number of values in a node with its aliases written out.
-
-    Raises
-    ------
-    yaml.YAMLError
-        If it holds itself, or a tag that is not of YAML's core.
-    """
+    """Return the number of values in a node with its aliases written out."""
     if node.tag not in TAGS:
         name = node.tag.replace(CORE, "!!")
         raise yaml.composer.ComposerError(
