@@ -117,5 +117,4 @@ def cell_of(position: Array, centres: Array) -> Index:
         (n, 2) of the spheres and (c, 2) of the cells, in the plane of the panel [m].
     """
     apart = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
-    found: Index = np.argmin(apart, axis=1)
-    return found
+    return np.argmin(apart, axis=1)

@@ -75,12 +75,10 @@ def between(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
     """
 
     def mean(one: Array, other: Array) -> Array:
-        found: Array = (1 - share) * one + share * other
-        return found
+        return (1 - share) * one + share * other
 
     def error(one: Array, other: Array) -> Array:
-        found: Array = np.hypot((1 - share) * one, share * other)
-        return found
+        return np.hypot((1 - share) * one, share * other)
 
     damping = np.exp(mean(low.log_damping, high.log_damping))
     relative = error(

@@ -47,15 +47,13 @@ class CoupledPatch:
         """(n, r) E with D = E Eᵀ, parts below 1e-8 of the largest left out [m]."""
         value, vector = np.linalg.eigh((self.overlap + self.overlap.T) / 2)
         kept = value > 1e-8 * value[-1]
-        result: Array = vector[:, kept] * np.sqrt(value[kept])
-        return result
+        return vector[:, kept] * np.sqrt(value[kept])
 
     @property
     def distance(self) -> Array:
         """(c, c) of the simulated cells from each other [m]."""
         apart = self.position[:, None] - self.position[None]
-        result: Array = np.hypot(*apart.transpose(2, 0, 1))
-        return result
+        return np.hypot(*apart.transpose(2, 0, 1))
 
     def whole_load(self, own: OwnForce, frequency: Array) -> Array:
         """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴]."""
@@ -128,11 +126,10 @@ class CoupledPanel:
 
 def cell_load(panel: CoupledPanel, frequency: Array, impedances: Sequence[Impedance]) -> Complexes:
     """Return the diagonal (nf, c) of a_c Z_c."""
-    load: Complexes = np.concatenate(
+    return np.concatenate(
         [
             impedance(frequency)[:, None] * patch.area
             for impedance, patch in zip(impedances, panel.patches, strict=True)
         ],
         axis=1,
     )
-    return load

@@ -224,8 +224,7 @@ class _PatchFit:
             self._shared_areas[own.length] = area
         independent = self.patch.cell_area * self.patch.area.sum()
         shared = own.coherence * self._shared_areas[own.length]
-        result: Array = own.psd * (shared + (1 - own.coherence) * independent)
-        return result
+        return own.psd * (shared + (1 - own.coherence) * independent)
 
     def ratios(self, *, over: str) -> list[Array]:
         """Return the resultants with one segment or cell left out over that of all, (bands,)."""
@@ -322,8 +321,7 @@ def _variance(
         parts += [
             _jackknife_variance([of(change) for change in part]) for part in jackknifed if part
         ]
-        result: Array = np.sum(parts, axis=0) + (2 * bias) ** 2
-        return result
+        return np.sum(parts, axis=0) + (2 * bias) ** 2
 
     return variance
 
@@ -346,8 +344,7 @@ def _jackknife_variance(changes: Sequence[Array]) -> Array:
     """
     values = np.array(changes)
     n = len(values)
-    result: Array = (n - 1) / n * ((values - values.mean(axis=0)) ** 2).sum(axis=0)
-    return result
+    return (n - 1) / n * ((values - values.mean(axis=0)) ** 2).sum(axis=0)
 
 
 def _residual(recorded: Array, predicted: Array) -> tuple[Array, Array]:
@@ -377,8 +374,7 @@ def _patch_estimate(
         variance = (part(carried.deviation) ** 2).sum(axis=1)
         if by_cell:
             variance = variance + _jackknife_variance([part(value) for value in by_cell])
-        result: Array = np.sqrt(variance)
-        return result
+        return np.sqrt(variance)
 
     return PatchEstimate(
         impedance=carried,

@@ -158,8 +158,7 @@ class BandImpedance:
         place, nodes = np.log(np.maximum(frequency, lowest)), np.log(self.frequency)
         damping = np.interp(place, nodes, self.value.real)
         mass = np.interp(place, nodes, self.value.imag / (2 * np.pi * self.frequency))
-        result: Complexes = damping + 2j * np.pi * frequency * mass
-        return result
+        return damping + 2j * np.pi * frequency * mass
 
     def scaled(self, factor: float) -> BandImpedance:
         """Return the same with another C_e."""

@@ -80,8 +80,7 @@ class Receptances:
         free = amplitude * self.inverse
         felt = np.linalg.solve(self._closed(load), (free @ self.felt)[:, :, None])
         force = self._force(load)[:, :, None] * felt
-        result: Complexes = free @ self.seen.T - (self.across @ force)[:, :, 0]
-        return result
+        return free @ self.seen.T - (self.across @ force)[:, :, 0]
 
     def psds(
         self,
@@ -116,18 +115,15 @@ class Receptances:
         reaction = (self.across[lines] * self._force(load, lines)[:, None]).swapaxes(1, 2)
         closed = self._closed(load, lines).swapaxes(1, 2)
         felt = np.linalg.solve(closed, reaction).swapaxes(1, 2)
-        result: Complexes = (self.seen - felt @ self.felt.T) * inverse
-        return result
+        return (self.seen - felt @ self.felt.T) * inverse
 
     def _force(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
-        result: Complexes = 2j * np.pi * self.frequency[lines, None] * load
-        return result
+        return 2j * np.pi * self.frequency[lines, None] * load
 
     def _closed(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
         """Return I + R iωL."""
         unit = np.eye(self.felt.shape[1], dtype=np.complex128)
-        result: Complexes = unit + self.between[lines] * self._force(load, lines)[:, None]
-        return result
+        return unit + self.between[lines] * self._force(load, lines)[:, None]
 
 
 def _quadratic(rows: Complexes, matrix: Array | Complexes) -> Array:
@@ -140,8 +136,7 @@ def _quadratic(rows: Complexes, matrix: Array | Complexes) -> Array:
         total = squares[:, :half] + squares[:, half:]
     else:
         total = ((flat @ matrix) * flat.conj()).sum(axis=2).real
-    result: Array = total.reshape(rows.shape[:-1])
-    return result
+    return total.reshape(rows.shape[:-1])
 
 
 def _chunks(count: int) -> Iterator[slice]:

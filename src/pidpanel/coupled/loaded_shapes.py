@@ -60,8 +60,7 @@ class LoadedShapes:
         """Return matrices (…, n, n) on the shapes of the bare panel as those on these."""
         if self.vectors is None:
             return matrix
-        result: Array | Complexes = self.vectors.T @ matrix @ self.vectors
-        return result
+        return self.vectors.T @ matrix @ self.vectors
 
 
 def loaded_shapes(

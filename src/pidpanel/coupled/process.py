@@ -70,8 +70,7 @@ def in_child(
                     raise RunStopped(f"{what}: no progress for {silence_s:.0f} s")
                 kind, value = here.recv()
                 if kind == "found":
-                    found: Found = value
-                    return found
+                    return value
                 if kind == "failed":
                     raise value
                 progress(value)

@@ -94,8 +94,7 @@ class RecordSegments:
             cell_load(self._panel, record.frequency, impedances), record.amplitude
         )
         settled = samples(amplitude, record.first, record.rows - record.settled)
-        values: Complexes = self._segments_of(settled).values
-        return values
+        return self._segments_of(settled).values
 
     def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
         """Return the cross-spectra of a patch with a linear motion as instrument."""
@@ -134,5 +133,4 @@ class RecordSegments:
     def lines(self, edge: Array) -> Index:
         """Return the number of lines of each band."""
         index = np.searchsorted(self.frequency, edge)
-        found: Index = index[:, 1] - index[:, 0]
-        return found
+        return index[:, 1] - index[:, 0]

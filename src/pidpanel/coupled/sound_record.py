@@ -124,8 +124,7 @@ def samples(amplitude: Complexes, first: int, count: int) -> Array:
     """
     spectrum = np.zeros((count // 2 + 1, amplitude.shape[1]), complex)
     spectrum[first : first + len(amplitude)] = amplitude
-    found: Array = np.fft.irfft(spectrum, count, axis=0) * (count / 2)
-    return found
+    return np.fft.irfft(spectrum, count, axis=0) * (count / 2)
 
 
 def before_hold(frequency: Array, interval: float) -> Array:
@@ -138,5 +137,4 @@ def before_hold(frequency: Array, interval: float) -> Array:
     interval
         Δ between samples [s].
     """
-    factor: Array = 1 / np.sinc(frequency * interval) ** 2
-    return factor
+    return 1 / np.sinc(frequency * interval) ** 2

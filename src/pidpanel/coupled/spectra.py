@@ -116,5 +116,4 @@ def band_sums(frequency: Array, values: Values, edge: Array, axis: int = 0) -> V
     cumulative = np.concatenate([np.zeros((1, *moved.shape[1:])), np.cumsum(moved, axis=0)])
     index = np.searchsorted(frequency, edge)
     sums = cumulative[index[:, 1]] - cumulative[index[:, 0]]
-    result: Values = np.moveaxis(sums, 0, axis)
-    return result
+    return np.moveaxis(sums, 0, axis)

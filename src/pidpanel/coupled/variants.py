@@ -110,8 +110,7 @@ class Variants:
     @property
     def psd(self) -> Array:
         """(nf, p + c) with own force [m²/Hz]."""
-        result: Array = self.linear_psd + self.own_psd.sum(axis=0)
-        return result
+        return self.linear_psd + self.own_psd.sum(axis=0)
 
     def at_motion(self, recorded: Array) -> Array:
         """Return factors (patches,) of C_e from the motion of the records to that of the panel.
@@ -143,8 +142,7 @@ class Variants:
         by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
         apart = np.log(recorded / square) / 2
         matrix = np.eye(len(square)) + EXPONENT * by_damping
-        result: Array = np.exp(EXPONENT * np.linalg.solve(matrix, apart))
-        return result
+        return np.exp(EXPONENT * np.linalg.solve(matrix, apart))
 
     def change(self, impedances: Sequence[Impedance], own: Sequence[Array] | None) -> Array:
         """Return the change of ln of the PSD, (nf, p + c).
@@ -168,8 +166,7 @@ class Variants:
         return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
 
     def _acceleration(self) -> Array:
-        result: Array = (2 * np.pi * self.frequency[:, None]) ** 4 * self.psd[:, self.points]
-        return result
+        return (2 * np.pi * self.frequency[:, None]) ** 4 * self.psd[:, self.points]
 
     def total_change(self, change: Array) -> Array:
         """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
@@ -191,8 +188,7 @@ class Variants:
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
         squares = band_rms(self.frequency, (2 * np.pi * self.frequency[:, None]) ** 4 * psd, edge)
-        result: Array = squares**2
-        return result
+        return squares**2
 
 
 def simulated_psd(

@@ -95,8 +95,7 @@ class BasisCheck:
     @property
     def largest(self) -> Array:
         """(n_scenarios,) [1]."""
-        worst: Array = self.error.max(axis=1)
-        return worst
+        return self.error.max(axis=1)
 
 
 def lines_to_try(
@@ -120,8 +119,7 @@ def lines_to_try(
     low, high = frequency_range
     offset = (0.5 + attempt * (np.sqrt(5) - 1) / 2) % 1  # the golden section keeps them apart
     share = np.sqrt((np.arange(count) + offset) / count)
-    lines: Array = low + (high - low) * share
-    return lines
+    return low + (high - low) * share
 
 
 def cutoff_frequency(highest: float) -> float:
@@ -136,8 +134,7 @@ def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Ar
     to the stiffness above f_c the answer does not depend on how the shapes above are chosen.
     """
     share = np.where(basis.is_residual, basis.natural_frequency / cutoff, 1.0)
-    ratios: Array = damping_ratio * share
-    return ratios
+    return damping_ratio * share
 
 
 def modal_basis(basis: PanelBasis, damping_ratio: float, highest: float) -> ModalBasis:
@@ -239,15 +236,13 @@ def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAIN
     left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
     enough = np.flatnonzero(np.all(left <= remainder**2, axis=0))
     count = int(enough[0]) + 1 if columns.size else 0
-    found: Array = columns @ V[:, :count]
-    return found
+    return columns @ V[:, :count]
 
 
 def point_vertices(basis: PanelBasis) -> Index:
     """Return (n_points,) the vertices that are response points."""
     distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
-    nearest: Index = np.argmin(distance, axis=1)
-    return nearest
+    return np.argmin(distance, axis=1)
 
 
 def _errors(
@@ -283,8 +278,7 @@ def _errors(
     ).real  # (n_scenarios, n_points)
     moved = psd > 0  # a point on a support does not
     ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moved)
-    error: Array = np.abs(ratio - 1).max(axis=1, initial=0.0)
-    return error
+    return np.abs(ratio - 1).max(axis=1, initial=0.0)
 
 
 def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Shapes:

@@ -22,8 +22,7 @@ from pidpanel.solve.model import Response, ResponseError, UnstableDamping, check
 def patch_stiffness(frequency: Array, damping: Array, mass: Array) -> Complexes:
     """Return s = iω C_e − ω² m_a (n_patches, nf) [N/m³] from C_e and m_a (n_patches, nf)."""
     omega = 2 * np.pi * frequency
-    stiffness: Complexes = 1j * omega * damping - omega**2 * mass
-    return stiffness
+    return 1j * omega * damping - omega**2 * mass
 
 
 def weighted_sum(stiffness: Complexes, weight: Array) -> Complexes:
@@ -145,8 +144,7 @@ def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complex
     """S times motions (nf, r, k); for one patch S is s times the unit matrix."""
     if bare.patches.count == 1:
         return stiffness[0, :, None, None] * motion
-    pulled: Complexes = weighted_sum(stiffness, bare.coordinates.weight) @ motion
-    return pulled
+    return weighted_sum(stiffness, bare.coordinates.weight) @ motion
 
 
 def acceleration_slope(
@@ -256,16 +254,14 @@ class PatchMotion:
         Parameters and errors are those of `attach_dampers`, each (nf,).
         """
         d, seen = self._followed(equivalent_damping, apparent_mass)
-        psd: Array = np.sum(d * seen, axis=1).real
-        return psd
+        return np.sum(d * seen, axis=1).real
 
     def acceleration_slope(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
     ) -> Complexes:
         """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `acceleration_slope`."""
         d, seen = self._followed(equivalent_damping, apparent_mass)
-        slope: Complexes = np.sum(self.eigenvalue * d**2 * seen, axis=1)
-        return slope
+        return np.sum(self.eigenvalue * d**2 * seen, axis=1)
 
     def _followed(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike

@@ -27,8 +27,7 @@ class DiagonalPanel(DirectPanel):
             return np.max(self.patches.diagonal / self.basis.damping, axis=1, initial=0.0)
 
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
-        pulled: Complexes = self.patches.diagonal[patch][:, None] * motion
-        return pulled
+        return self.patches.diagonal[patch][:, None] * motion
 
     def _receptance(self, lines: slice, stiffness: Complexes) -> Receptance:
         added = stiffness.T @ self.patches.diagonal

@@ -137,8 +137,7 @@ class DirectPanel:
 
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
         """D_p times motions (nf, n, k)."""
-        pulled: Complexes = self.patches.overlap[patch] @ motion
-        return pulled
+        return self.patches.overlap[patch] @ motion
 
     def _force(self, lines: slice) -> Matrices:
         return matrices_at(self.modal_force, self.frequency, lines, self.patches.shapes)
@@ -244,10 +243,9 @@ class DirectMotions(Motions):
         if np.iscomplexobj(force):
             return product(receptance, force, receptance).real
         real, imaginary = receptance.real.copy(), receptance.imag.copy()
-        moved: Reals = real @ (np.real(force) @ real) + imaginary @ (
+        return real @ (np.real(force) @ real) + imaginary @ (
             np.real(force) @ imaginary
         )  # H is symmetric
-        return moved
 
     def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
         """H and S_p G."""

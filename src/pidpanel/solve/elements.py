@@ -167,10 +167,7 @@ class Elements:
         """(n_modes,) of the modes beyond what is proportional to the stiffness [kg/s]."""
         modes = ~self.is_residual
         own, cutoff = self.basis.angular_frequency[modes], 2 * np.pi * self.cutoff
-        damping: Array = (
-            2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
-        )
-        return damping
+        return 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
 
     @cached_property
     def _on_patches(self) -> list[tuple[Index, sp.csr_array, Array]]:

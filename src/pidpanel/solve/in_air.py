@@ -279,8 +279,7 @@ class PanelInAir:
             ]
         )
         resonance = self.basis.natural_frequency / np.sqrt(np.maximum(loaded, 1e-3))
-        inside: Flags = (resonance > low - margin) & (resonance < high + margin)
-        return inside
+        return (resonance > low - margin) & (resonance < high + margin)
 
     @cached_property
     def _sampled(self) -> tuple[Array, Array]:

@@ -80,10 +80,7 @@ class ModalBasis:
     def dynamic_stiffness(self, frequency: Array) -> Complexes:
         """Return the diagonal m_i (ω_i² − ω² + 2iζ_i ω_i ω) of Z₀, (nf, n) [N/m]."""
         omega = 2 * np.pi * frequency[:, None]
-        stiffness: Complexes = (
-            self.modal_mass * (self.angular_frequency**2 - omega**2) + 1j * omega * self.damping
-        )
-        return stiffness
+        return self.modal_mass * (self.angular_frequency**2 - omega**2) + 1j * omega * self.damping
 
 
 @dataclass(frozen=True)
@@ -301,16 +298,14 @@ def _factor(index: int, overlap: Array) -> Array:
             f"beside {value[-1]:g} m²: an integral of φ φᵀ has none below zero"
         )
     kept = value > 1e-15 * value[-1]
-    factor: Array = vector[:, kept] * np.sqrt(value[kept])
-    return factor
+    return vector[:, kept] * np.sqrt(value[kept])
 
 
 def _compressed(factor: Array) -> Array:
     """U of D = factor factorᵀ with orthogonal columns."""
     left, value, _ = np.linalg.svd(factor, full_matrices=False)
     kept = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
-    columns: Array = left[:, kept] * value[kept]
-    return columns
+    return left[:, kept] * value[kept]
 
 
 @dataclass(frozen=True)
@@ -336,20 +331,17 @@ class Response:
     @property
     def displacement_psd(self) -> Array:
         """(nf, n_points) S_w [m²/Hz]."""
-        psd: Array = np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
-        return psd
+        return np.ascontiguousarray(self.cross_psd[:, :, 0, 0].real, dtype=np.float64)
 
     @property
     def velocity_psd(self) -> Array:
         """(nf, n_points) S_v = ω² S_w [(m/s)²/Hz]."""
-        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
-        return psd
+        return self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 2
 
     @property
     def acceleration_psd(self) -> Array:
         """(nf, n_points) S_a = ω⁴ S_w [(m/s²)²/Hz]."""
-        psd: Array = self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
-        return psd
+        return self.displacement_psd * (2 * np.pi * self.frequency[:, None]) ** 4
 
     @property
     def acceleration_rms(self) -> Array:

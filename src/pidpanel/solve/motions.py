@@ -61,8 +61,7 @@ class Motions(ABC):
         self, receptance: Complexes, weight: Array, patch: int, psd: Complexes
     ) -> Complexes:
         """Return R Δ_p S_uu."""
-        product: Complexes = receptance @ (weight[patch] @ psd)
-        return product
+        return receptance @ (weight[patch] @ psd)
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
         """Return the mean acceleration PSD of each patch (n_patches, nf) [(m/s²)²/Hz].
@@ -140,15 +139,13 @@ class Motions(ABC):
 
     def _scale(self, lines: slice) -> Array:
         """(n_patches, nf) ω⁴/A."""
-        scale: Array = (2 * np.pi * self.frequency[lines]) ** 4 / self.area[:, None]
-        return scale
+        return (2 * np.pi * self.frequency[lines]) ** 4 / self.area[:, None]
 
 
 def _means(weight: Array, matrix: Reals) -> Array:
     """(n_patches, nf) tr(Δ_p X) of X (nf, r, r), Δ being symmetric."""
     flat = weight.reshape(len(weight), weight.shape[1] ** 2)
-    means: Array = flat @ matrix.reshape(len(matrix), flat.shape[1]).T
-    return means
+    return flat @ matrix.reshape(len(matrix), flat.shape[1]).T
 
 
 @dataclass(frozen=True)
@@ -231,5 +228,4 @@ class ReducedMotions(Motions):
 
 def _real_product(left: Complexes, right: Complexes) -> Array:
     """Re(left right)."""
-    product: Array = left.real @ right.real - left.imag @ right.imag
-    return product
+    return left.real @ right.real - left.imag @ right.imag

@@ -70,8 +70,7 @@ class InVacuum(MovedPanel):
 
     def motion(self) -> Complexes:
         """Return Z₀⁻¹ W."""
-        moved: Complexes = self._transfer * self.observed
-        return moved
+        return self._transfer * self.observed
 
     def receptance(self, seen: slice, pulled: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
@@ -102,8 +101,7 @@ class ShapesInVacuum(InVacuum):
     def receptance(self, seen: slice, pulled: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
         if seen.start == 0:
-            moved: Complexes = self._transfer * self.observed[:, pulled]
-            return moved
+            return self._transfer * self.observed[:, pulled]
         return super().receptance(seen, pulled)
 
 
@@ -141,8 +139,7 @@ def _seen_by(observed: Array, motion: Complexes) -> Complexes:
 def _pushed(force: Matrices, motion: Complexes) -> Complexes:
     """Return G motion*, (nf, n, k)."""
     if np.iscomplexobj(force):
-        whole: Complexes = force @ motion.conj()
-        return whole
+        return force @ motion.conj()
     # two real products cost half of one complex product
     columns = np.ascontiguousarray(motion.conj()).view(np.float64)
     return (force @ columns).view(np.complex128)
@@ -150,8 +147,7 @@ def _pushed(force: Matrices, motion: Complexes) -> Complexes:
 
 def product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
     """Return leftᵀ G right*, (nf, n_left, n_right)."""
-    product: Complexes = left.swapaxes(1, 2) @ _pushed(force, right)
-    return product
+    return left.swapaxes(1, 2) @ _pushed(force, right)
 
 
 def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> Matrices:

@@ -46,8 +46,7 @@ class PowerBalance:
     def error(self) -> Array:
         """(nf,) |put in − lost| / put in [1]."""
         lost = self.structure + self.patches.sum(axis=1) + self.radiation
-        ratio: Array = np.abs(self.field - lost) / self.field
-        return ratio
+        return np.abs(self.field - lost) / self.field
 
 
 def power_balance(

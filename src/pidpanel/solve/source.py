@@ -43,8 +43,7 @@ class PatchParts:
         coherence = _mean_between(self.position[:, None] - self.position, mean_side, length)
         np.fill_diagonal(coherence, mean_coherence(side, length))
         weighted = self.shape * self.area[:, None]
-        result: Array = weighted.T @ coherence @ weighted
-        return result
+        return weighted.T @ coherence @ weighted
 
 
 def own_force_load(
@@ -151,8 +150,7 @@ def mean_coherence(side: Array | float, length: Array | float) -> Array:
     w = 0.5 * weight * 3 * (0.5 + 0.5 * node) ** 2
     across = np.hypot(u[:, None], u[None, :])
     kernel = 4 * np.outer(w * (1 - u), w * (1 - u))
-    result: Array = np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
-    return result
+    return np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
 
 
 def _mean_between(apart: Array, side: Array, length: float) -> Array:
@@ -163,8 +161,7 @@ def _mean_between(apart: Array, side: Array, length: float) -> Array:
     u, w = np.concatenate([-half[::-1], half]), np.concatenate([density[::-1], density])
     place = apart[..., None, :] + side[..., None, None] * u[:, None]
     distance = np.hypot(place[..., :, None, 0], place[..., None, :, 1])
-    result: Array = np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
-    return result
+    return np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
 
 
 def between(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
@@ -183,7 +180,6 @@ def between(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Ar
     share = (place - lower)[:, None, None]
 
     def values(lines: slice) -> Array:
-        result: Array = (1 - share[lines]) * load[lower[lines]] + share[lines] * load[upper[lines]]
-        return result
+        return (1 - share[lines]) * load[lower[lines]] + share[lines] * load[upper[lines]]
 
     return values

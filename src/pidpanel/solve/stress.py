@@ -122,8 +122,7 @@ def core_psd(response: Response, core_stress: Array) -> Array:
 
 
 def _congruence(matrix: Array, psd: Complexes) -> Complexes:
-    product: Complexes = matrix @ psd @ matrix.swapaxes(-1, -2)
-    return product
+    return matrix @ psd @ matrix.swapaxes(-1, -2)
 
 
 def _diagonal(psd: Complexes) -> Array:

@@ -214,8 +214,7 @@ def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tu
 
 def _inverse(psd: Array) -> Array:
     """1/S; 0 where nothing moves, as at a support: there is no error either."""
-    inverse: Array = np.divide(1.0, psd, out=np.zeros_like(psd), where=psd > 0)
-    return inverse
+    return np.divide(1.0, psd, out=np.zeros_like(psd), where=psd > 0)
 
 
 def _hats(frequency: Array, nodes: Array) -> Array:
