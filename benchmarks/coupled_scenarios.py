@@ -26,8 +26,8 @@ import yaml
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.from_study import (
     CoupledFiles,
+    ExcitedPanel,
     ScenarioRuns,
-    StudiedPanel,
     coupled_scenarios,
 )
 from pidpanel.paths import WORKFLOW
@@ -69,7 +69,7 @@ def scenarios() -> dict[str, object]:
 
 
 @cache
-def studied(folder: Path) -> StudiedPanel:
+def studied(folder: Path) -> ExcitedPanel:
     """Return the panel of the study of all scenarios."""
     values = yaml.safe_load((WORKFLOW / "studies" / "layouts.yaml").read_text())
     values["response"] = {"frequency_hz": [30, 2000], "damper_mass": True}
@@ -77,7 +77,7 @@ def studied(folder: Path) -> StudiedPanel:
     return made_panel(folder, "errors", {**values, "scenarios": scenarios()})
 
 
-def made_panel(folder: Path, name: str, values: dict[str, object]) -> StudiedPanel:
+def made_panel(folder: Path, name: str, values: dict[str, object]) -> ExcitedPanel:
     """Return the panel of a study, meshed and solved in a folder where it is not there yet."""
     folder.mkdir(parents=True, exist_ok=True)
     path, made = folder / f"{name}.yaml", folder / "results" / name
@@ -87,7 +87,7 @@ def made_panel(folder: Path, name: str, values: dict[str, object]) -> StudiedPan
     workflow = ["-s", str(WORKFLOW / "Snakefile"), "-d", str(folder), "--configfile", str(path)]
     snakemake = str(Path(sys.executable).with_name("snakemake"))
     subprocess.run([snakemake, *targets, "-q", "all", "-j2", *workflow], check=True)
-    return StudiedPanel.read(load_study(str(path)), CoupledFiles(*files, None))
+    return ExcitedPanel.read(load_study(str(path)), CoupledFiles(*files, None))
 
 
 def runs_of(folder: Path, label: str) -> ScenarioRuns:

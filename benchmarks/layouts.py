@@ -24,10 +24,10 @@ from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import Layout, Load, solve_layouts
+from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.panel import Panel
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse, wavenumber
 
@@ -87,10 +87,10 @@ def main():
 
         return law
 
-    solver = PanelSolver(Panel(modal, patches, frequency, motion, search), excitation)
+    solver = PanelSolver(ModalPanel(modal, patches, frequency, motion, search), excitation)
 
     def solve_layout(loads, stated=None):
-        (answer,) = solve_layouts(solver, [Layout(loads, stated_acceleration_g=stated)])
+        (answer,) = solve_layouts(solver, [DamperLayout(loads, stated_acceleration_g=stated)])
         return answer
 
     first, found = clock(lambda: solve_layout(loads(0)))
@@ -100,7 +100,7 @@ def main():
 
     def dense():
         lines = np.linspace(0, LINES - 1, DENSE_LINES).astype(int)
-        own = solver.on(frequency[lines], motion)
+        own = solver.with_lines(frequency[lines], motion)
         G = excitation(frequency[lines])
         psd = []
         for place, line in enumerate(lines):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.coupled.carried import between, beyond, nearest
+from pidpanel.coupled.carried import extrapolated, interpolated, nearest
 from pidpanel.coupled.tables import carried_impedances
 from pidpanel.damping.coupled import BAND_COLUMNS, BandDamping
 
@@ -27,7 +27,7 @@ def test_only_neighbours_are_carried():
 
 def test_between_two_levels_damping_is_a_power_of_the_motion():
     # red: mean of C_e itself (500); own force not in its ln; coherence of the one level
-    found = between(0.5, LOW, HIGH)
+    found = interpolated(0.5, LOW, HIGH)
     assert found.equivalent_damping == pytest.approx(400 * ONES)
     assert found.apparent_mass == pytest.approx(ONES)
     assert found.own_psd == pytest.approx(8 * ONES)
@@ -45,15 +45,15 @@ def test_the_common_error_holds_a_law_that_bends(bend):
         return replace(LOW, equivalent_damping=np.exp(6 - 1.4 * rise) * ONES)
 
     for share in (0.2, 0.5, 0.8):
-        found = between(share, at(0.0), at(1.0))
+        found = interpolated(share, at(0.0), at(1.0))
         apart = np.log(found.equivalent_damping / at(share).equivalent_damping)
         assert np.abs(apart) == pytest.approx(found.common_error * ONES, rel=1e-6)
-    assert between(0.0, at(0.0), at(1.0)).common_error == 0
+    assert interpolated(0.0, at(0.0), at(1.0)).common_error == 0
 
 
 def test_beyond_all_levels_the_error_is_that_of_one_over_the_motion():
     # red: / 20 → / 10
-    found = beyond(-6.0206, LOW)
+    found = extrapolated(-6.0206, LOW)
     assert found.common_error == pytest.approx(np.log(2), rel=1e-4)
     assert found.equivalent_damping is LOW.equivalent_damping
 

@@ -35,7 +35,9 @@ def test_damping_and_mass_come_back_although_the_panel_answers_the_bed():
     # own force as large as the linear one: bands have 3·1300 and 3·2700 triples, C_e to
     # about 1000·1.3/√12000/√2 = 8 and m_a to 8/2πf; four of them
     # red: `instrument.conj()` → its own motion, `velocity.conj()`
-    damping, mass = parts_of(ImpedanceSums.of(*loop(1, lines=4000), AREA, EDGE).impedance())
+    damping, mass = parts_of(
+        ImpedanceSums.from_spectra(*loop(1, lines=4000), AREA, EDGE).impedance()
+    )
     assert damping == pytest.approx([DAMPING] * 2, abs=30)
     assert mass == pytest.approx([MASS] * 2, abs=0.07)
 
@@ -43,7 +45,7 @@ def test_damping_and_mass_come_back_although_the_panel_answers_the_bed():
 def test_without_own_force_every_subset_has_the_same_impedance():
     # and the frequency of a band is the mean of the motion in it
     # red: `frequency * y` → `y` in the moment; area left out of one of x, y
-    sums = ImpedanceSums.of(*loop(2, own=0.0), AREA, EDGE)
+    sums = ImpedanceSums.from_spectra(*loop(2, own=0.0), AREA, EDGE)
     for weights in ({}, {"segments": np.eye(10)[3]}, {"cells": np.array([0.0, 1.0, 1.0])}):
         damping, mass = parts_of(sums.impedance(**weights))
         # m_a: the mean frequency of the motion is that of all cells
@@ -54,13 +56,15 @@ def test_without_own_force_every_subset_has_the_same_impedance():
 def test_what_is_left_out_does_not_count():
     # red: `segments` left out of the einsum of force and velocity, or of the moment; `cells` too
     frequency, *spectra = loop(3)
-    sums = ImpedanceSums.of(frequency, *spectra, AREA, EDGE)
+    sums = ImpedanceSums.from_spectra(frequency, *spectra, AREA, EDGE)
     kept = np.array([1.0, 0, 1, 1, 0, 1, 1, 1, 0, 1])
-    few = ImpedanceSums.of(frequency, *(part[kept > 0] for part in spectra), AREA, EDGE)
+    few = ImpedanceSums.from_spectra(frequency, *(part[kept > 0] for part in spectra), AREA, EDGE)
     found, wanted = sums.impedance(segments=kept), few.impedance()
     assert found.value == pytest.approx(wanted.value, rel=1e-9)
     assert found.frequency == pytest.approx(wanted.frequency, rel=1e-12)
-    two = ImpedanceSums.of(frequency, *(part[:, :, [0, 2]] for part in spectra), AREA[[0, 2]], EDGE)
+    two = ImpedanceSums.from_spectra(
+        frequency, *(part[:, :, [0, 2]] for part in spectra), AREA[[0, 2]], EDGE
+    )
     # neighbours weigh as with all cells: bands are resolved and keep their ratio to 1 %
     of_two = sums.impedance(cells=np.array([1.0, 0.0, 1.0])).value
     assert of_two == pytest.approx(two.impedance().value, rel=0.01)
@@ -69,7 +73,7 @@ def test_what_is_left_out_does_not_count():
 
 def test_runs_are_joined_with_cells_of_their_own():
     # red: `ends[k] : ends[k + 1]` → `: cells[k]`
-    first, second = (ImpedanceSums.of(*loop(seed), AREA, EDGE) for seed in (4, 5))
+    first, second = (ImpedanceSums.from_spectra(*loop(seed), AREA, EDGE) for seed in (4, 5))
     joined = ImpedanceSums.joined([first, second])
     assert joined.force.shape == (20, 6, 2)
     assert not joined.force[:10, 3:].any()
@@ -92,7 +96,7 @@ def test_unresolved_bands_follow_their_neighbours_by_the_scatter_of_the_sums(mon
 
     monkeypatch.setattr("pidpanel.coupled.impedance.smoothed", kept)
     for seed in range(200):
-        ImpedanceSums.of(*loop(seed, lines=60, segments=4), AREA, EDGE).impedance()
+        ImpedanceSums.from_spectra(*loop(seed, lines=60, segments=4), AREA, EDGE).impedance()
     # lines here are independent, those of a Hann window are not
     stated = np.mean(variances, axis=0) / LINES_PER_FREEDOM
     assert stated == pytest.approx(np.var(ratios, axis=0), rel=0.3)

@@ -11,7 +11,7 @@ from pidpanel.coupled.softening import (
     LARGEST_BIAS,
     PER_LAYER,
     PER_OVERLAP,
-    Motion,
+    RmsMotion,
     softened_modulus,
     softening_bias,
     usual_modulus,
@@ -37,7 +37,7 @@ LAYERS = 0.5 * 8 / 2.5
 
 
 def motion(velocity, frequency=300.0):
-    return Motion(velocity, 2 * np.pi * frequency * velocity)
+    return RmsMotion(velocity, 2 * np.pi * frequency * velocity)
 
 
 def contact_time(modulus, velocity):
@@ -50,7 +50,7 @@ def contact_time(modulus, velocity):
 def test_a_sine_has_its_stroke():
     # red: √2 left out
     amplitude, omega = 1e-4, 2 * np.pi * 130
-    rms = Motion(amplitude * omega / np.sqrt(2), amplitude * omega**2 / np.sqrt(2))
+    rms = RmsMotion(amplitude * omega / np.sqrt(2), amplitude * omega**2 / np.sqrt(2))
     assert rms.stroke == pytest.approx(amplitude)
 
 

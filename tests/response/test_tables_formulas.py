@@ -7,9 +7,9 @@ from solving import panel_solver, solve_layout
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import tables
 from pidpanel.solve import uncertainty
-from pidpanel.solve.layout import Layout, LayoutResponse, Load
+from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load
 from pidpanel.solve.lines import frequency_grid
-from pidpanel.solve.model import ModalBasis, Patches, Response
+from pidpanel.solve.model import ModalBasis, Patches, PointResponse
 
 FLAT = np.linspace(100.0, 104.0, 5)
 
@@ -20,7 +20,7 @@ def flat(displacement_psd, inside):
     zero, loads = np.zeros((1, 5)), np.array([0])
     read, motion, cells = np.array([3.0]), np.array([4.0]), np.full((1, 2), np.nan)
     return LayoutResponse(
-        Response(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
+        PointResponse(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
     )
 
 
@@ -106,7 +106,7 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     for size in (1.0, 1e-4):
         solver, loads = panel(size), [Load(0, law(size))]
         one = solve_layout(solver, loads, 2.5)
-        got = uncertainty.sensitivity(solver, Layout(loads, 2.5), one, NODES)
+        got = uncertainty.sensitivity(solver, DamperLayout(loads, 2.5), one, NODES)
         found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3, 0]]))
         found[-1] = np.append(found[-1], size * got.log_rms[3:])  # per kg/m² of apparent mass
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
@@ -119,7 +119,7 @@ def test_a_mass_that_follows_the_level_is_followed():
     solver, step = panel(1.0), 1e-3
     loads = [Load(0, law(follows=0))]
     found = solve_layout(solver, loads, 2.5)
-    got = uncertainty.sensitivity(solver, Layout(loads, 2.5), found, NODES)
+    got = uncertainty.sensitivity(solver, DamperLayout(loads, 2.5), found, NODES)
     for node in range(3):
         change = step * np.eye(3)[node]
         up, down = (

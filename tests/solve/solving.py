@@ -3,9 +3,9 @@
 import numpy as np
 
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import Layout, solve_layouts
+from pidpanel.solve.layout import DamperLayout, solve_layouts
 from pidpanel.solve.model import UnstableDamping
-from pidpanel.solve.panel import Panel
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
 
 
@@ -16,13 +16,13 @@ def white(frequency):
 def panel_solver(basis, patches, lines, points, force, spectrum=white, search=None, **more):
     """A solver; the lines of the search are those of the result unless they are given."""
     search = lines if search is None else search
-    panel = Panel(basis, patches, lines, np.asarray(points), search, **more)
+    panel = ModalPanel(basis, patches, lines, np.asarray(points), search, **more)
     return PanelSolver(panel, ModalForce(spectrum, force))
 
 
 def solve_layout(solver, loads, factor=1.0, **more):
     """The response to one layout, or its error."""
-    (answer,) = solve_layouts(solver, [Layout(tuple(loads), factor, **more)])
+    (answer,) = solve_layouts(solver, [DamperLayout(tuple(loads), factor, **more)])
     if isinstance(answer, UnstableDamping):
         raise answer
     return answer

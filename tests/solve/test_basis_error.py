@@ -17,9 +17,9 @@ from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.basis_error import (
     PatchDampers,
+    basis_shapes,
     check_basis,
     damping_ratios,
-    joined_shapes,
     lines_to_try,
     principal,
     refined,
@@ -109,11 +109,11 @@ def test_the_error_is_that_against_dense_matrices(panel):
 
 
 def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
-    # red: in check_basis, left_out += [np.real(missing), np.real(missing)] (3 % remain)
+    # red: in check_basis, missing_shapes += [np.real(missing), np.real(missing)] (3 % remain)
     plate, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     first = checked(panel, basis, stored.shapes, lines, [heavy(lines)])
-    wider = refined(basis, stored, joined_shapes(basis, stored, first.left_out))
+    wider = refined(basis, stored, basis_shapes(basis, stored, first.missing_shapes))
     assert wider.natural_frequency.size > basis.natural_frequency.size
     for frequency in lines_to_try((30.0, HIGHEST), 1, 1, attempt=1):
         truth = dense_psd(plate, frequency, 2000.0, 30.0)
@@ -125,9 +125,9 @@ def test_what_scenarios_miss_alike_is_added_once(panel):
     # red: `columns` returned by principal as they are
     _, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
-    one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).left_out
+    one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
     alike = [heavy(lines, 2000.0, mass) for mass in (29.7, 30.0, 30.3)]
-    several = checked(panel, basis, stored.shapes, lines, alike).left_out
+    several = checked(panel, basis, stored.shapes, lines, alike).missing_shapes
     assert 0 < several.shape[1] <= one.shape[1] + 2
 
 
@@ -151,12 +151,12 @@ def test_of_every_column_no_more_than_the_remainder_is_left():
 
 
 def test_the_wider_basis_is_checked_as_right(panel):
-    # red: in joined_shapes, return shapes
+    # red: in basis_shapes, return shapes
     _, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
-    left_out = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).left_out
-    wider = refined(basis, stored, joined_shapes(basis, stored, left_out))
-    shapes = joined_shapes(basis, stored, left_out).vectors
+    left_out = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
+    wider = refined(basis, stored, basis_shapes(basis, stored, left_out))
+    shapes = basis_shapes(basis, stored, left_out).vectors
     other = lines_to_try((30.0, HIGHEST), 1, 1, attempt=1)
     assert checked(panel, wider, shapes, other, [heavy(other)]).largest[0] < 5e-3
 
@@ -166,7 +166,7 @@ def test_a_basis_that_is_right_has_nothing_to_add(panel):
     _, basis, stored = panel
     lines = np.array([60.0, 70.0])  # about the first mode
     found = checked(panel, basis, stored.shapes, lines, [heavy(lines, 0.0, 0.0)])
-    assert found.left_out.shape[1] == 0 and found.largest[0] < 3e-3
+    assert found.missing_shapes.shape[1] == 0 and found.largest[0] < 3e-3
 
 
 def test_every_attempt_has_lines_of_its_own_within_the_range():

@@ -93,7 +93,7 @@ def test_all_elements_answer_as_dense_matrices_do(tmp_path, mass):
         points = found.elements.points
         computed = points @ (motion.whole)
         # a residual of 1e-3 of that of the basis may leave some 1e-2 of what the basis left out
-        left = 1e-2 * np.abs(points @ motion.left_out).max() + 1e-9 * np.abs(computed).max()
+        left = 1e-2 * np.abs(points @ motion.remainder).max() + 1e-9 * np.abs(computed).max()
         np.testing.assert_allclose(computed, points @ expected, rtol=0, atol=left)
 
 
@@ -111,7 +111,7 @@ def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):
     for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
         points = found.elements.points
         computed = points @ (motion.whole)
-        left = 1e-2 * np.abs(points @ motion.left_out).max() + 1e-9 * np.abs(computed).max()
+        left = 1e-2 * np.abs(points @ motion.remainder).max() + 1e-9 * np.abs(computed).max()
         np.testing.assert_allclose(computed, points @ found.dense(one), rtol=0, atol=left)
 
 
@@ -141,7 +141,7 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
     found = panel(tmp_path)
     one = PULLS[2]
     (motion,) = found.elements.motions([one])
-    more = np.hstack([motion.left_out.real, motion.left_out.imag])
+    more = np.hstack([motion.remainder.real, motion.remainder.imag])
     wider = found.shapes.joined_by(found.plate, more)
     expected = found.dense(one)
     V = wider.vectors
@@ -152,13 +152,13 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
         np.testing.assert_allclose((small - np.diag(np.diag(small))) / scale, 0.0, atol=1e-8)
     missing = la.lstsq(V, expected.real)[0]
     # what is left are two thousandths of what was missing, in each of two points
-    assert la.norm(V @ missing - expected.real) < 0.01 * la.norm(motion.left_out.real)
+    assert la.norm(V @ missing - expected.real) < 0.01 * la.norm(motion.remainder.real)
 
 
 def test_a_symmetric_system_is_solved_where_its_pivots_fail():
-    # red: in _solved, `if True` for the check of what is left
+    # red: in _factorised_solution, `if True` for the check of what is left
     right = np.array([[1.0 + 2.0j], [3.0]])
     for small in (0.0, 1e-14):
         matrix = sp.csr_array(np.array([[small, 1.0], [1.0, small]], dtype=complex))
-        answer = elements._solved(matrix, right)
+        answer = elements._factorised_solution(matrix, right)
         np.testing.assert_allclose(matrix @ answer, right, rtol=1e-12)  # rounding of two unknowns

@@ -7,7 +7,7 @@ from solving import panel_solver, solve_bare, solve_layout
 from pidpanel import solve
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.tables import OnPatches, psd_dataset, summary_rows
-from pidpanel.solve.layout import Layout, Load, solve_layouts
+from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 
@@ -137,10 +137,12 @@ def test_a_scenario_without_response_is_nan_in_the_file():
 
 def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
     # red: PanelSolver(panel, excitation) → another panel in `layouts`
-    solver, louder = one_mode(), Layout([Load(0, falling)], 100.0)
-    kept = solve_layouts(solver, [Layout(()), louder])
+    solver, louder = one_mode(), DamperLayout([Load(0, falling)], 100.0)
+    kept = solve_layouts(solver, [DamperLayout(()), louder])
     for found, wanted in zip(
-        solve.layouts(solver.panel, solver.excitation, [Layout(()), louder]), kept, strict=True
+        solve.layouts(solver.panel, solver.excitation, [DamperLayout(()), louder]),
+        kept,
+        strict=True,
     ):
         np.testing.assert_array_equal(found.response.cross_psd, wanted.response.cross_psd)
         np.testing.assert_array_equal(found.acceleration_g, wanted.acceleration_g)

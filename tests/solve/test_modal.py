@@ -84,7 +84,7 @@ def test_the_motion_of_a_patch_is_that_of_the_dense_solve(panel, lines, strength
     # red: .swapaxes(1, 2) of VᴴV left out in `PatchMotion.of`; 1 + s → 1 - s
     damping, mass = strength * lines.equivalent_damping[0], strength * lines.apparent_mass[0]
     patch = one_patch(panel)
-    motion = PatchMotion.of(bare_of(panel, lines, patch)).acceleration_psd(damping, mass)
+    motion = PatchMotion.from_panel(bare_of(panel, lines, patch)).acceleration_psd(damping, mass)
     modal_psd = dense_psd(panel, lines, patch, damping[None], mass[None])
     np.testing.assert_allclose(
         motion, motion_of(panel, lines, patch, modal_psd)[1][:, 0], rtol=1e-8
@@ -332,7 +332,7 @@ def test_a_patch_that_moves_as_one_has_the_motion_of_its_point():
     response = one_mode_response(frequency, 0.02, damping=300.0, mass=5.0)
     basis, patches = one_mode(0.02)
     (bare,) = bare_panels(frequency, basis, [patches], [[1.0]], np.full(7, 4.0), [[1.0]])
-    motion = PatchMotion.of(bare).acceleration_psd(np.full(7, 300.0), np.full(7, 5.0))
+    motion = PatchMotion.from_panel(bare).acceleration_psd(np.full(7, 300.0), np.full(7, 5.0))
     np.testing.assert_allclose(motion, response.acceleration_psd[:, 0], rtol=1e-12)
 
 
@@ -483,7 +483,7 @@ def refused(panel, lines):
         "overlap negative": (lambda: bare_of(panel, lines, negative), "eigenvalue"),
         "overlap of one matrix": (lambda: Patches(np.eye(3), np.ones(1)), r"overlap has shape"),
         "motion of two patches": (
-            lambda: PatchMotion.of(bare),
+            lambda: PatchMotion.from_panel(bare),
             "2 patches: the motion is that of one",
         ),
         "areas of other patches": (lambda: Patches(np.eye(3)[None], np.ones(2)), "area has"),
@@ -524,7 +524,7 @@ def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
 
 
 def test_rms_values_are_those_of_the_psds(panel, lines):
-    # red: ** 4 → ** 2 in `Response.acceleration_psd`
+    # red: ** 4 → ** 2 in `PointResponse.acceleration_psd`
     zero = np.zeros_like(lines.equivalent_damping)
     response = attach_dampers(bare_of(panel, lines), zero, zero)
     omega = 2 * np.pi * lines.frequency[:, None]

@@ -6,7 +6,7 @@ from solving import panel_solver, solve_bare, solve_layout
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve import solvers
-from pidpanel.solve.layout import Layout, Load, solve_layouts
+from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.solve.power import power_balance
@@ -412,7 +412,7 @@ def test_what_is_not_kept_is_solved_anew_to_the_same(panel, places, monkeypatch)
     frequency = np.geomspace(30.0, 1500.0, 300)  # three chunks of lines
     patches = patches_at(panel, places)
     layouts = [
-        Layout([Load(p, constant(900.0, 6.0), False) for p in loaded], 1.0, with_slope=True)
+        DamperLayout([Load(p, constant(900.0, 6.0), False) for p in loaded], 1.0, with_slope=True)
         for loaded in ((0, 1), (0,), (), (1,))
     ]
     kept = solver_of(panel, patches, frequency=frequency)
@@ -433,7 +433,7 @@ def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):
     good, bad = constant(900.0, 6.0), constant(-900.0, 6.0)
     found = solve_layouts(
         solver,
-        [Layout([Load(0, good, False), Load(1, law, False)]) for law in (good, bad, good)],
+        [DamperLayout([Load(0, good, False), Load(1, law, False)]) for law in (good, bad, good)],
     )
     assert [isinstance(one, UnstableDamping) for one in found] == [False, True, False]
     np.testing.assert_array_equal(psd(found[2]), psd(found[0]))

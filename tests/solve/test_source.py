@@ -12,8 +12,8 @@ from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
     ParticleForce,
     PatchParts,
-    between,
     elements_of_patch,
+    interpolated_load,
     mean_coherence,
 )
 
@@ -115,12 +115,12 @@ def test_loads_between_nodes_are_linear_over_the_logarithm():
     nodes, load = np.array([100.0, 400.0, 800.0]), np.array([1.0, 3.0, 7.0])[:, None, None]
     frequency = np.array([50.0, 100.0, 200.0, 400.0, 400 * np.sqrt(2), 800.0, 2000.0])
     wanted = [1.0, 1.0, 2.0, 3.0, 5.0, 7.0, 7.0]
-    values = between(frequency, nodes, load * np.eye(2))
+    values = interpolated_load(frequency, nodes, load * np.eye(2))
     for lines in (slice(None), slice(2, 5), slice(5, 20)):
         assert values(lines)[:, 0, 0] == pytest.approx(wanted[lines])
         assert not values(lines)[:, 0, 1].any()
     # a single node holds everywhere
-    alone = between(frequency, nodes[:1], load[:1])
+    alone = interpolated_load(frequency, nodes[:1], load[:1])
     assert alone(slice(0, 3)).ravel() == pytest.approx([1.0] * 3)
 
 
@@ -137,7 +137,7 @@ def test_a_solver_under_another_excitation_keeps_the_bare_panel_of_its_own(panel
         panel.basis, panel.patches, frequency, panel.points, force, spectrum,
         is_diagonal=is_diagonal,
     )  # fmt: skip
-    louder = solver.under(ModalForce(spectrum, 3 * force))
+    louder = solver.with_excitation(ModalForce(spectrum, 3 * force))
     dampers = [Request((0,), np.full((1, 30), 500.0), np.full((1, 30), 2.0))]
     quiet, loud = (of.responses(dampers)[0].response.acceleration_psd for of in (solver, louder))
     assert loud == pytest.approx(3 * quiet)
@@ -169,4 +169,4 @@ def test_an_excitation_that_moves_the_supports_is_refused(panel):
     shaken = ModalForce(np.ones_like, np.eye(35), support_psd=np.ones_like)
     free = panel_solver(panel.basis, panel.patches, frequency, panel.points, np.eye(35))
     with pytest.raises(ResponseError, match="moves the supports"):
-        free.under(shaken)
+        free.with_excitation(shaken)

@@ -5,7 +5,7 @@ import pytest
 from solving import panel_solver, solve_layout
 
 from pidpanel.solve import uncertainty
-from pidpanel.solve.layout import Layout, Load
+from pidpanel.solve.layout import DamperLayout, Load
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.solvers import Request
@@ -90,7 +90,9 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
 @pytest.mark.parametrize("stated", [None, 3.0])
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
-    got = uncertainty.sensitivity(solver, Layout([Load(0, moved())], FACTOR, stated), found, NODES)
+    got = uncertainty.sensitivity(
+        solver, DamperLayout([Load(0, moved())], FACTOR, stated), found, NODES
+    )
     step = 1e-3
     for number in range(8):
         change = step * np.eye(4)[number % 4]
@@ -122,7 +124,9 @@ def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion
 
     step = 2e-3
     found = solve(solver, damping(0.0))
-    got = uncertainty.sensitivity(solver, Layout([Load(0, damping(0.0))], FACTOR), found, NODES)
+    got = uncertainty.sensitivity(
+        solver, DamperLayout([Load(0, damping(0.0))], FACTOR), found, NODES
+    )
     up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
     anew = np.log(up / down) / (2 * step)
     by_motion = got.log_acceleration[:4, 0].sum() * 1.5
@@ -136,8 +140,8 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_drawn_damping(solver)
     root = np.tril(rng.normal(size=(8, 8))) * np.array([0.03] * 4 + [0.05] * 4)[:, None]
     found = solve(solver, moved())
     errors = uncertainty.sensitivity(
-        solver, Layout([Load(0, moved())], FACTOR), found, NODES
-    ).under(root @ root.T)
+        solver, DamperLayout([Load(0, moved())], FACTOR), found, NODES
+    ).standard_errors(root @ root.T)
     drawn = []
     for _ in range(120):
         change = root @ rng.normal(size=8)
@@ -201,8 +205,8 @@ def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form
     one, step = three[form], 1e-3
     loads = loads_with(np.zeros(16), stays)
     found = solve_layout(one, loads, FACTOR, with_slope=True)
-    own = Layout(loads, FACTOR).follows_motion
-    got = uncertainty.sensitivity(one, Layout(loads, FACTOR), found, NODES)
+    own = DamperLayout(loads, FACTOR).follows_motion
+    got = uncertainty.sensitivity(one, DamperLayout(loads, FACTOR), found, NODES)
     assert got.log_acceleration.shape == (16, 2)
     for number in range(16):
         up, down = (
@@ -226,7 +230,7 @@ def test_slopes_are_computed_where_they_are_not_at_hand(three):
     loads = loads_with(np.zeros(16))
     with_them, without = (
         uncertainty.sensitivity(
-            three["full"], Layout(loads, FACTOR),
+            three["full"], DamperLayout(loads, FACTOR),
             solve_layout(three["full"], loads, FACTOR, with_slope=with_slope), NODES,
         )
         for with_slope in (True, False)
@@ -238,7 +242,7 @@ def test_dead_weight_has_no_slope_in_its_damping(three):
     # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts; red: damping[:, :, None] * slope.imag → slope.imag
     loads = [Load(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False) for patch in (0, 1)]
     found = solve_layout(three["full"], loads, FACTOR)
-    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
+    got = uncertainty.sensitivity(three["full"], DamperLayout(loads, FACTOR), found, NODES)
     by_load = got.log_rms.reshape(2, 2, 4, 2)
     assert np.all(by_load[:, 0] == 0)
     assert np.all(np.abs(by_load[:, 1]).max(axis=(1, 2)) > 1e-3)
@@ -260,12 +264,12 @@ def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_
     own = root @ root.T
     loads = loads_with(np.zeros(16))
     found = solve_layout(three["full"], loads, FACTOR, with_slope=True)
-    got = uncertainty.sensitivity(three["full"], Layout(loads, FACTOR), found, NODES)
+    got = uncertainty.sensitivity(three["full"], DamperLayout(loads, FACTOR), found, NODES)
     errors = {}
     for together, cross in ((True, own), (False, None)):
         covariance, known = uncertainty.joint_covariance([[own, cross], [cross, own]], len(NODES))
         assert known.all()
-        stated = got.under(covariance)
+        stated = got.standard_errors(covariance)
         drawn = []
         for _ in range(150):
             first, second = (root @ rng.normal(size=8) for _ in range(2))

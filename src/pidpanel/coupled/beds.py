@@ -43,21 +43,7 @@ def spheres_of(
     folder: Path,
     restart: Path | None = None,
 ) -> Spheres:
-    """Return the spheres of a bed in LIGGGHTS.
-
-    Parameters
-    ----------
-    library
-        From `library.load_library`.
-    bed, bed_folder
-        The bed, and the folder of its ``bed.csv`` and walls.
-    modulus, time_step
-        Young's modulus of its contacts [Pa], and the time step [s].
-    folder
-        For the files that LIGGGHTS starts from; emptied.
-    restart
-        Of these spheres, to resume a run.
-    """
+    """Return the spheres of a bed in LIGGGHTS."""
     packing = bed.packing
     spheres = preparation.read_bed(bed_folder)
     cell = cell_of(spheres[:, :2], packing.centres)
@@ -75,15 +61,7 @@ def spheres_of(
 
 
 def deck_of(bed: Bed, modulus: float, time_step: float, files: Mapping[str, Path]) -> str:
-    """Return the deck of a bed.
-
-    Parameters
-    ----------
-    bed, modulus, time_step
-        As of `spheres_of`.
-    files
-        ``walls_file``, and ``data_file`` or ``restart_file``.
-    """
+    """Return the deck of a bed."""
     packing, constants = bed.packing, bed.constants
     softer = modulus / constants.youngs_modulus
     values = {
@@ -109,12 +87,6 @@ def mass_per_area(bed: Bed, bed_folder: Path) -> float:
 
 
 def cell_of(position: Array, centres: Array) -> Index:
-    """Return the cell of each sphere: that with the nearest centre.
-
-    Parameters
-    ----------
-    position, centres
-        (n, 2) of the spheres and (c, 2) of the cells, in the plane of the panel [m].
-    """
-    apart = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
-    return np.argmin(apart, axis=1)
+    """Return the cell of each sphere: that with the nearest centre."""
+    square = ((position[:, None] - centres[None]) ** 2).sum(axis=2)
+    return np.argmin(square, axis=1)

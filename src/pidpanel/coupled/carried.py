@@ -20,14 +20,14 @@ from pidpanel.arrays import Array
 from pidpanel.damping.coupled import BandDamping
 
 
-def nearest(level: float, levels: Sequence[float], apart: float) -> tuple[int, ...]:
+def nearest(level: float, levels: Sequence[float], largest: float) -> tuple[int, ...]:
     """Return the indices of the levels from which another is carried: one, or one on each side.
 
     Parameters
     ----------
     level, levels
         Of it, and those that were run [dB].
-    apart
+    largest
         How far a neighbour is at most [dB]; twice that the one on the other side.
 
     Raises
@@ -40,53 +40,49 @@ def nearest(level: float, levels: Sequence[float], apart: float) -> tuple[int, .
     >>> nearest(134.0, [138.0, 122.0, 132.0], 3.0), nearest(134.0, [142.0, 132.0], 3.0)
     ((2, 0), (1,))
     """
-    off = np.asarray(levels) - level
-    if np.abs(off).min() > apart:
-        raise ValueError(f"{level:g} dB: no neighbour within {apart:g} dB")
-    low = int(np.argmax(np.where(off <= 0, off, -np.inf)))
-    high = int(np.argmin(np.where(off > 0, off, np.inf)))
-    sides = [k for k, good in ((low, off[low] <= 0), (high, off[high] > 0)) if good]
-    return tuple(k for k in sides if abs(off[k]) <= 2 * apart)
+    offset = np.asarray(levels) - level
+    if np.abs(offset).min() > largest:
+        raise ValueError(f"{level:g} dB: no neighbour within {largest:g} dB")
+    low = int(np.argmax(np.where(offset <= 0, offset, -np.inf)))
+    high = int(np.argmin(np.where(offset > 0, offset, np.inf)))
+    sides = [k for k, good in ((low, offset[low] <= 0), (high, offset[high] > 0)) if good]
+    return tuple(k for k in sides if abs(offset[k]) <= 2 * largest)
 
 
-def beyond(apart: float, bed: BandDamping) -> BandDamping:
+def extrapolated(distance: float, bed: BandDamping) -> BandDamping:
     """Return a bed at another level, where nothing else is known.
 
     Parameters
     ----------
-    apart
+    distance
         Of the levels [dB].
-    bed
-        At the nearest level.
     """
-    common = float(np.hypot(bed.common_error, abs(apart) * np.log(10) / 20))
+    common = float(np.hypot(bed.common_error, abs(distance) * np.log(10) / 20))
     return replace(bed, common_error=common)
 
 
-def between(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
+def interpolated(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
     """Return a bed between two levels.
 
     Parameters
     ----------
     share
         Of the way from the lower to the higher level, in dB [1].
-    low, high
-        At both.
     """
 
-    def mean(one: Array, other: Array) -> Array:
-        return (1 - share) * one + share * other
+    def mean(first: Array, second: Array) -> Array:
+        return (1 - share) * first + share * second
 
-    def error(one: Array, other: Array) -> Array:
-        return np.hypot((1 - share) * one, share * other)
+    def error(first: Array, second: Array) -> Array:
+        return np.hypot((1 - share) * first, share * second)
 
     damping = np.exp(mean(low.log_damping, high.log_damping))
     relative = error(
         low.equivalent_damping_error / np.exp(low.log_damping),
         high.equivalent_damping_error / np.exp(high.log_damping),
     )
-    least = 1e-12 * max(float(low.own_psd.max()), float(high.own_psd.max()), 1e-300)
-    own = [np.log(np.maximum(bed.own_psd, least)) for bed in (low, high)]
+    floor = 1e-12 * max(float(low.own_psd.max()), float(high.own_psd.max()), 1e-300)
+    own_psds = [np.log(np.maximum(bed.own_psd, floor)) for bed in (low, high)]
     change = high.log_damping - low.log_damping
     curved = share * (1 - share) * float(np.sqrt(np.mean(change**2)))
     return BandDamping(
@@ -94,7 +90,7 @@ def between(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
         equivalent_damping_error=damping * relative,
         apparent_mass=mean(low.apparent_mass, high.apparent_mass),
         apparent_mass_error=error(low.apparent_mass_error, high.apparent_mass_error),
-        own_psd=np.exp(mean(*own)),
+        own_psd=np.exp(mean(*own_psds)),
         own_coherence=mean(low.own_coherence, high.own_coherence),
         common_error=float(
             np.hypot(curved, mean(np.array(low.common_error), np.array(high.common_error)))

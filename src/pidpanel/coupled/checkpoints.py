@@ -51,10 +51,6 @@ class Checkpoint:
 
     Attributes
     ----------
-    rows, state
-        Of the panel.
-    restarts
-        Of LIGGGHTS, one a patch; none at the beginning.
     forces
         Of each patch (n, 6), forces and torques on its spheres [N], [N m].
     """
@@ -65,20 +61,12 @@ class Checkpoint:
     forces: tuple[Array, ...] = ()
 
     def write(self, folder: Path, identity: str) -> None:
-        """Write the file of a checkpoint whose restarts are there, and remove older ones.
-
-        Parameters
-        ----------
-        folder
-            Of the run, that of the restarts.
-        identity
-            Of the run, from `identity_of`.
-        """
+        """Write the file of a checkpoint whose restarts are there, and remove older ones."""
         durable.sync(*self.restarts)
         rows = Rows.joined(self.rows)
         values = {
-            **{f"rows_{one.name}": getattr(rows, one.name) for one in fields(Rows)},
-            **{f"state_{one.name}": getattr(self.state, one.name) for one in fields(State)},
+            **{f"rows_{field.name}": getattr(rows, field.name) for field in fields(Rows)},
+            **{f"state_{field.name}": getattr(self.state, field.name) for field in fields(State)},
             **{f"forces_{k}": force for k, force in enumerate(self.forces)},
         }
         with durable.replacing(folder / FILE) as draft, draft.open("wb") as file:
@@ -94,13 +82,7 @@ class Checkpoint:
 
     @staticmethod
     def read(folder: Path, identity: str) -> Checkpoint | None:
-        """Read what was written of this run; None if there is nothing, or it is damaged.
-
-        Parameters
-        ----------
-        folder, identity
-            As of `write`.
-        """
+        """Read what was written of this run; None if there is nothing, or it is damaged."""
         if not (folder / FILE).exists():
             return None
         try:
@@ -111,14 +93,14 @@ class Checkpoint:
             restarts = [folder / str(name) for name in values["restarts"]]
             damaged = [
                 path
-                for path, known in zip(restarts, values["hashes"], strict=True)
-                if _hash(path) != str(known)
+                for path, stored_hash in zip(restarts, values["hashes"], strict=True)
+                if _hash(path) != str(stored_hash)
             ]
             if damaged:
                 raise ValueError(f"{damaged[0]}: another hash")
-            state = {one.name: values[f"state_{one.name}"] for one in fields(State)}
+            state = {field.name: values[f"state_{field.name}"] for field in fields(State)}
             return Checkpoint(
-                (Rows(*(values[f"rows_{one.name}"] for one in fields(Rows))),),
+                (Rows(*(values[f"rows_{field.name}"] for field in fields(Rows))),),
                 State(**{**state, "row": int(state["row"])}),
                 tuple(restarts),
                 tuple(values[f"forces_{k}"] for k in range(len(restarts))),

@@ -46,19 +46,19 @@ class CoupledPatch:
     def factor(self) -> Array:
         """(n, r) E with D = E Eᵀ, parts below 1e-8 of the largest left out [m]."""
         value, vector = np.linalg.eigh((self.overlap + self.overlap.T) / 2)
-        kept = value > 1e-8 * value[-1]
-        return vector[:, kept] * np.sqrt(value[kept])
+        large = value > 1e-8 * value[-1]
+        return vector[:, large] * np.sqrt(value[large])
 
     @property
     def distance(self) -> Array:
         """(c, c) of the simulated cells from each other [m]."""
-        apart = self.position[:, None] - self.position[None]
-        return np.hypot(*apart.transpose(2, 0, 1))
+        offset = self.position[:, None] - self.position[None]
+        return np.hypot(*offset.transpose(2, 0, 1))
 
-    def whole_load(self, own: OwnForce, frequency: Array) -> Array:
+    def whole_load(self, force: OwnForce, frequency: Array) -> Array:
         """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴]."""
         independent = self.cell_area * self.overlap
-        return own_force_load(self.parts, independent, frequency, own.coherence, own.length)
+        return own_force_load(self.parts, independent, frequency, force.coherence, force.length)
 
     def shared_area(self, length: float, frequency: Array) -> Array:
         """Return ∬ exp(−d f/λ) dA dA′ over the patch, (nf,) [m⁴], for λ [m Hz]."""
@@ -72,8 +72,6 @@ class CoupledPanel:
 
     Attributes
     ----------
-    modal
-        Its shapes.
     points
         (p, n) the shapes at the points [1].
     patches
@@ -102,7 +100,7 @@ class CoupledPanel:
 
     def bare_psd(self, shape: Array, frequency: Array) -> Array:
         """Return the PSDs (nf, s) [m²/Hz] of motions of the bare panel with the shapes (s, n)."""
-        none = Receptances.of(
+        none = Receptances.compute(
             frequency, self.stiffness(frequency), np.zeros((shape.shape[1], 0)), shape
         )
         sound = self.spectrum(frequency)[:, None, None]

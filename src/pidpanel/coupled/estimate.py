@@ -48,12 +48,8 @@ class PatchEstimate:
 
     Attributes
     ----------
-    impedance
-        Z with its nodes.
     equivalent_damping_error, apparent_mass_error
         (bands,) standard errors [N s/m³], [kg/m²].
-    own
-        PSD and coherence of the own force.
     own_error
         (bands,) relative standard error of the PSD of the own force on the whole patch [1].
     common_error
@@ -77,8 +73,6 @@ class ScenarioEstimate:
     ----------
     centre
         (bands,) of the third octaves [Hz].
-    patches
-        Estimates in the order of the patches.
     frequency
         (nf,) [Hz] of the PSDs.
     psd, linear_psd
@@ -124,10 +118,6 @@ def estimate(
 
     Parameters
     ----------
-    panel
-        In its sound.
-    records
-        One or more.
     frequency
         (nf,) lines of the PSDs [Hz].
     centre, edge
@@ -147,11 +137,11 @@ def estimate(
         empty = centre[np.argmin(lines.min(axis=0))]
         raise RecordTooShort(f"the third octave of {empty:.4g} Hz contains no line of a segment")
     fits, impedances = _fits(panel, runs, centre, edge, lines)
-    own = [fit.own_force() for fit in fits]
+    forces = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
-    factors = Variants.of(panel, frequency, centre, impedances, own).at_motion(squares)
+    factors = Variants.compute(panel, frequency, centre, impedances, forces).at_motion(squares)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
-    variants = Variants.of(panel, frequency, centre, carried, own)
+    variants = Variants.compute(panel, frequency, centre, carried, forces)
     variance = _variance(variants, fits, carried, factors, bias)
     recorded, predicted = _mean_squares(variants, runs, impedances, fits, edge)
     band_residual, band_excess = _residual(recorded, predicted)
@@ -161,7 +151,7 @@ def estimate(
         centre=centre,
         patches=[
             _patch_estimate(fit, z, force, factor)
-            for fit, z, force, factor in zip(fits, carried, own, factors.tolist(), strict=True)
+            for fit, z, force, factor in zip(fits, carried, forces, factors.tolist(), strict=True)
         ],
         frequency=frequency,
         psd=variants.psd[:, variants.points],
@@ -203,37 +193,37 @@ class _PatchFit:
     def impedances_of_fewer_cells(self) -> list[BandImpedance]:
         """Return Z with each cell of each run left out in turn."""
         count = self.sums.force.shape[1]
-        return [self.sums.impedance(cells=kept) for kept in _leave_one_out(count)]
+        return [self.sums.impedance(cells=weights) for weights in _leave_one_out(count)]
 
     def own_force(self, segments: Array | None = None, cells: Array | None = None) -> OwnForce:
         """Fit the own force, without the segments or the cells whose weight is 0."""
-        kept = slice(None) if segments is None else segments > 0
-        used = np.ones(self.cells, bool) if cells is None else cells > 0
-        sums = self.own[kept].sum(axis=0)[:, used][:, :, used]
-        distance = self.patch.distance[used][:, used]
-        return fitted_own_force(sums, self.lines[kept].sum(axis=0), self.centre, distance)
+        used_segments = slice(None) if segments is None else segments > 0
+        used_cells = np.ones(self.cells, bool) if cells is None else cells > 0
+        sums = self.own[used_segments].sum(axis=0)[:, used_cells][:, :, used_cells]
+        distance = self.patch.distance[used_cells][:, used_cells]
+        return fitted_own_force(sums, self.lines[used_segments].sum(axis=0), self.centre, distance)
 
     @cached_property
     def _shared_areas(self) -> dict[float, Array]:
         return {}
 
-    def resultant(self, own: OwnForce) -> Array:
+    def resultant(self, force: OwnForce) -> Array:
         """Return the PSD of the own force on the whole patch, (bands,) [N²/Hz]."""
-        if own.length not in self._shared_areas:
-            area = self.patch.shared_area(own.length, self.centre)
-            self._shared_areas[own.length] = area
+        if force.length not in self._shared_areas:
+            area = self.patch.shared_area(force.length, self.centre)
+            self._shared_areas[force.length] = area
         independent = self.patch.cell_area * self.patch.area.sum()
-        shared = own.coherence * self._shared_areas[own.length]
-        return own.psd * (shared + (1 - own.coherence) * independent)
+        shared = force.coherence * self._shared_areas[force.length]
+        return force.psd * (shared + (1 - force.coherence) * independent)
 
-    def ratios(self, *, over: str) -> list[Array]:
+    def ratios(self, *, unit: str) -> list[Array]:
         """Return the resultants with one segment or cell left out over that of all, (bands,)."""
-        count = self.cells if over == "cells" else len(self.lines)
+        count = self.cells if unit == "cells" else len(self.lines)
         whole = self.resultant(self.own_force())
-        fitted = [self.own_force(**{over: kept}) for kept in _leave_one_out(count)]
+        fitted = [self.own_force(**{unit: weights}) for weights in _leave_one_out(count)]
         return [
-            np.divide(self.resultant(own), whole, out=np.ones_like(whole), where=whole > 0)
-            for own in fitted
+            np.divide(self.resultant(force), whole, out=np.ones_like(whole), where=whole > 0)
+            for force in fitted
         ]
 
 
@@ -256,8 +246,10 @@ def _fits(
         ]
         fitted = [of_patch.impedance() for of_patch in sums]
         impedances = fitted
-    own = [np.concatenate([run.own_force(fitted[p], p, edge) for run in runs]) for p in patches]
-    fits = [_PatchFit(panel.patches[p], sums[p], centre, own[p], lines) for p in patches]
+    force_sums = [
+        np.concatenate([run.own_force(fitted[p], p, edge) for run in runs]) for p in patches
+    ]
+    fits = [_PatchFit(panel.patches[p], sums[p], centre, force_sums[p], lines) for p in patches]
     return fits, fitted
 
 
@@ -309,17 +301,19 @@ def _variance(
         independent += [changed(p, deviated) for deviated in z.deviated()]
         jackknifed += [
             [changed(p, fewer.scaled(factor)) for fewer in fit.impedances_of_fewer_cells()],
-            [changed(p, z, ratio) for ratio in fit.ratios(over="cells")],
-            [changed(p, z, ratio) for ratio in fit.ratios(over="segments")],
+            [changed(p, z, ratio) for ratio in fit.ratios(unit="cells")],
+            [changed(p, z, ratio) for ratio in fit.ratios(unit="segments")],
         ]
     power = EXPONENT_ERROR / EXPONENT
     further = [z.scaled(factor**power) for z, factor in zip(carried, factors, strict=True)]
     independent.append(variants.change(further, None))
 
-    def variance(of: Callable[[Array], Array]) -> Array:
-        parts = [of(change) ** 2 for change in independent]
+    def variance(quantity: Callable[[Array], Array]) -> Array:
+        parts = [quantity(change) ** 2 for change in independent]
         parts += [
-            _jackknife_variance([of(change) for change in part]) for part in jackknifed if part
+            _jackknife_variance([quantity(change) for change in part])
+            for part in jackknifed
+            if part
         ]
         return np.sum(parts, axis=0) + (2 * bias) ** 2
 
@@ -348,27 +342,23 @@ def _jackknife_variance(changes: Sequence[Array]) -> Array:
 
 
 def _residual(recorded: Array, predicted: Array) -> tuple[Array, Array]:
-    """Return ln of recorded over predicted mean squares, and what of it exceeds its scatter.
-
-    Parameters
-    ----------
-    recorded, predicted
-        (segments, …) mean squares.
-    """
-    kept = _leave_one_out(len(recorded))
+    """Return ln of recorded over predicted mean squares, and what of it exceeds its scatter."""
+    weights = _leave_one_out(len(recorded))
     with np.errstate(divide="ignore", invalid="ignore"):  # of a point at rest
         value = np.log(recorded.sum(axis=0) / predicted.sum(axis=0))
-        parts = [np.log(np.tensordot(w, recorded, 1) / np.tensordot(w, predicted, 1)) for w in kept]
+        parts = [
+            np.log(np.tensordot(w, recorded, 1) / np.tensordot(w, predicted, 1)) for w in weights
+        ]
     value, parts = np.nan_to_num(value), [np.nan_to_num(part) for part in parts]
     excess: Array = np.sqrt(np.maximum(value**2 - _jackknife_variance(parts), 0.0))
     return value, excess
 
 
 def _patch_estimate(
-    fit: _PatchFit, carried: BandImpedance, own: OwnForce, factor: float
+    fit: _PatchFit, carried: BandImpedance, force: OwnForce, factor: float
 ) -> PatchEstimate:
     by_cell = [fewer.value for fewer in fit.impedances_of_fewer_cells()]
-    ratios = fit.ratios(over="segments")
+    ratios = fit.ratios(unit="segments")
 
     def error(part: Callable[[Complexes], Array]) -> Array:
         variance = (part(carried.deviation) ** 2).sum(axis=1)
@@ -380,7 +370,7 @@ def _patch_estimate(
         impedance=carried,
         equivalent_damping_error=error(np.real),
         apparent_mass_error=error(np.imag) / (2 * np.pi * carried.frequency),
-        own=own,
+        own=force,
         own_error=np.sqrt(_jackknife_variance(ratios)) if ratios else np.zeros(len(fit.centre)),
         common_error=abs(np.log(factor)) * EXPONENT_ERROR / EXPONENT,
     )

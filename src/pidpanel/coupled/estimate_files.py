@@ -26,8 +26,6 @@ class SimulatedBed(NamedTuple):
 
     Attributes
     ----------
-    patch
-        Its name.
     cell_area
         Of a cell [m²].
     mass_per_area
@@ -50,23 +48,7 @@ def write_estimate(
     runs: int,
     attributes: Mapping[str, str],
 ) -> None:
-    """Write the estimate of a scenario.
-
-    Parameters
-    ----------
-    path
-        The ``.nc`` file.
-    found
-        The estimate.
-    beds
-        Of its patches.
-    points
-        Names of the response points.
-    runs
-        Number of runs behind it.
-    attributes
-        Global attributes.
-    """
+    """Write the estimate of a scenario."""
     by_patch, by_point = ("patch", "band"), ("band", "point")
     z = [patch.impedance for patch in found.patches]
 
@@ -163,8 +145,6 @@ def frames(scenario: str, stored: xr.Dataset) -> Frames:
 
     Parameters
     ----------
-    scenario
-        Its label.
     stored
         Of `read_estimate`.
     """

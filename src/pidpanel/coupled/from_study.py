@@ -23,7 +23,7 @@ from pidpanel.coupled.pieces import StartedBed, integrated, run_identity, starte
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.softening import (
-    Motion,
+    RmsMotion,
     Softened,
     softened_modulus,
     softening_bias,
@@ -41,7 +41,7 @@ from pidpanel.panel.plate_files import StoredPlate, read_plate
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.solve.bands import whole_third_octaves
-from pidpanel.solve.basis_error import joined_shapes, modal_basis
+from pidpanel.solve.basis_error import basis_shapes, modal_basis
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.panel import deflection_at_points
@@ -83,12 +83,8 @@ class CoupledScenario:
 
     Attributes
     ----------
-    scenario
-        The scenario.
     fillings
         Filled patches with a coupon, the coupon and its fill.
-    beds
-        Of each run, in order, their beds.
     """
 
     scenario: Scenario
@@ -157,17 +153,13 @@ class CoupledTables(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StudiedPanel:
+class ExcitedPanel:
     """The panel of a study in its sound.
 
     Attributes
     ----------
-    study
-        The study.
     basis
         Modes and residual vectors of the panel.
-    plate
-        Its elements.
     excitation
         The sound, at the level of the study.
     air
@@ -181,10 +173,10 @@ class StudiedPanel:
     air: Air | None
 
     @staticmethod
-    def read(study: Study, files: CoupledFiles) -> StudiedPanel:
+    def read(study: Study, files: CoupledFiles) -> ExcitedPanel:
         """Read the files of the stages upstream."""
         table = read_table(files.modal_force, MODAL_FORCE)
-        return StudiedPanel(
+        return ExcitedPanel(
             study,
             read_basis(files.modes),
             read_plate(files.plate),
@@ -225,19 +217,15 @@ class StudiedPanel:
     @cached_property
     def _vectors(self) -> Array:
         none = np.zeros((len(self.plate.shapes), 0))
-        return joined_shapes(self.basis, self.plate, none).vectors
+        return basis_shapes(self.basis, self.plate, none).vectors
 
     def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
         """Return a patch with its simulated cells.
 
         Parameters
         ----------
-        name
-            Of the patch.
         cell_area
             Of a cell [m²].
-        shapes
-            Of the panel.
         """
         basis, keys = self.basis, self.study.damping.coupled
         index = basis.patch_names.index(name)
@@ -332,7 +320,7 @@ class StudiedPanel:
         ):
             psd = panel.bare_psd(patch.shape, frequency) @ patch.area / patch.area.sum()
             squares = [float(np.trapezoid(omega**k * psd, frequency)) for k in (2, 4)]
-            motion, own = Motion(*np.sqrt(squares)), coupon.particles.youngs_modulus
+            motion, own = RmsMotion(*np.sqrt(squares)), coupon.particles.youngs_modulus
             modulus = stated * 1e6 if stated else softened_modulus(own, bed, motion)
             moduli.append(Softened(modulus, softening_bias(own, bed, motion, modulus)))
         return moduli
@@ -349,8 +337,6 @@ class DrawnRun:
     ----------
     integration, start
         The panel with its forces; q [m] and q̇ [m/s], (2, n).
-    beds
-        Of the patches.
     frequency, amplitude, first
         Of its sound, as in `SettledRecord`.
     """
@@ -369,15 +355,13 @@ class ScenarioRuns:
 
     Attributes
     ----------
-    studied, coupled
-        The panel, and the scenario.
     store
         Folder of packings and beds; those that are missing are made.
     folder
         Of the records, which are kept.
     """
 
-    studied: StudiedPanel
+    studied: ExcitedPanel
     coupled: CoupledScenario
     store: Path
     folder: Path
@@ -560,7 +544,7 @@ def write_scenario(
         As of `ScenarioRuns.record`.
     """
     coupled, keys = coupled_scenarios(study)[label], study.damping.coupled
-    runs = ScenarioRuns(StudiedPanel.read(study, files), coupled, store, folder)
+    runs = ScenarioRuns(ExcitedPanel.read(study, files), coupled, store, folder)
     folder.mkdir(parents=True, exist_ok=True)
     records: list[SettledRecord] = []
     for number in range(1, keys.runs + 1):
@@ -620,10 +604,8 @@ def write_coupled(
         The study, and files of the stages upstream.
     estimates
         Of `coupled_scenarios`, in order.
-    outputs
-        The tables.
     """
-    studied = StudiedPanel.read(study, files)
+    studied = ExcitedPanel.read(study, files)
     found = [
         (coupled, estimate_files.read_estimate(path))
         for coupled, path in zip(coupled_scenarios(study).values(), estimates, strict=True)
@@ -647,7 +629,7 @@ def write_coupled(
 
 
 def _carried(
-    studied: StudiedPanel, of_level: Sequence[tuple[Scenario, pd.DataFrame]]
+    studied: ExcitedPanel, of_level: Sequence[tuple[Scenario, pd.DataFrame]]
 ) -> list[pd.DataFrame]:
     """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
 

@@ -50,7 +50,7 @@ class ImpedanceSums:
     scatter: Complexes
 
     @staticmethod
-    def of(
+    def from_spectra(
         frequency: Array,
         pressure: Complexes,
         velocity: Complexes,
@@ -58,19 +58,7 @@ class ImpedanceSums:
         area: Array,
         edge: Array,
     ) -> ImpedanceSums:
-        """Return the sums of a record.
-
-        Parameters
-        ----------
-        frequency
-            (nf,) [Hz].
-        pressure, velocity, instrument
-            (segments, nf, cells) σ, v and r.
-        area
-            (cells,) that each represents [m²].
-        edge
-            (bands, 2) [Hz].
-        """
+        """Return the sums of a record."""
         x, y = (values * instrument.conj() * area for values in (pressure, velocity))
         force, moved = (np.swapaxes(band_sums(frequency, v, edge, axis=1), 1, 2) for v in (x, y))
 
@@ -78,12 +66,12 @@ class ImpedanceSums:
             parts = [np.abs(x) ** 2 + 0j, np.abs(y) ** 2 + 0j, x * y.conj()]
             return np.stack([part.sum(axis=2) for part in parts], axis=1)
 
-        together = [values.sum(axis=2, keepdims=True) for values in (x, y)]
-        scatter = np.stack([products(*together), products(x, y)], axis=1)
+        summed = [values.sum(axis=2, keepdims=True) for values in (x, y)]
+        scatter = np.stack([products(*summed), products(x, y)], axis=1)
         return ImpedanceSums(
             force,
             moved,
-            moment=band_sums(frequency, frequency * together[1][:, :, 0], edge, axis=1),
+            moment=band_sums(frequency, frequency * summed[1][:, :, 0], edge, axis=1),
             scatter=band_sums(frequency, scatter, edge, axis=3),
         )
 
@@ -106,13 +94,7 @@ class ImpedanceSums:
         )
 
     def impedance(self, segments: Array | None = None, cells: Array | None = None) -> BandImpedance:
-        """Return Z of each band, with weights of the segments and the cells.
-
-        Parameters
-        ----------
-        segments, cells
-            Weights, 0 where one is left out; None for 1.
-        """
+        """Return Z of each band, with weights of the segments and the cells."""
         segments = np.ones(len(self.force)) if segments is None else segments
         cells = np.ones(self.force.shape[1]) if cells is None else cells
         force, velocity = (
@@ -176,13 +158,6 @@ def smoothed(ratio: Complexes, variance: Array, counted: Array) -> tuple[Complex
     Neighbours differ by about `BAND_STEP`: Σ |Z_b − ratio_b|²/variance_b + Σ |Z_b −
     Z_{b+1}|²/(0.3 s_b)² is least, with s the size of Z there. Bands with small variance keep their
     ratio; others follow their neighbours.
-
-    Parameters
-    ----------
-    ratio, variance
-        (bands,) of Z of each band alone.
-    counted
-        (bands,) the part of the variance that counts for the covariance.
     """
     weight = 1 / np.maximum(variance, 1e-6 * np.abs(ratio) ** 2 + 1e-300)
     value = ratio

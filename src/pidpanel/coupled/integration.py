@@ -27,7 +27,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupled.panel_motion import energy, free_motion
 
 
-class Particles(Protocol):
+class CellParticles(Protocol):
     """The particles of some cells, seen from their cells."""
 
     def wall_force(self) -> Array:
@@ -71,14 +71,10 @@ class Balance:
 
     Attributes
     ----------
-    sound
-        Work of the sound.
     modes
         Loss in the damping of the bare panel.
     particles
         Work of the walls on the particles.
-    gain
-        Gain of the panel.
     """
 
     sound: float
@@ -148,8 +144,6 @@ class State:
 
     Attributes
     ----------
-    row
-        Number of the row.
     shapes
         (2, n) q [m] and q̇ [m/s].
     displacement, previous
@@ -177,16 +171,12 @@ class Integration:
 
     Attributes
     ----------
-    panel
-        Its shapes.
     patch_area, cell_area
         (c,) area of the patch that each cell represents, and area of the cell [m²].
     force
         (m + 1, n) modal forces at the rows, linear between them [N].
     time_step, substeps
         Step of LIGGGHTS [s], and steps to an interval Δ.
-    intervals_per_row
-        An even number.
     settled
         Row from which the energies are balanced.
 
@@ -229,7 +219,7 @@ class Integration:
 
     def advance(
         self,
-        particles: Sequence[Particles],
+        particles: Sequence[CellParticles],
         state: State,
         end: int,
         progress: Callable[[int], None] = lambda _: None,
@@ -287,13 +277,13 @@ class Integration:
                 due = total + ahead - applied
                 applied += due
                 if step in simpson:
-                    before = velocity.copy()
+                    mean_velocity = velocity.copy()
                 velocity += push
                 velocity -= velocity_per_impulse @ due
                 if step in simpson:
-                    before = (before + velocity) / 2
-                    sound += simpson[step] * float((mass * push) @ before)
-                    lost += simpson[step] * float(damping @ before**2)
+                    mean_velocity = (mean_velocity + velocity) / 2
+                    sound += simpson[step] * float((mass * push) @ mean_velocity)
+                    lost += simpson[step] * float(damping @ mean_velocity**2)
                 swapped = cross * shapes[::-1]
                 shapes *= direct
                 shapes += swapped
@@ -330,7 +320,7 @@ class Integration:
         )
 
 
-def _slices(particles: Sequence[Particles], cells: int) -> list[slice]:
+def _slices(particles: Sequence[CellParticles], cells: int) -> list[slice]:
     """Return the cells of each patch."""
     ends = np.cumsum([0] + [len(patch.wall_force()) for patch in particles]).tolist()
     if ends[-1] != cells:

@@ -32,79 +32,58 @@ class Receptances:
         (nf,) [Hz].
     inverse
         (nf, n) diagonal of Z₀⁻¹ [m/N].
-    felt, seen
+    felt, observed
         (n, r) E and (s, n) Wᵀ [1].
-    across, between
+    across, coupling
         (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N].
     """
 
     frequency: Array
     inverse: Complexes
     felt: Array
-    seen: Array
+    observed: Array
     across: Complexes
-    between: Complexes
+    coupling: Complexes
 
     @staticmethod
-    def of(frequency: Array, stiffness: Complexes, felt: Array, seen: Array) -> Receptances:
-        """Return the receptances.
-
-        Parameters
-        ----------
-        frequency
-            (nf,) [Hz].
-        stiffness
-            (nf, n) diagonal of Z₀ [N/m].
-        felt, seen
-            (n, r) E and (s, n) Wᵀ.
-        """
+    def compute(
+        frequency: Array, stiffness: Complexes, felt: Array, observed: Array
+    ) -> Receptances:
+        """Return the receptances."""
         inverse = 1 / stiffness
-        both = np.concatenate([seen, felt.T])
-        products = np.empty((len(frequency), len(both), felt.shape[1]), complex)
+        motions = np.concatenate([observed, felt.T])
+        products = np.empty((len(frequency), len(motions), felt.shape[1]), complex)
         for lines in _chunks(len(frequency)):
-            products[lines] = (both * inverse[lines, None, :]) @ felt
+            products[lines] = (motions * inverse[lines, None, :]) @ felt
         return Receptances(
-            frequency, inverse, felt, seen, products[:, : len(seen)], products[:, len(seen) :]
+            frequency,
+            inverse,
+            felt,
+            observed,
+            products[:, : len(observed)],
+            products[:, len(observed) :],
         )
 
     def motion(self, load: Complexes, amplitude: Complexes) -> Complexes:
-        """Return the motions Wᵀq (nf, s) [m] under given modal forces.
-
-        Parameters
-        ----------
-        load
-            (nf, r) diagonal of L.
-        amplitude
-            (nf, n) f [N].
-        """
+        """Return the motions Wᵀq (nf, s) [m] under given modal forces."""
         free = amplitude * self.inverse
         felt = np.linalg.solve(self._closed(load), (free @ self.felt)[:, :, None])
         force = self._force(load)[:, :, None] * felt
-        return free @ self.seen.T - (self.across @ force)[:, :, 0]
+        return free @ self.observed.T - (self.across @ force)[:, :, 0]
 
     def psds(
         self,
         loads: Sequence[Complexes],
         sound: Callable[[slice], Array | Complexes] | None,
-        own: Sequence[Callable[[slice], Array] | None],
+        forces: Sequence[Callable[[slice], Array] | None],
     ) -> Array:
-        """Return the PSDs (dampers, nf, s) [m²/Hz] of the motions Wᵀq, for several dampers.
-
-        Parameters
-        ----------
-        loads
-            (nf, r) diagonal of L of each.
-        sound
-            Cross-PSD (k, n, n) of the modal forces at some lines [N²/Hz]; None for none.
-        own
-            Of each damper the cross-PSD of its own force on the modes; None for none.
-        """
-        psds = np.zeros((len(loads), len(self.frequency), len(self.seen)))
+        """Return the PSDs (dampers, nf, s) [m²/Hz] of the motions Wᵀq, for several dampers."""
+        psds = np.zeros((len(loads), len(self.frequency), len(self.observed)))
         for lines in _chunks(len(self.frequency)):
             rows = np.stack([self._rows(load[lines], lines) for load in loads], axis=1)
             if sound is not None:
                 psds[:, lines] += _quadratic(rows, sound(lines)).swapaxes(0, 1)
-            for k, force in enumerate(own):
+            for k, force in enumerate(forces):
                 if force is not None:
                     psds[k, lines] += _quadratic(rows[:, k], force(lines))
         return psds
@@ -115,7 +94,7 @@ class Receptances:
         reaction = (self.across[lines] * self._force(load, lines)[:, None]).swapaxes(1, 2)
         closed = self._closed(load, lines).swapaxes(1, 2)
         felt = np.linalg.solve(closed, reaction).swapaxes(1, 2)
-        return (self.seen - felt @ self.felt.T) * inverse
+        return (self.observed - felt @ self.felt.T) * inverse
 
     def _force(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
         return 2j * np.pi * self.frequency[lines, None] * load
@@ -123,15 +102,15 @@ class Receptances:
     def _closed(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
         """Return I + R iωL."""
         unit = np.eye(self.felt.shape[1], dtype=np.complex128)
-        return unit + self.between[lines] * self._force(load, lines)[:, None]
+        return unit + self.coupling[lines] * self._force(load, lines)[:, None]
 
 
 def _quadratic(rows: Complexes, matrix: Array | Complexes) -> Array:
     """Return row S rowᴴ, (k, …), of rows (k, …, n) and Hermitian S (k, n, n)."""
     flat = rows.reshape(len(rows), -1, rows.shape[-1])
     if np.isrealobj(matrix):  # the imaginary parts of row S rowᴴ cancel
-        both = np.concatenate([flat.real, flat.imag], axis=1)
-        squares = ((both @ matrix) * both).sum(axis=2)
+        parts = np.concatenate([flat.real, flat.imag], axis=1)
+        squares = ((parts @ matrix) * parts).sum(axis=2)
         half = flat.shape[1]
         total = squares[:, :half] + squares[:, half:]
     else:

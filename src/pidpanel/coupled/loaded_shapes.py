@@ -43,8 +43,6 @@ class LoadedShapes:
 
     Attributes
     ----------
-    modal
-        The oscillators.
     vectors
         (n, n) new shapes as columns; None where they are those of the bare panel.
     """
@@ -69,19 +67,7 @@ def loaded_shapes(
     air: Callable[[Array], Complexes] | None,
     dampers: Sequence[LinearDamper],
 ) -> LoadedShapes:
-    """Return the oscillators of a panel in air with dampers.
-
-    Parameters
-    ----------
-    modal
-        The bare panel.
-    extent
-        Lowest and highest frequency of the response [Hz]; beyond, air and dampers are held.
-    air
-        iωR − ω²M over frequency: (k,) [Hz] to (k, n, n) [N/m]; None for none.
-    dampers
-        With their patches.
-    """
+    """Return the oscillators of a panel in air with dampers."""
     if air is not None:
         modal = _in_air(modal, extent, air)
     if not dampers:
@@ -93,11 +79,11 @@ def loaded_shapes(
     )
     square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
     natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
-    at = np.clip(natural, *extent)
+    clipped = np.clip(natural, *extent)
     damping = np.einsum("in,i,in->n", vectors, modal.damping, vectors)
     for damper in dampers:
-        own = np.einsum("in,ij,jn->n", vectors, damper.overlap, vectors)
-        damping = damping + damper.values(at)[0] * own
+        diagonal = np.einsum("in,ij,jn->n", vectors, damper.overlap, vectors)
+        damping = damping + damper.values(clipped)[0] * diagonal
     return LoadedShapes(_oscillators(natural, np.ones(len(natural)), damping), vectors)
 
 
@@ -107,11 +93,11 @@ def _in_air(
     nodes = np.geomspace(*extent, AIR_NODES)
     stiffness = np.stack([np.diagonal(air(nodes[k : k + 1])[0]) for k in range(len(nodes))])
     omega = 2 * np.pi * nodes[:, None]
-    at = np.log(np.clip(modal.natural_frequency, *extent))
+    log_natural = np.log(np.clip(modal.natural_frequency, *extent))
 
     def at_modes(values: Array) -> Array:
         return np.array(
-            [np.interp(f, np.log(nodes), row) for f, row in zip(at, values.T, strict=True)]
+            [np.interp(f, np.log(nodes), row) for f, row in zip(log_natural, values.T, strict=True)]
         )
 
     mass = modal.modal_mass + at_modes(-stiffness.real / omega**2)

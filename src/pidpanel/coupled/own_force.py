@@ -44,20 +44,12 @@ class OwnForce:
     length: float
 
 
-def own_force_sums(frequency: Array, own: Complexes, edge: Array) -> Array:
-    """Return Re Σ n_j n_k* over the lines of each band, (segments, bands, cells, cells).
-
-    Parameters
-    ----------
-    frequency, own
-        (nf,) [Hz] and (segments, nf, cells) n [Pa/√Hz].
-    edge
-        (bands, 2) [Hz].
-    """
+def own_force_sums(frequency: Array, force: Complexes, edge: Array) -> Array:
+    """Return Re Σ n_j n_k* over the lines of each band, (segments, bands, cells, cells)."""
     index = np.searchsorted(frequency, edge)
-    result = np.empty((len(own), len(edge), own.shape[2], own.shape[2]))
+    result = np.empty((len(force), len(edge), force.shape[2], force.shape[2]))
     for band, (first, last) in enumerate(index):
-        part = own[:, first:last]
+        part = force[:, first:last]
         result[:, band] = np.einsum("sfj,sfk->sjk", part, part.conj()).real
     return result
 
@@ -66,26 +58,15 @@ def fitted_own_force(sums: Array, lines: Array, centre: Array, distance: Array) 
     """Return the own force whose coherence is nearest to that of all pairs of cells.
 
     c of each band, from 0 to 1, and one λ by least squares, with `USUAL_LENGTH` as prior.
-
-    Parameters
-    ----------
-    sums
-        (bands, cells, cells) Re Σ n_j n_k*.
-    lines
-        (bands,) number of lines in the sums.
-    centre
-        (bands,) [Hz].
-    distance
-        (cells, cells) of the cells [m].
     """
-    own = np.einsum("bjj->bj", sums)
+    power = np.einsum("bjj->bj", sums)
     cells = sums.shape[1]
     upper = np.triu_indices(cells, 1)
-    used = own.sum(axis=0) > 0
-    psd = own[:, used].sum(axis=1) / np.maximum(lines, 1) / max(used.sum(), 1)
+    used = power.sum(axis=0) > 0
+    psd = power[:, used].sum(axis=1) / np.maximum(lines, 1) / max(used.sum(), 1)
     if cells == 1:
         return OwnForce(psd, np.zeros(len(psd)), USUAL_LENGTH)
-    size = np.sqrt(np.maximum(own[:, upper[0]] * own[:, upper[1]], 1e-300))
+    size = np.sqrt(np.maximum(power[:, upper[0]] * power[:, upper[1]], 1e-300))
     correlation = sums[:, upper[0], upper[1]] / size  # (bands, pairs)
     decay = np.exp(-distance[upper] * centre[None, :, None] / LENGTHS[:, None, None])
     norm = np.maximum((decay**2).sum(axis=2), 1e-12)

@@ -20,18 +20,6 @@ def free_motion(
 ) -> tuple[Array, Array]:
     """Return what the shapes do from step to step, exp(A Δt) with A = [[0, 1], [−ω², −2ζω]].
 
-    Parameters
-    ----------
-    angular_frequency, damping_ratio
-        (n,) ω [rad/s], 0 of a rigid body's, and ζ [1], which may exceed 1.
-    time_step
-        Δt [s].
-
-    Returns
-    -------
-    own, other
-        (2, n) each: (q, q̇) after = own (q, q̇) + other (q̇, q).
-
     Examples
     --------
     >>> own, other = free_motion(np.array([0.0]), np.array([0.0]), 0.5)

@@ -76,14 +76,8 @@ def integrated(
 
     Parameters
     ----------
-    name
-        Of the run, for messages.
     run, start
         The panel with its forces; q [m] and q̇ [m/s], (2, n).
-    beds
-        Of the filled patches.
-    folder
-        For the checkpoints.
 
     Raises
     ------
@@ -131,7 +125,7 @@ def _limited(work: Callable[[Progress], Checkpoint], name: str, report: Progress
 
 def _piece(
     run: Integration,
-    before: Checkpoint,
+    checkpoint: Checkpoint,
     beds: Sequence[StartedBed],
     end: int,
     folder: Path,
@@ -141,7 +135,7 @@ def _piece(
     def work(progress: Progress) -> Checkpoint:
         with tempfile.TemporaryDirectory() as temporary:
             library = load_library()
-            restarts = before.restarts or [None for _ in beds]
+            restarts = checkpoint.restarts or [None for _ in beds]
             particles = [
                 spheres_of(
                     library, bed.bed, bed.modulus, run.time_step, bed.folder,
@@ -149,10 +143,10 @@ def _piece(
                 )
                 for k, (bed, restart) in enumerate(zip(beds, restarts, strict=True))
             ]  # fmt: skip
-            for spheres, force in zip(particles, before.forces, strict=False):
+            for spheres, force in zip(particles, checkpoint.forces, strict=False):
                 spheres.restore_forces(force)
             rows, state = run.advance(
-                particles, before.state, end, lambda row: progress((row + 1) / run.rows)
+                particles, checkpoint.state, end, lambda row: progress((row + 1) / run.rows)
             )
             forces = tuple(spheres.forces() for spheres in particles)
             written = []
@@ -188,6 +182,6 @@ class _Report:
     def __call__(self, share: float) -> None:
         if int(10 * share) > self._reported:
             self._reported = int(10 * share)
-            taken = (time.monotonic() - self._begun) / (share - self._done)
-            left = taken * (1 - share)
+            per_share = (time.monotonic() - self._begun) / (share - self._done)
+            left = per_share * (1 - share)
             print(f"{self._name}: {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)

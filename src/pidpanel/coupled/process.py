@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from pidpanel.coupon.liggghts.failures import RunStopped
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 Progress = Callable[[float], None]
 """Takes the share of the work that is done [1]."""
 
@@ -29,46 +29,27 @@ LAST_WORDS = 2000
 
 
 def in_child(
-    work: Callable[[Progress], Found],
-    what: str,
+    work: Callable[[Progress], Result],
+    name: str,
     *,
     silence_s: float,
     cpu_limit_s: float,
     progress: Progress = lambda _: None,
-) -> Found:
-    """Do work in a child and return what it found.
-
-    Parameters
-    ----------
-    work
-        Told how to tell its progress, which it does often.
-    what
-        Name of the work, for messages.
-    silence_s
-        Longest time between two reports [s].
-    cpu_limit_s
-        Largest CPU time [s].
-    progress
-        Receives what the child reports.
-
-    Raises
-    ------
-    RunStopped
-        If the child ends without a result, is silent or takes too long; with its last words.
-    """
+) -> Result:
+    """Do work in a child and return what it found."""
     # the state of the caller as it is; nothing that runs in threads is in use here
     context = multiprocessing.get_context("fork")
-    here, there = context.Pipe(duplex=False)
-    with tempfile.TemporaryFile() as said:
-        arguments = (work, there, said.fileno(), os.getpid(), cpu_limit_s)
+    receiver, sender = context.Pipe(duplex=False)
+    with tempfile.TemporaryFile() as output:
+        arguments = (work, sender, output.fileno(), os.getpid(), cpu_limit_s)
         child = context.Process(target=_work, args=arguments)
         child.start()
-        there.close()
+        sender.close()
         try:
             while True:
-                if not here.poll(silence_s):
-                    raise RunStopped(f"{what}: no progress for {silence_s:.0f} s")
-                kind, value = here.recv()
+                if not receiver.poll(silence_s):
+                    raise RunStopped(f"{name}: no progress for {silence_s:.0f} s")
+                kind, value = receiver.recv()
                 if kind == "found":
                     return value
                 if kind == "failed":
@@ -78,20 +59,20 @@ def in_child(
             child.join()
             if child.exitcode == -signal.SIGXCPU:
                 limit = f"more than {cpu_limit_s:.0f} s of CPU time"
-                raise RunStopped(f"{what}: {limit}") from None
-            said.seek(max(0, said.seek(0, os.SEEK_END) - LAST_WORDS))
-            words = said.read().decode(errors="replace").strip("\0 \n")
+                raise RunStopped(f"{name}: {limit}") from None
+            output.seek(max(0, output.seek(0, os.SEEK_END) - LAST_WORDS))
+            words = output.read().decode(errors="replace").strip("\0 \n")
             errors = [line for line in words.splitlines() if "ERROR" in line]
             last = (errors or words.splitlines() or ["no message"])[0 if errors else -1]
-            raise RunStopped(f"{what}: exit status {child.exitcode}: {last}") from None
+            raise RunStopped(f"{name}: exit status {child.exitcode}: {last}") from None
         finally:
             child.kill()
             child.join()
-            here.close()
+            receiver.close()
 
 
 def _work(
-    work: Callable[[Progress], Any], to: Connection, said: int, parent: int, cpu_limit_s: float
+    work: Callable[[Progress], Any], to: Connection, output: int, parent: int, cpu_limit_s: float
 ) -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     soft = math.ceil(cpu_limit_s)
@@ -99,13 +80,13 @@ def _work(
         soft = min(soft, hard)
     resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
     faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
-    os.dup2(said, 1)
-    os.dup2(said, 2)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
 
     def progress(share: float) -> None:
         if os.getppid() != parent:
             os._exit(1)
-        os.ftruncate(said, 0)  # LIGGGHTS prints at every run, and would fill the disk
+        os.ftruncate(output, 0)  # LIGGGHTS prints at every run, and would fill the disk
         to.send(("progress", share))
 
     try:

@@ -25,10 +25,6 @@ def write_record(
     ----------
     path
         The ``.nc`` file.
-    record
-        The record.
-    attributes
-        Global attributes of the file.
     """
     single = np.float32
     amplitude = record.amplitude
@@ -72,8 +68,6 @@ def read_record(path: Path, identity: str) -> SettledRecord | None:
     ----------
     path
         The ``.nc`` file.
-    identity
-        Of the run.
     """
     try:
         with xr.open_dataset(path, engine="scipy") as dataset:

@@ -63,7 +63,7 @@ class RecordSegments:
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band
         self._cells = len(panel.at_cells)
-        self._receptances = Receptances.of(
+        self._receptances = Receptances.compute(
             record.frequency,
             panel.stiffness(record.frequency),
             panel.at_cells.T,
@@ -99,7 +99,7 @@ class RecordSegments:
     def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
         """Return the cross-spectra of a patch with a linear motion as instrument."""
         part = self._panel.slices[patch]
-        return ImpedanceSums.of(
+        return ImpedanceSums.from_spectra(
             self.frequency,
             self.pressure[:, :, part],
             self.velocity[:, :, part],

@@ -44,7 +44,7 @@ USUAL = 400e6
 """Geometric mean of the moduli of acrylic from 122 to 142 dB [Pa]."""
 
 
-class Motion(NamedTuple):
+class RmsMotion(NamedTuple):
     """Rms motion of the bare patch.
 
     Attributes
@@ -69,29 +69,17 @@ class Softened(NamedTuple):
     bias: float
 
 
-def softening_bias(own: float, bed: Bed, motion: Motion, modulus: float) -> float:
-    """Return by how much a modulus lowers g rms against that of the material [1].
-
-    Parameters
-    ----------
-    own
-        Young's modulus of the material [Pa].
-    bed
-        The bed.
-    motion
-        Of the bare patch.
-    modulus
-        Young's modulus of the contacts [Pa].
-    """
+def softening_bias(material_modulus: float, bed: Bed, motion: RmsMotion, modulus: float) -> float:
+    """Return by how much a modulus lowers g rms against that of the material [1]."""
     packing = bed.packing
     radius = packing.sizes.largest / 2
     layers = bed.fill_fraction * packing.depth / packing.diameter
 
-    def excess(of: str) -> float:
+    def excess(measure: str) -> float:
         values = []
-        for stiffness in (modulus, own):
+        for stiffness in (modulus, material_modulus):
             sphere = (radius, packing.density, stiffness, packing.poissons_ratio)
-            if of == "time":
+            if measure == "time":
                 time = contact.wall_contact_time(*sphere, motion.velocity)
                 values.append(time * STANDARD_GRAVITY / motion.velocity)
             else:
@@ -106,26 +94,17 @@ def softening_bias(own: float, bed: Bed, motion: Motion, modulus: float) -> floa
     return bias
 
 
-def softened_modulus(own: float, bed: Bed, motion: Motion) -> float:
-    """Return the softest modulus whose bias is allowed [Pa]; that of the material if none is.
-
-    Parameters
-    ----------
-    own, bed, motion
-        As in `softening_bias`.
-    """
+def softened_modulus(material_modulus: float, bed: Bed, motion: RmsMotion) -> float:
+    """Return the softest modulus whose bias is allowed [Pa]; that of the material if none is."""
     for modulus in CHOICES:
-        if modulus < own and softening_bias(own, bed, motion, modulus) <= LARGEST_BIAS:
+        if (
+            modulus < material_modulus
+            and softening_bias(material_modulus, bed, motion, modulus) <= LARGEST_BIAS
+        ):
             return modulus
-    return own
+    return material_modulus
 
 
-def usual_modulus(own: float, density: float) -> float:
-    """Return about the modulus of a run before the motion of the panel is known [Pa].
-
-    Parameters
-    ----------
-    own, density
-        Young's modulus [Pa] and density [kg/m³] of the spheres.
-    """
-    return min(own, USUAL * density / 1190.0)
+def usual_modulus(material_modulus: float, density: float) -> float:
+    """Return about the modulus of a run before the motion of the panel is known [Pa]."""
+    return min(material_modulus, USUAL * density / 1190.0)

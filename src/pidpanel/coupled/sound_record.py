@@ -29,17 +29,7 @@ far below the 0.2 % of the nodes."""
 
 
 def force_nodes(low: float, high: float, speed_of_sound: float, diameter: float) -> Array:
-    """Return frequencies between which G is taken as linear, from ``low`` to ``high`` [Hz].
-
-    Parameters
-    ----------
-    low, high
-        [Hz]
-    speed_of_sound
-        c₀ [m/s].
-    diameter
-        L of the panel [m].
-    """
+    """Return frequencies between which G is taken as linear, from ``low`` to ``high`` [Hz]."""
     widest = NODE_SPACING * speed_of_sound / (2 * np.pi * diameter)
     nodes = [low]
     while nodes[-1] < high:
@@ -70,30 +60,28 @@ def draw_modal_force(
         G over frequency: (k,) [Hz] to (k, n, n) [m⁴].
     nodes
         (k,) rising [Hz].
-    rng
-        Draws the phases.
 
     Returns
     -------
     (nf, n) X [N].
     """
     step = float(frequency[1] - frequency[0])
-    found: Complexes | None = None
+    amplitude: Complexes | None = None
     upper = np.clip(np.searchsorted(nodes, frequency, side="right"), 1, len(nodes) - 1)
-    before: Array | Complexes = _factor(modal_force(nodes[:1])[0])
+    factor_below: Array | Complexes = _factor(modal_force(nodes[:1])[0])
     for index in range(1, len(nodes)):
-        after = _factor(modal_force(nodes[index : index + 1])[0])
+        factor_above = _factor(modal_force(nodes[index : index + 1])[0])
         lines = upper == index
         part = (frequency[lines] - nodes[index - 1]) / (nodes[index] - nodes[index - 1])
         part = np.clip(part, 0, 1)[:, None]
-        if found is None:
-            found = np.empty((len(frequency), len(after)), complex)
-        turned = np.exp(2j * np.pi * rng.random((int(lines.sum()), len(after))))
-        found[lines] = (1 - part) * (turned @ before.T) + part * (turned @ after.T)
-        before = after
-    if found is None:
+        if amplitude is None:
+            amplitude = np.empty((len(frequency), len(factor_above)), complex)
+        turned = np.exp(2j * np.pi * rng.random((int(lines.sum()), len(factor_above))))
+        amplitude[lines] = (1 - part) * (turned @ factor_below.T) + part * (turned @ factor_above.T)
+        factor_below = factor_above
+    if amplitude is None:
         raise ValueError("one node of the modal force: two or more are needed")
-    return found * np.sqrt(2 * spectrum * step)[:, None]
+    return amplitude * np.sqrt(2 * spectrum * step)[:, None]
 
 
 def _factor(matrix: Array | Complexes) -> Array | Complexes:
@@ -119,8 +107,6 @@ def samples(amplitude: Complexes, first: int, count: int) -> Array:
         (nf, n) X.
     first
         Number of the first tone, in periods of the record.
-    count
-        Samples of the record.
     """
     spectrum = np.zeros((count // 2 + 1, amplitude.shape[1]), complex)
     spectrum[first : first + len(amplitude)] = amplitude

@@ -47,23 +47,11 @@ def segment_count(rows: int, length: int) -> int:
 def segment_spectra(
     rows: Array, interval: float, length: int, band: tuple[float, float]
 ) -> Segments:
-    """Return the spectra of the columns of a record in Hann windows that overlap by half.
-
-    Parameters
-    ----------
-    rows
-        (m, columns).
-    interval
-        Time between rows [s].
-    length
-        Rows of a segment; at most m.
-    band
-        Lowest and highest frequency [Hz]; lines outside are left out.
-    """
+    """Return the spectra of the columns of a record in Hann windows that overlap by half."""
     window = np.hanning(length + 2)[1:-1]
     scale = np.sqrt(2 * interval / (window @ window))
     frequency = np.fft.rfftfreq(length, interval)
-    kept = (frequency >= band[0]) & (frequency < band[1])
+    inside = (frequency >= band[0]) & (frequency < band[1])
     last = len(rows) - length
     count = segment_count(len(rows), length)
     starts = np.linspace(0, last, count).round().astype(int) if count > 1 else [0]
@@ -71,8 +59,8 @@ def segment_spectra(
     for start in starts:
         part = rows[start : start + length]
         tapered = (part - part.mean(axis=0)) * window[:, None]
-        values.append(np.fft.rfft(tapered, axis=0)[kept] * scale)
-    return Segments(np.asarray(frequency[kept], dtype=np.float64), np.array(values))
+        values.append(np.fft.rfft(tapered, axis=0)[inside] * scale)
+    return Segments(np.asarray(frequency[inside], dtype=np.float64), np.array(values))
 
 
 def pressure_segments(
@@ -82,15 +70,6 @@ def pressure_segments(
 
     The difference of two rows is the mean over the time between them: sinc(fΔ) times a tone half
     an interval later.
-
-    Parameters
-    ----------
-    impulse
-        (m + 1, columns) [N s/m²].
-    interval
-        Δ, time between rows [s].
-    length, band
-        As in `segment_spectra`.
     """
     mean = segment_spectra(np.diff(impulse, axis=0) / interval, interval, length, band)
     delay = mean.frequency * interval
@@ -99,19 +78,7 @@ def pressure_segments(
 
 
 def band_sums(frequency: Array, values: Values, edge: Array, axis: int = 0) -> Values:
-    """Return the sums over the lines of each band.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) rising [Hz].
-    values
-        nf along ``axis``, which becomes that of the bands.
-    edge
-        (bands, 2) [Hz]; a line at an upper edge belongs to the next band.
-    axis
-        Of the lines.
-    """
+    """Return the sums over the lines of each band."""
     moved: Array | Complexes = np.moveaxis(values, axis, 0)
     cumulative = np.concatenate([np.zeros((1, *moved.shape[1:])), np.cumsum(moved, axis=0)])
     index = np.searchsorted(frequency, edge)

@@ -32,18 +32,6 @@ def stations_of(position: Array, weight: Array, count: int) -> Stations:
     the number of stations in each half, until each part has one: the point nearest its middle.
     The force of its cells acts on the modes as ∫ φ p dA ≈ Σ φ(x_k) a_k p_k, the midpoint rule.
 
-    Parameters
-    ----------
-    position, weight
-        (n, 2) [m] and (n,) [m²] of a quadrature on the patch.
-    count
-        Of stations, at most n.
-
-    Raises
-    ------
-    ValueError
-        If there are more stations than points.
-
     Examples
     --------
     >>> x = np.array([[0.1, 0.0], [0.2, 0.0], [0.3, 0.0], [0.7, 0.0], [0.8, 0.0], [0.9, 0.0]])
@@ -75,4 +63,4 @@ def _parts(position: Array, weight: Array, part: Index, count: int) -> list[Inde
     cut = int(np.searchsorted(share, first / count - 1e-9)) + 1
     cut = min(max(cut, first), len(part) - (count - first))
     halves = (part[order[:cut]], first), (part[order[cut:]], count - first)
-    return [one for half, own in halves for one in _parts(position, weight, half, own)]
+    return [piece for half, number in halves for piece in _parts(position, weight, half, number)]

@@ -16,7 +16,7 @@ from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import band_rms
-from pidpanel.solve.source import between
+from pidpanel.solve.source import interpolated_load
 
 EXPONENT, EXPONENT_ERROR = 0.75, 0.35
 """γ of C_e ∝ v^−γ, and how far it may be off: 1 of a bed that is thrown up and caught, −1 of one
@@ -32,12 +32,8 @@ class Variants:
 
     Attributes
     ----------
-    panel
-        With its patches.
     frequency, centre
         (nf,) [Hz] and (bands,) nodes of the own force [Hz].
-    impedances
-        Z of each patch.
     linear_psd
         (nf, p + c) without own force [m²/Hz].
     own_psd
@@ -56,12 +52,12 @@ class Variants:
     of_mass: Array
 
     @staticmethod
-    def of(
+    def compute(
         panel: CoupledPanel,
         frequency: Array,
         centre: Array,
         impedances: Sequence[Impedance],
-        own: Sequence[OwnForce],
+        forces: Sequence[OwnForce],
     ) -> Variants:
         """Compute them."""
         factors = [patch.factor for patch in panel.patches]
@@ -71,7 +67,7 @@ class Variants:
         step = SMALL * np.abs(z)
         loads = [
             patch.whole_load(force, centre) * force.psd[:, None, None]
-            for patch, force in zip(panel.patches, own, strict=True)
+            for patch, force in zip(panel.patches, forces, strict=True)
         ]
         total = np.sum(loads, axis=0)
         sets: list[tuple[Complexes, Array | None]] = [(z, None), (z, total)]
@@ -82,11 +78,14 @@ class Variants:
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         sound = panel.spectrum(frequency)[:, None, None]
-        seen = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances.of(frequency, panel.stiffness(frequency), felt, seen).psds(
+        observed = np.concatenate([panel.points, panel.at_cells])
+        psds = Receptances.compute(frequency, panel.stiffness(frequency), felt, observed).psds(
             [values[owner].T for values, _ in sets],
             lambda lines: sound[lines] * panel.modal_force(frequency[lines]),
-            [None if load is None else between(frequency, centre, load) for _, load in sets],
+            [
+                None if load is None else interpolated_load(frequency, centre, load)
+                for _, load in sets
+            ],
         )
         base, whole, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
@@ -117,11 +116,6 @@ class Variants:
 
         C_e falls as the rms velocity v of its patch rises, about as v^−`EXPONENT`, and v follows
         C_e: ln of the factor is γ m with m = ln(v_recorded/v) + Σ_q ∂ ln v/∂ ln C_e γ m_q.
-
-        Parameters
-        ----------
-        recorded
-            (patches,) mean squares of the velocity of the records [m²/s²].
         """
         omega = 2 * np.pi * self.frequency[:, None]
         first = len(self.panel.points)
@@ -133,34 +127,27 @@ class Variants:
             slope.append(
                 [
                     np.trapezoid(
-                        (omega**2 * of[:, columns]) @ area * z(self.frequency).real, self.frequency
+                        (omega**2 * derivative[:, columns]) @ area * z(self.frequency).real,
+                        self.frequency,
                     )
-                    for of, z in zip(self.of_damping, self.impedances, strict=True)
+                    for derivative, z in zip(self.of_damping, self.impedances, strict=True)
                 ]
             )
         square = np.array(velocity)
         by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
-        apart = np.log(recorded / square) / 2
+        log_ratio = np.log(recorded / square) / 2
         matrix = np.eye(len(square)) + EXPONENT * by_damping
-        return np.exp(EXPONENT * np.linalg.solve(matrix, apart))
+        return np.exp(EXPONENT * np.linalg.solve(matrix, log_ratio))
 
-    def change(self, impedances: Sequence[Impedance], own: Sequence[Array] | None) -> Array:
-        """Return the change of ln of the PSD, (nf, p + c).
-
-        Parameters
-        ----------
-        impedances
-            Of each patch.
-        own
-            (bands,) PSD of the own force of each patch over that of here; None for the same.
-        """
+    def change(self, impedances: Sequence[Impedance], ratios: Sequence[Array] | None) -> Array:
+        """Return the change of ln of the PSD, (nf, p + c)."""
         total = np.zeros_like(self.linear_psd)
         for p, impedance in enumerate(impedances):
-            apart = impedance(self.frequency) - self.impedances[p](self.frequency)
-            mass = apart.imag / (2 * np.pi * self.frequency)
-            total += self.of_damping[p] * apart.real[:, None] + self.of_mass[p] * mass[:, None]
-            if own is not None:
-                ratio = np.interp(np.log(self.frequency), np.log(self.centre), own[p])
+            difference = impedance(self.frequency) - self.impedances[p](self.frequency)
+            mass = difference.imag / (2 * np.pi * self.frequency)
+            total += self.of_damping[p] * difference.real[:, None] + self.of_mass[p] * mass[:, None]
+            if ratios is not None:
+                ratio = np.interp(np.log(self.frequency), np.log(self.centre), ratios[p])
                 total += self.own_psd[p] * (ratio - 1)[:, None]
         psd = self.psd
         return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
@@ -205,10 +192,12 @@ def simulated_psd(
         weighted = patch.shape * patch.area[:, None]
         psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
         load += weighted.T @ psd @ weighted
-    receptances = Receptances.of(
+    receptances = Receptances.compute(
         frequency, panel.stiffness(frequency), panel.at_cells.T, panel.points
     )
     (result,) = receptances.psds(
-        [cell_load(panel, frequency, impedances)], None, [between(frequency, centre, load)]
+        [cell_load(panel, frequency, impedances)],
+        None,
+        [interpolated_load(frequency, centre, load)],
     )
     return result

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags
-from pidpanel.response.dampers import DampingModels, Filling, PatchDamper
+from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import PanelInSound
-from pidpanel.solve.layout import Layout, LayoutResponse, Load, solve_layouts
+from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, solve_layouts
 from pidpanel.solve.lines import LINES_PER_BANDWIDTH, smallest_damping_ratio
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.power import power_balance
@@ -32,7 +32,7 @@ BALANCE_WORK = 1e8
 
 
 @dataclass(frozen=True)
-class Scenario:
+class ResponseScenario:
     """A scenario of a study.
 
     Parameters
@@ -43,10 +43,6 @@ class Scenario:
         Overall level [dB].
     factor
         PSD of the pressure over that of the study [1].
-    fillings
-        Patches with their dampers.
-    patch, fill_fraction
-        As tables name them.
     is_coupled
         Whether coupled runs are wanted for it.
     """
@@ -55,7 +51,7 @@ class Scenario:
     bare_label: str
     oaspl_db: float
     factor: float
-    fillings: tuple[Filling, ...]
+    fillings: tuple[PatchFilling, ...]
     patch: str | None
     fill_fraction: float
     is_coupled: bool = False
@@ -77,27 +73,19 @@ class SolvedCase:
 
     Parameters
     ----------
-    scenario, model
-        The scenario, and the name of the model.
     response
         Its response; the error where the damping feeds the panel.
-    bare
-        The bare panel under the same sound.
-    solver, layout
-        What it was computed with.
-    dampers
-        In the order of the loads.
     dead_weight
         The response with the same masses in the same places and no damping; None where a mass is
         not known, and for the bare panel.
     """
 
-    scenario: Scenario
+    scenario: ResponseScenario
     model: str
     response: LayoutResponse | UnstableDamping
     bare: LayoutResponse
     solver: PanelSolver
-    layout: Layout
+    layout: DamperLayout
     dampers: Sequence[PatchDamper]
     dead_weight: LayoutResponse | None
 
@@ -117,13 +105,11 @@ class CasePlan:
         Scenario, name of the model and dampers of every case.
     keys
         Keys of its own layout, of the bare panel and of the dead weight.
-    layouts
-        By key; equal ones are there once.
     """
 
-    rows: Sequence[tuple[Scenario, str, tuple[PatchDamper, ...]]]
+    rows: Sequence[tuple[ResponseScenario, str, tuple[PatchDamper, ...]]]
     keys: Sequence[tuple[Hashable, Hashable, Hashable]]
-    layouts: Mapping[Hashable, Layout]
+    layouts: Mapping[Hashable, DamperLayout]
 
     def response_alone(self) -> CasePlan:
         """Return the same without the motions of the patches and the slopes."""
@@ -133,7 +119,7 @@ class CasePlan:
         }
         return replace(self, layouts=layouts)
 
-    def solved(self, solver: PanelSolver) -> list[SolvedCase]:
+    def solve(self, solver: PanelSolver) -> list[SolvedCase]:
         """Return the responses."""
         layouts = self.layouts
         answers = dict(zip(layouts, solve_layouts(solver, list(layouts.values())), strict=True))
@@ -156,7 +142,7 @@ class CasePlan:
 
 def plan_cases(
     panel: PanelInSound,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     models: DampingModels,
     *,
     dead_weight: bool = True,
@@ -182,11 +168,11 @@ def plan_cases(
     ]
     # the bare panel once a level, dead weight once for each set of masses and level
     keys: list[tuple[Hashable, Hashable, Hashable]] = []
-    layouts: dict[Hashable, Layout] = {}
+    layouts: dict[Hashable, DamperLayout] = {}
     for scenario, name, dampers in rows:
         bare: Hashable = scenario.factor
         key, dead = bare, None
-        layouts.setdefault(bare, Layout((), scenario.factor))
+        layouts.setdefault(bare, DamperLayout((), scenario.factor))
         if dampers:
             key = (scenario.label, name)
             layouts[key] = _layout(panel, dampers, scenario.factor)
@@ -213,9 +199,9 @@ def resolving(panel: PanelInSound, plan: CasePlan) -> PanelInSound:
     }
     for damper in distinct.values():
         mass[damper.patch] = max(mass[damper.patch], damper.largest_mass(lines))
-    least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, extent)
+    smallest = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, extent)
     ratio = max(
-        min(damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES),
+        min(damping_ratio, smallest * LINES_PER_BANDWIDTH / ENOUGH_LINES),
         smallest_damping_ratio(*extent),
     )
     return replace(panel, least_damping_ratio=min(ratio, damping_ratio))
@@ -237,21 +223,13 @@ class BalanceCheck:
         return self._panel.excitation(frequency), None if air is None else air(frequency)
 
     def error(self, response: LayoutResponse, factor: float) -> float:
-        """Return the largest error of the power balance of a response [1].
-
-        Parameters
-        ----------
-        response
-            The response.
-        factor
-            Factor on the PSD of the excitation.
-        """
+        """Return the largest error of the power balance of a response [1]."""
         panel, lines = self._panel, self._lines
         force, air = self._matrices
         balance = power_balance(
             panel.frequency[lines],
             panel.modal,
-            panel.carrier_patches.only(response.loads.tolist()),
+            panel.carrier_patches.subset(response.loads.tolist()),
             factor * panel.excitation.spectrum(panel.frequency[lines]),
             force,
             response.equivalent_damping[:, lines],
@@ -262,7 +240,7 @@ class BalanceCheck:
 
 
 def _dampers(
-    panel: PanelInSound, scenario: Scenario, models: DampingModels, name: str
+    panel: PanelInSound, scenario: ResponseScenario, models: DampingModels, name: str
 ) -> tuple[PatchDamper, ...]:
     dampers = []
     for filling in scenario.fillings:
@@ -274,9 +252,9 @@ def _dampers(
     return tuple(dampers)
 
 
-def _layout(panel: PanelInSound, dampers: Sequence[PatchDamper], factor: float) -> Layout:
+def _layout(panel: PanelInSound, dampers: Sequence[PatchDamper], factor: float) -> DamperLayout:
     beds = {damper.patch: damper.own_force for damper in dampers if damper.own_force is not None}
-    return Layout(
+    return DamperLayout(
         tuple(damper.load for damper in dampers),
         factor,
         panel.settings.stated_acceleration_g,
@@ -292,7 +270,7 @@ def _steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
     return response
 
 
-def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
+def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> DamperLayout:
     """Return the layout of masses that do not damp."""
 
     def load(patch: int, mass: float) -> Load:
@@ -302,4 +280,4 @@ def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> Layout:
 
         return Load(patch, damping, depends_on_acceleration=False)
 
-    return Layout(tuple(load(*pair) for pair in masses), factor, with_motion=False)
+    return DamperLayout(tuple(load(*pair) for pair in masses), factor, with_motion=False)

@@ -15,17 +15,7 @@ from pidpanel.solve.uncertainty import StandardErrors
 def read_errors(
     summary_csv: Path, psd_csv: Path, frequency: Array, points: Sequence[str]
 ) -> dict[str, StandardErrors]:
-    """Return the errors of the coupled runs at the points, by scenario.
-
-    Parameters
-    ----------
-    summary_csv, psd_csv
-        ``coupled/summary.csv`` and ``coupled/psd.csv``.
-    frequency
-        (nf,) of the PSDs whose errors are wanted [Hz].
-    points
-        Their names.
-    """
+    """Return the errors of the coupled runs at the points, by scenario."""
     summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, psd_csv))
     errors = {}
     for scenario, rows in summary.groupby("scenario", sort=False):

@@ -18,7 +18,7 @@ MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
 
 
 @dataclass(frozen=True)
-class Filling:
+class PatchFilling:
     """A patch of a scenario with its damper.
 
     Parameters
@@ -40,17 +40,9 @@ class PatchDamper:
 
     Parameters
     ----------
-    patch
-        Index of the patch in the basis.
-    carrier
-        Index of the patch or element in the solver.
     source
         Name of its damper, or of the law or table for all patches: dampers of the same source
         share their damping, and its errors.
-    model
-        Its damping model.
-    fill_fraction
-        Fill at which that is read.
     own_force
         Coupled runs with a force of the particles; None for none.
     """
@@ -116,7 +108,7 @@ class DampingModels:
         self._stated = stated
 
     def damper(
-        self, name: str, scenario: str, filling: Filling, patch: int, carrier: int
+        self, name: str, scenario: str, filling: PatchFilling, patch: int, carrier: int
     ) -> PatchDamper:
         """Return the damper on a patch of a scenario, or on an element of it."""
         # constants have no fill, and are read at that of a full cell

@@ -29,8 +29,6 @@ class Curve:
 
     Parameters
     ----------
-    reading, scenario, point
-        What it is the PSD of.
     node
         Number of the point, from 1.
     acceleration_psd
@@ -49,8 +47,8 @@ class Curve:
     @property
     def title(self) -> str:
         """What it is the PSD of, in a line."""
-        said = f" (caution: {self.doubts})" if self.doubts else ""
-        return f"{self.reading}, {self.scenario}, point {self.point}{said}"
+        caution = f" (caution: {self.doubts})" if self.doubts else ""
+        return f"{self.reading}, {self.scenario}, point {self.point}{caution}"
 
 
 def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
@@ -58,17 +56,6 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
 
     Lines of the response are close enough for straight lines between them, which is what the
     rms values here are integrals of. Tables are numbered from 1 in the order given.
-
-    Parameters
-    ----------
-    path
-        The ``.bdf`` file.
-    frequency
-        (nf,) rising [Hz].
-    curves
-        What to write.
-    title
-        Comment at the head.
     """
     with path.open("w", encoding="ascii", errors="replace") as file:
         file.write(f"$ {title}\n$ one-sided acceleration PSD, (m/s**2)**2/Hz over Hz\n")
@@ -114,17 +101,7 @@ def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: st
 def third_octave_rows(
     frequency: Array, curves: Sequence[Curve], bare: Mapping[tuple[str, str], Array]
 ) -> pd.DataFrame:
-    """Rms and mean PSD of every curve in third octaves, with the reduction against bare.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) rising [Hz].
-    curves
-        Scenarios, the bare panel among them.
-    bare
-        (scenario, point) → PSD (nf,) of the bare panel under the same sound.
-    """
+    """Rms and mean PSD of every curve in third octaves, with the reduction against bare."""
     center, edge = third_octaves(frequency[0], frequency[-1])
     width = np.diff(edge, axis=1)[:, 0]
     frames = []

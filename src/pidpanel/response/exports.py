@@ -12,7 +12,7 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.response.cases import Scenario
+from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.psd_files import is_steady
 from pidpanel.response.results import write_csv
@@ -23,28 +23,14 @@ from pidpanel.response.trust import BETWEEN, TRUST, doubts_in
 def write_exports(
     basis: PanelBasis,
     damping_ratio: float,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
     summary: pd.DataFrame,
     title: str,
     folder: Path,
 ) -> None:
-    """Write the files of all scenarios.
-
-    Parameters
-    ----------
-    basis, damping_ratio
-        Modes of the panel, and ζ of the bare panel [1].
-    scenarios, models
-        Of the study.
-    psd, summary
-        ``response/psd.nc`` and ``response/summary.csv``.
-    title
-        In the files.
-    folder
-        Made where it is not there.
-    """
+    """Write the files of all scenarios."""
     folder.mkdir(exist_ok=True)
     trust = summary.groupby(["reading", "scenario"])[TRUST].first()
     doubts = {
@@ -59,13 +45,13 @@ def write_exports(
             label = scenario.label
             if not is_steady(psd, reading, label):
                 continue
-            under = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
+            bare_psd = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
             for point in points:
-                bare[label, point] = under.sel(point=point).to_numpy()
-            one = psd.sel(reading=reading, scenario=label)
-            curves += _curves(one, reading, label, points, doubts[reading, label])
+                bare[label, point] = bare_psd.sel(point=point).to_numpy()
+            case = psd.sel(reading=reading, scenario=label)
+            curves += _curves(case, reading, label, points, doubts[reading, label])
             write_csv(
-                folder / f"psd_{reading}_{label}.csv", _psd_columns(one, frequency, points), 7
+                folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7
             )
     bands = third_octave_rows(frequency, curves, bare)
     write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
@@ -76,25 +62,25 @@ def write_exports(
 
 
 def _curves(
-    one: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
+    dataset: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
 ) -> list[Curve]:
-    psd = one["acceleration_psd"]
+    psd = dataset["acceleration_psd"]
     return [
         Curve(reading, label, point, node, psd.sel(point=point).to_numpy(), doubts)
         for node, point in enumerate(points, start=1)
     ]
 
 
-def _psd_columns(one: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:
+def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:
     """PSDs of a scenario in the units that a person reads."""
     columns = {"frequency_hz": frequency}
     for point in points:
-        here = one.sel(point=point)
-        acceleration = here["acceleration_psd"].to_numpy()
+        values = dataset.sel(point=point)
+        acceleration = values["acceleration_psd"].to_numpy()
         columns |= {
             f"acceleration_psd_g2_hz_{point}": acceleration / STANDARD_GRAVITY**2,
-            f"velocity_psd_m2_s2_hz_{point}": here["velocity_psd"].to_numpy(),
-            f"displacement_psd_mm2_hz_{point}": here["displacement_psd"].to_numpy() * 1e6,
+            f"velocity_psd_m2_s2_hz_{point}": values["velocity_psd"].to_numpy(),
+            f"displacement_psd_mm2_hz_{point}": values["displacement_psd"].to_numpy() * 1e6,
         }
     return pd.DataFrame(columns)
 
@@ -102,7 +88,7 @@ def _psd_columns(one: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd
 def modal_damping(
     basis: PanelBasis,
     damping_ratio: float,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
 ) -> tuple[Array, dict[str, Array]]:
@@ -110,12 +96,8 @@ def modal_damping(
 
     Parameters
     ----------
-    basis
-        Modes of the panel.
     damping_ratio
         ζ of the bare panel [1].
-    scenarios, models
-        Of the study.
     psd
         The dataset of ``response/psd.nc``, from which C_e is taken.
 

@@ -19,14 +19,14 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.response.cases import Scenario
+from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.coupled_errors import read_errors
-from pidpanel.response.dampers import DampingModels, Filling
+from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
-from pidpanel.response.panel import PanelInSound, Settings, widened
+from pidpanel.response.panel import PanelInSound, Settings, widen
 from pidpanel.response.psd_files import read_psd
-from pidpanel.response.refinement import CheckedResponses, checked_responses, read_left_out
+from pidpanel.response.refinement import CheckedResponses, checked_responses, read_further_shapes
 from pidpanel.response.results import ResponseFiles, Tabulation, radiation_rows, write_tables
 from pidpanel.solve.basis_error import MovedFace
 from pidpanel.solve.moved import Matrices
@@ -63,7 +63,7 @@ class StudySound:
 
     study: Study
 
-    def on(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
+    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         study = self.study
         force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
@@ -83,10 +83,6 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
 
     Parameters
     ----------
-    study
-        The study.
-    files
-        Of the stages upstream.
     radiation
         Sides that radiate into the air and carry its mass.
 
@@ -111,18 +107,18 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
     )
 
 
-def scenarios_of(study: Study) -> list[Scenario]:
+def scenarios_of(study: Study) -> list[ResponseScenario]:
     """Return the scenarios of a study."""
     bands = spectrum_of(study.sound)
     coupled = {scenario.label for scenario in study.coupled_scenarios()}
     return [
-        Scenario(
+        ResponseScenario(
             label=scenario.label,
             bare_label=scenario.bare.label,
             oaspl_db=scenario.oaspl_db or bands.oaspl,
             factor=1.0 if scenario.oaspl_db is None else bands.pressure_factor(scenario.oaspl_db),
             fillings=tuple(
-                Filling(filling.patch, filling.damper, filling.fill_fraction)
+                PatchFilling(filling.patch, filling.damper, filling.fill_fraction)
                 for filling in scenario.fillings
             ),
             patch=scenario.patch,
@@ -134,22 +130,7 @@ def scenarios_of(study: Study) -> list[Scenario]:
 
 
 def damping_models(study: Study, folder: Path | None, coupled: Path | None = None) -> DampingModels:
-    """Return the damping models of a study.
-
-    Parameters
-    ----------
-    study
-        The study.
-    folder
-        Of the surfaces, ``results/<study>/damping``; None for a study without any.
-    coupled
-        ``coupled/impedance.csv``; None for a study without coupled runs.
-
-    Raises
-    ------
-    DampingError
-        As `reading_of` and `reading_of_damper`.
-    """
+    """Return the damping models of a study."""
     beds = {} if coupled is None else read_coupled(coupled)
 
     def surface(damper: str) -> Path | None:
@@ -185,18 +166,12 @@ def write_response(
 
     Parameters
     ----------
-    study
-        The study.
-    files
-        Of the stages upstream.
     plate
         ``panel/plate.nc``, to check the basis against all elements.
     section
         ``panel/section.csv``, from which the mass of the panel is taken.
     damping
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
-    output
-        What to write.
     coupled
         Folder of the coupled runs; None for a study without any.
 
@@ -241,9 +216,9 @@ def _with_radiation_beside(
     if panel.air is not None:
         return replace(panel, air=replace(panel.air, wetted_sides=WETTED_SIDES[radiation]))
     air = read_air(study, radiation, start.excitation.table, files.air)
-    if not checked.left_out.shape[1]:
+    if not checked.further_shapes.shape[1]:
         return replace(panel, air=air)
-    panel = widened(replace(start, air=air), read_plate(plate), checked.left_out)
+    panel = widen(replace(start, air=air), read_plate(plate), checked.further_shapes)
     return replace(panel, least_damping_ratio=checked.panel.least_damping_ratio)
 
 
@@ -257,7 +232,7 @@ def write_maps(
     study: Study,
     files: PanelFiles,
     plate: Path,
-    left_out: Path,
+    shapes_nc: Path,
     psd_nc: Path,
     coupled: Path | None,
     maps_nc: Path,
@@ -269,7 +244,7 @@ def write_maps(
     ----------
     study, files
         As of `write_response`.
-    plate, left_out
+    plate, shapes_nc
         ``panel/plate.nc`` and ``response/left_out.nc``: the basis of the responses.
     psd_nc
         ``response/psd.nc``, from which C_e and m_a are taken.
@@ -280,7 +255,7 @@ def write_maps(
         What to write: NetCDF, and a folder for ParaView.
     """
     panel = read_panel_in_sound(study, files, study.response.radiation)
-    panel = widened(panel, read_plate(plate), read_left_out(left_out))
+    panel = widen(panel, read_plate(plate), read_further_shapes(shapes_nc))
     psd = read_psd(psd_nc)
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     labels = {scenario.label for scenario in study.mapped_scenarios()}
@@ -294,8 +269,6 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
 
     Parameters
     ----------
-    study
-        The study.
     modes
         ``panel/modes.nc``.
     psd_nc, summary_csv

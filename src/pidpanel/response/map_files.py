@@ -18,28 +18,16 @@ UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
 
 
 def map_dataset(
-    found: Mapping[tuple[str, str], Mapping[str, Array]],
+    maps: Mapping[tuple[str, str], Mapping[str, Array]],
     relative_error: Sequence[float],
     vertex_position: Array,
     cells: Index,
     layers: Sequence[str],
 ) -> xr.Dataset:
-    """Rms maps of some scenarios over the vertices of the mesh.
-
-    Parameters
-    ----------
-    found
-        (reading, scenario label) → name of `UNITS` → (n_vertices,) or (n_layers, n_vertices).
-    relative_error
-        Of the rms acceleration of each case, the largest of the points [1]; NaN without errors.
-    vertex_position, cells
-        The mesh: (n_vertices, 2) [m], vertex numbers of the cells.
-    layers
-        Names of the layers.
-    """
+    """Rms maps of some scenarios over the vertices of the mesh."""
     variables = {}
     for name, unit in UNITS.items():
-        values = np.array([maps[name] for maps in found.values()])
+        values = np.array([maps[name] for maps in maps.values()])
         dims = ("case", "layer", "vertex") if values.ndim == 3 else ("case", "vertex")
         variables[f"{name}_rms"] = (dims, values, {"units": unit, "long_name": f"rms of {name}"})
     position = {"units": "m", "long_name": "vertices of the mesh"}
@@ -55,41 +43,33 @@ def map_dataset(
             "cells": (("cell", "corner"), cells, {"units": "1", "long_name": "vertex numbers"}),
         },
         coords={
-            "reading": ("case", [reading for reading, _ in found]),
-            "scenario": ("case", [label for _, label in found]),
+            "reading": ("case", [reading for reading, _ in maps]),
+            "scenario": ("case", [label for _, label in maps]),
             "layer": list(layers),
         },
     )
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
-    """Write a VTU file for each case and ``maps.pvd`` that holds them all as steps.
-
-    Parameters
-    ----------
-    folder
-        Made where it is not there.
-    dataset
-        From `map_dataset`.
-    """
+    """Write a VTU file for each case and ``maps.pvd`` that holds them all as steps."""
     folder.mkdir(exist_ok=True)
     position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
     cells = dataset["cells"].to_numpy()
     kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
     entries = []
     for step in range(dataset.sizes["case"]):
-        one = dataset.isel(case=step)
+        case = dataset.isel(case=step)
         data = {}
         for name in UNITS:
-            values = one[f"{name}_rms"]
+            values = case[f"{name}_rms"]
             unit = values.attrs["units"].replace(" ", "_")
             if "layer" not in values.dims:
                 data[f"{name}_rms_{unit}"] = values.to_numpy()
                 continue
-            for layer in one["layer"].to_numpy():
+            for layer in case["layer"].to_numpy():
                 key = f"{name}_rms_{unit}_{layer}".replace(" ", "_")
                 data[key] = values.sel(layer=layer).to_numpy()
-        name = f"{one['reading'].item()}_{one['scenario'].item()}.vtu"
+        name = f"{case['reading'].item()}_{case['scenario'].item()}.vtu"
         meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)
         entries.append(f'<DataSet timestep="{step}" part="0" file={quoteattr(name)}/>')
     (folder / "maps.pvd").write_text(

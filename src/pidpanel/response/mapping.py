@@ -10,7 +10,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
-from pidpanel.response.cases import Scenario
+from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.map_files import map_dataset, write_paraview
 from pidpanel.response.panel import PanelInSound
 from pidpanel.response.psd_files import is_steady
@@ -21,7 +21,7 @@ from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
 
 def write_rms_maps(
     panel: PanelInSound,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
     beds: Mapping[tuple[str, str], CoupledDamping],
@@ -29,26 +29,10 @@ def write_rms_maps(
     maps_nc: Path,
     folder: Path,
 ) -> None:
-    """Write rms values over the whole panel.
-
-    Parameters
-    ----------
-    panel
-        The panel in the basis of the responses.
-    scenarios, models
-        Scenarios to map, and the names of the damping models.
-    psd
-        Dataset of ``response/psd.nc``, from which C_e and m_a are taken.
-    beds
-        Coupled runs by scenario and patch.
-    attributes
-        Of the dataset.
-    maps_nc, folder
-        What to write: NetCDF, and a folder for ParaView.
-    """
+    """Write rms values over the whole panel."""
     basis = panel.basis
     layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
-    by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, Scenario]]] = {}
+    by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, ResponseScenario]]] = {}
     for scenario in scenarios:
         for model in models[: 1 if scenario.is_bare else None]:
             if is_steady(psd, model, scenario.label):
@@ -69,7 +53,7 @@ def write_rms_maps(
         covariances = modal_covariances(
             panel.coarse_frequency,
             panel.modal,
-            panel.patches.only([basis.patch_names.index(name) for name in names]),
+            panel.patches.subset([basis.patch_names.index(name) for name in names]),
             excitation.spectrum(panel.coarse_frequency),
             excitation,
             [_dampers(panel, psd, *case) for case in cases],
@@ -102,7 +86,7 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
 
 
 def _dampers(
-    panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: Scenario
+    panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: ResponseScenario
 ) -> tuple[Array, Array, float]:
     """C_e and m_a (n_loads, nf) on the lines of the maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency

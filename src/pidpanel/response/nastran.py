@@ -14,17 +14,6 @@ def large_field_table(
 ) -> Iterator[str]:
     """Yield the lines of a table card such as TABRND1 or TABDMP1, each with its line end.
 
-    Parameters
-    ----------
-    card
-        Name of the card.
-    number
-        Identification number of the table.
-    options
-        Up to three fields after the number, such as the types of the axes.
-    x, y
-        (n,) abscissas and ordinates.
-
     Examples
     --------
     >>> print("".join(large_field_table("TABDMP1", 1, ["CRIT"], np.array([64.9]),

@@ -16,8 +16,8 @@ from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.solve.basis_error import (
     MovedFace,
+    basis_shapes,
     cutoff_frequency,
-    joined_shapes,
     modal_basis,
     refined,
 )
@@ -25,7 +25,7 @@ from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.moved import Matrices
-from pidpanel.solve.panel import Panel, deflection_at_points, fixed_points
+from pidpanel.solve.panel import ModalPanel, deflection_at_points, fixed_points
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
 from pidpanel.sound.excitation import SoundExcitation
@@ -67,7 +67,7 @@ class Settings:
 class SoundOfStudy(Protocol):
     """The sound of a study on any shapes of its panel."""
 
-    def on(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
+    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         ...
 
@@ -82,8 +82,6 @@ class PatchElements:
 
     Parameters
     ----------
-    parts
-        D and area of each.
     patch
         (n_elements,) index of its patch.
     """
@@ -100,8 +98,8 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     weight = plate.quadrature_weight[index]
     at_points = plate.at_quadrature[index]
     used = np.unique(at_points.indices)  # a patch is a small part of the panel
-    seen = at_points[:, used] @ vectors[used].astype(np.float64)
-    rows = np.sqrt(weight)[:, None] * np.asarray(seen)
+    motion = at_points[:, used] @ vectors[used].astype(np.float64)
+    rows = np.sqrt(weight)[:, None] * np.asarray(motion)
     area = weight.reshape(-1, per_element).sum(axis=1)
     parts = Patches.of_rows(rows, np.repeat(np.arange(len(cell)), per_element), area)
     return PatchElements(parts, patch)
@@ -113,14 +111,10 @@ class PanelInSound:
 
     Parameters
     ----------
-    settings
-        Values of the study.
     basis
         Modes and residual vectors of the panel.
     excitation
         The sound, at the level of the study.
-    sound
-        The same on other shapes.
     air
         The air that the panel moves; None where it is left out.
     elements
@@ -226,17 +220,18 @@ class PanelInSound:
         full
             The full modal damping matrix, whatever the study wants.
         """
-        elements, cells = self.elements, not self.by_element and self.elements is not None
-        seen = elements if elements is not None and cells and len(elements.patch) else None
-        panel = Panel(
+        cells = None if self.by_element else self.elements
+        if cells is not None and not len(cells.patch):
+            cells = None
+        panel = ModalPanel(
             self.modal,
             self.carrier_patches,
             self.coarse_frequency if rms_only else self.frequency,
             self.deflection_at_points if rms_only else self.motion_at_points,
             self.coarse_frequency,
             self.air,
-            None if seen is None else seen.parts,
-            None if seen is None else seen.patch,
+            None if cells is None else cells.parts,
+            None if cells is None else cells.patch,
             self.settings.is_diagonal and not full,
         )
         return PanelSolver(panel, self.excitation)
@@ -273,7 +268,7 @@ class PanelInSound:
         return ParticleForce(nodes, total)
 
 
-def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelInSound:
+def widen(panel: PanelInSound, plate: StoredPlate, further_shapes: Array) -> PanelInSound:
     """Return the panel with a basis that has what another left out.
 
     The sound on the new shapes is computed here, since their choice follows from the response.
@@ -282,15 +277,13 @@ def widened(panel: PanelInSound, plate: StoredPlate, left_out: Array) -> PanelIn
     ----------
     panel
         With the basis of the panel stage.
-    plate
-        Its elements.
-    left_out
+    further_shapes
         (n_free, k) further shapes.
     """
-    if not left_out.shape[1]:
+    if not further_shapes.shape[1]:
         return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))
-    shapes = joined_shapes(panel.basis, plate, left_out)
+    shapes = basis_shapes(panel.basis, plate, further_shapes)
     basis = refined(panel.basis, plate, shapes)
     elements = patch_elements(basis, plate, shapes.vectors)
-    excitation, air = panel.sound.on(basis, panel.air)
+    excitation, air = panel.sound.on_basis(basis, panel.air)
     return replace(panel, basis=basis, excitation=excitation, air=air, elements=elements)

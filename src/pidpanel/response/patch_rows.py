@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.response.cases import Scenario, SolvedCase
+from pidpanel.response.cases import ResponseScenario, SolvedCase
 from pidpanel.response.panel import PanelInSound
 from pidpanel.response.tables import OnPatches
 from pidpanel.solve.layout import LayoutResponse
@@ -56,7 +56,7 @@ def only_motion(
     panel: PanelInSound,
     case: SolvedCase,
     response: LayoutResponse,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
 ) -> tuple[float, float]:
     """Γ at which the damping of the only patch is read, and of its motion; NaN for several.
 

@@ -14,19 +14,19 @@ from pidpanel.arrays import Array
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.cases import (
     CasePlan,
-    Scenario,
+    ResponseScenario,
     SolvedCase,
     plan_cases,
     resolving,
 )
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import PanelInSound, widened
+from pidpanel.response.panel import PanelInSound, widen
 from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
     PatchDampers,
+    basis_shapes,
     check_basis,
-    joined_shapes,
     lines_to_try,
 )
 from pidpanel.solve.layout import LayoutResponse
@@ -48,14 +48,10 @@ class CheckedResponses:
 
     Attributes
     ----------
-    panel, solver
-        With the basis that was right.
-    cases
-        Every scenario in every reading.
     basis_error
         (n_cases,) largest relative error of the PSD of a point at the lines tried, of the
         scenario, its bare panel and its dead weight; NaN where there is no response.
-    left_out
+    further_shapes
         (n_free, k) what was added to the basis of the panel stage.
     """
 
@@ -63,85 +59,76 @@ class CheckedResponses:
     solver: PanelSolver
     cases: Sequence[SolvedCase]
     basis_error: Array
-    left_out: Array
+    further_shapes: Array
 
 
 def checked_responses(
     panel: PanelInSound,
     plate: StoredPlate,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     models: DampingModels,
 ) -> CheckedResponses:
     """Return every scenario, in a basis whose error is within `basis_error.ALLOWED`.
-
-    Parameters
-    ----------
-    panel
-        With the basis of the panel stage.
-    plate
-        Its elements.
-    scenarios, models
-        Of the study.
 
     Notes
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
     panel = resolving(panel, plan_cases(panel, scenarios, models, dead_weight=False))
-    left_out = np.zeros((plate.shapes.shape[0], 0))
+    further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
-        wider = widened(panel, plate, left_out)
+        wider = widen(panel, plate, further_shapes)
         plan = plan_cases(wider, scenarios, models)
         columns = len(plan.layouts) * len(panel.basis.point_names)
         lines = lines_to_try(
             panel.settings.frequency_range, plate.stiffness.shape[0], columns, attempt
         )
         # the search for the motions is done here, once for all lines
-        solver, alone = wider.solver(rms_only=True), plan.response_alone()
+        solver, plain = wider.solver(rms_only=True), plan.response_alone()
         if wider.resolved_ratio < SHARP:
-            lines = _with_flanks(lines, wider, solver, alone)
-        few = solver.on(lines, wider.deflection_at_points)
-        tried = alone.solved(few)
-        check, of_case = _check(panel, wider, plate, left_out, tried, lines)
-        if not check.left_out.shape[1] or attempt == ATTEMPTS - 1:
+            lines = _with_flanks(lines, wider, solver, plain)
+        checked = solver.with_lines(lines, wider.deflection_at_points)
+        tried = plain.solve(checked)
+        check, of_case = _check(panel, wider, plate, further_shapes, tried, lines)
+        if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
         print(
             f"the basis misses up to {check.error.max():.1%} of a PSD; it is widened",
             file=sys.stderr,
         )
-        left_out = np.hstack([left_out, check.left_out])
+        further_shapes = np.hstack([further_shapes, check.missing_shapes])
     worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
     if np.nanmax(worst, initial=0.0) > ALLOWED:
         print(
             f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
             file=sys.stderr,
         )
-    solver = few.on(wider.frequency, wider.motion_at_points)
-    return CheckedResponses(wider, solver, plan.solved(solver), worst, left_out)
+    solver = checked.with_lines(wider.frequency, wider.motion_at_points)
+    return CheckedResponses(wider, solver, plan.solve(solver), worst, further_shapes)
 
 
 def _with_flanks(lines: Array, panel: PanelInSound, solver: PanelSolver, plan: CasePlan) -> Array:
     """Return the lines with as many on the flanks of resonances."""
     answers = [
         answer.response.acceleration_psd
-        for case in plan.solved(solver)
+        for case in plan.solve(solver)
         for answer in (case.response, case.bare, case.dead_weight)
         if isinstance(answer, LayoutResponse)
     ]
-    beside = flanks(solver.panel.frequency, answers, panel.resolved_ratio, len(lines))
-    return np.unique(np.concatenate([lines, beside]))
+    flank_lines = flanks(solver.panel.frequency, answers, panel.resolved_ratio, len(lines))
+    return np.unique(np.concatenate([lines, flank_lines]))
 
 
-def write_left_out(path: Path, left_out: Array, attributes: dict[str, str]) -> None:
+def write_further_shapes(path: Path, further_shapes: Array, attributes: dict[str, str]) -> None:
     """Write what was added to the basis of the panel stage (n_free, k)."""
     # NetCDF 3 has no dimension of length 0: the first column is empty
-    stored = np.pad(left_out, ((0, 0), (1, 0)))
+    stored = np.pad(further_shapes, ((0, 0), (1, 0)))
     variable = (("coordinate", "shape"), stored, {"units": "1"})
     xr.Dataset({"left_out": variable}, attrs=attributes).to_netcdf(path, engine="scipy")
 
 
-def read_left_out(path: Path) -> Array:
-    """Read what `write_left_out` wrote."""
+def read_further_shapes(path: Path) -> Array:
+    """Read what `write_further_shapes` wrote."""
     with xr.open_dataset(path, engine="scipy") as dataset:
         return dataset["left_out"].to_numpy().astype(np.float64)[:, 1:]
 
@@ -150,7 +137,7 @@ def _check(
     panel: PanelInSound,
     wider: PanelInSound,
     plate: StoredPlate,
-    left_out: Array,
+    further_shapes: Array,
     cases: Sequence[SolvedCase],
     lines: Array,
 ) -> tuple[BasisCheck, list[list[int]]]:
@@ -171,8 +158,8 @@ def _check(
         for case in cases
     ]
     shapes = plate.shapes
-    if left_out.shape[1]:
-        shapes = joined_shapes(panel.basis, plate, left_out).vectors.astype(np.float32)
+    if further_shapes.shape[1]:
+        shapes = basis_shapes(panel.basis, plate, further_shapes).vectors.astype(np.float32)
     check = check_basis(
         wider.basis,
         plate,

@@ -13,11 +13,11 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.response.cases import BalanceCheck, Scenario, SolvedCase, plan_cases
+from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import PanelInSound
 from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
-from pidpanel.response.refinement import CheckedResponses, write_left_out
+from pidpanel.response.refinement import CheckedResponses, write_further_shapes
 from pidpanel.response.tables import (
     beside_rows,
     dead_weight_columns,
@@ -29,7 +29,7 @@ from pidpanel.response.tables import (
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.model import Response, ResponseError, UnstableDamping
+from pidpanel.solve.model import PointResponse, ResponseError, UnstableDamping
 from pidpanel.solve.solvers import PanelSolver, Request
 
 
@@ -55,16 +55,8 @@ class Tabulation:
 
     Parameters
     ----------
-    attributes
-        Of all NetCDF files.
-    models
-        Names of the damping models.
-    scenarios
-        The scenarios.
     panel_mass, thickness
         Of the panel [kg] and [m].
-    level
-        Kind of the motion at which damping is read.
     refuses_outside
         Whether extrapolated damping is an error.
     coupled_errors
@@ -75,7 +67,7 @@ class Tabulation:
 
     attributes: Mapping[str, str]
     models: Sequence[str]
-    scenarios: Sequence[Scenario]
+    scenarios: Sequence[ResponseScenario]
     panel_mass: float
     thickness: float
     level: str
@@ -86,15 +78,6 @@ class Tabulation:
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:
     """Write all files of the stage but that of ``radiation_beside``.
-
-    Parameters
-    ----------
-    checked
-        Responses of all cases.
-    tabulation
-        Values of the study.
-    output
-        What to write.
 
     Raises
     ------
@@ -123,17 +106,20 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     stress_dataset(rows.strains, *axes, rows.layers.names, stress.QUANTITIES).assign_attrs(
         tabulation.attributes
     ).to_netcdf(output.stress_nc, engine="scipy")
-    write_left_out(output.left_out_nc, checked.left_out, dict(tabulation.attributes))
+    write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
 
 
 def radiation_rows(
-    panel: PanelInSound, radiation: str, scenarios: Sequence[Scenario], models: DampingModels
+    panel: PanelInSound,
+    radiation: str,
+    scenarios: Sequence[ResponseScenario],
+    models: DampingModels,
 ) -> pd.DataFrame:
     """Return rms values of every case on a panel with ``response.radiation_beside``."""
     rows = []
     # rms values alone: few lines give them within 1e-3
     plan = plan_cases(panel, scenarios, models, dead_weight=False).response_alone()
-    for case in plan.solved(panel.solver(rms_only=True)):
+    for case in plan.solve(panel.solver(rms_only=True)):
         if not isinstance(case.response, UnstableDamping):
             read_at, _ = only_motion(panel, case, case.response, scenarios)
             values = beside_rows(case.response, case.bare, panel.basis.point_names, read_at)
@@ -149,10 +135,10 @@ def standard_errors(
     Dampers of one source have its errors in common; those of different ones are independent. None
     for the bare panel and where no damper has errors.
     """
-    known = [damper.model.nodes for damper in case.dampers if damper.model.nodes is not None]
-    if not known:
+    all_nodes = [damper.model.nodes for damper in case.dampers if damper.model.nodes is not None]
+    if not all_nodes:
         return None
-    nodes = np.unique(np.concatenate(known))
+    nodes = np.unique(np.concatenate(all_nodes))
     points = [
         (damper.fill_fraction, float(gamma))
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
@@ -167,7 +153,9 @@ def standard_errors(
         for i, row in enumerate(case.dampers)
     ]
     covariance, _ = uncertainty.joint_covariance(blocks, len(nodes))
-    return uncertainty.sensitivity(case.solver, case.layout, response, nodes).under(covariance)
+    return uncertainty.sensitivity(case.solver, case.layout, response, nodes).standard_errors(
+        covariance
+    )
 
 
 class _Rows:
@@ -230,7 +218,7 @@ class _Rows:
             request = Request(
                 case.layout.patches, response.equivalent_damping, response.apparent_mass
             )
-            full = self._full.responses([request])[0].response.under(case.layout.factor)
+            full = self._full.responses([request])[0].response.scaled(case.layout.factor)
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = summary_rows(
             response,
@@ -246,14 +234,14 @@ class _Rows:
         dead = dead_weight_columns(case.bare, case.dead_weight, masses, self._tabulation.panel_mass)
         first = _first_columns(case)
         return [
-            {**first, "status": "held" if is_fixed else "ok", **row, **more}
-            for is_fixed, row, more in zip(
+            {**first, "status": "held" if is_fixed else "ok", **row, **added}
+            for is_fixed, row, added in zip(
                 panel.fixed_points, uncertainty.error_columns(values, error), dead, strict=True
             )
         ]
 
     def _strains(
-        self, response: Response, error: uncertainty.StandardErrors | None
+        self, response: PointResponse, error: uncertainty.StandardErrors | None
     ) -> tuple[Array, list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
         basis, layers = self._panel.basis, self.layers

@@ -28,17 +28,6 @@ def modal_damping_ratio(
 ) -> Array:
     """Return ζ_i (n,) of the modes with one damper more.
 
-    Parameters
-    ----------
-    damping_ratio
-        ζ of the panel without this damper, of all modes or (n,).
-    natural_frequency, modal_mass
-        (n,) [Hz] and [kg].
-    overlap
-        (n,) D_ii [m²].
-    equivalent_damping
-        (n,) C_e at the natural frequencies [N s/m³].
-
     Examples
     --------
     >>> modal_damping_ratio(0.01, np.array([100.0]), np.array([1.5]), np.array([0.04]),
@@ -54,22 +43,11 @@ def write_tabdmp1(path: Path, frequency: Array, ratios: Mapping[str, Array], tit
 
     Tables are numbered from 1 in the order given. Modes of one frequency, which a table cannot
     tell apart, take the mean of their values.
-
-    Parameters
-    ----------
-    path
-        The ``.bdf`` file.
-    frequency
-        (n,) natural frequencies, rising [Hz].
-    ratios
-        ζ_i (n,) by what the table is called in its comment.
-    title
-        Comment at the head.
     """
-    apart, of = np.unique(np.round(frequency, 6), return_inverse=True)
+    distinct, index = np.unique(np.round(frequency, 6), return_inverse=True)
     with path.open("w", encoding="ascii", errors="replace") as file:
         file.write(f"$ {title}\n$ modal damping, share of critical, over natural frequency, Hz\n")
         for number, (name, ratio) in enumerate(ratios.items(), start=1):
-            mean = np.bincount(of, ratio) / np.bincount(of)
+            mean = np.bincount(index, ratio) / np.bincount(index)
             file.write(f"$ {name}\n")
-            file.writelines(large_field_table("TABDMP1", number, ["CRIT"], apart, mean))
+            file.writelines(large_field_table("TABDMP1", number, ["CRIT"], distinct, mean))

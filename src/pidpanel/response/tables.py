@@ -12,17 +12,17 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
-from pidpanel.solve.model import Response
+from pidpanel.solve.model import PointResponse
 
 
 def summary_rows(
-    found: LayoutResponse,
+    answer: LayoutResponse,
     bare: LayoutResponse,
     points: Sequence[str],
     *,
     thickness: float,
     power_balance_error: float,
-    full: Response,
+    full: PointResponse,
     read_at_g: float,
     patch_motion_g: float,
 ) -> list[dict[str, Any]]:
@@ -30,10 +30,8 @@ def summary_rows(
 
     Parameters
     ----------
-    found, bare
+    answer, bare
         The scenario and the panel without damper at the same sound level.
-    points
-        Names of the response points.
     thickness
         Of the panel [m]: linear plate theory is left when w_rms exceeds a tenth of it.
     power_balance_error
@@ -45,9 +43,9 @@ def summary_rows(
         Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
     """
     rows = []
-    outside = 1 - float(found.inside.all(axis=0).mean()) if len(found.inside) else 0.0
-    accelerations, velocities = found.response.acceleration_rms, found.response.velocity_rms
-    displacements = found.response.displacement_rms
+    outside = 1 - float(answer.inside.all(axis=0).mean()) if len(answer.inside) else 0.0
+    accelerations, velocities = answer.response.acceleration_rms, answer.response.velocity_rms
+    displacements = answer.response.displacement_rms
     of_bare, of_full = bare.response.acceleration_rms, full.acceleration_rms
     for index, point in enumerate(points):
         acceleration, displacement = accelerations[index], displacements[index]
@@ -62,10 +60,10 @@ def summary_rows(
                 "damping_read_at_g": read_at_g,
                 "patch_motion_g": patch_motion_g,
                 "outside_run_points_share": outside,
-                "levels": found.fixed_points,
+                "levels": answer.fixed_points,
                 "beyond_linear_plate": bool(displacement > thickness / 10),
                 "power_balance_error": power_balance_error,
-                "motion_residual": found.residual,
+                "motion_residual": answer.residual,
             }
         )
     return rows
@@ -74,19 +72,7 @@ def summary_rows(
 def dead_weight_columns(
     bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
 ) -> list[dict[str, float]]:
-    """Columns of a scenario's mass, and of what the same mass does without damping, by point.
-
-    Parameters
-    ----------
-    bare
-        The panel without damper at the same sound level.
-    dead
-        The panel with the same masses in the same places; None where they are not known.
-    masses
-        (n_loads,) [kg].
-    panel_mass
-        Of the panel with what is attached to it [kg].
-    """
+    """Columns of a scenario's mass, and of what the same mass does without damping, by point."""
     total, of_bare = float(masses.sum()), bare.response.acceleration_rms
     treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
     if not len(masses):
@@ -96,21 +82,21 @@ def dead_weight_columns(
         {
             "added_mass_kg": total,
             "added_mass_percent": 100 * total / panel_mass,
-            "dead_weight_acceleration_rms_g": own / STANDARD_GRAVITY,
+            "dead_weight_acceleration_rms_g": rms / STANDARD_GRAVITY,
             "dead_weight_reduction_db": lowered,
         }
-        for own, lowered in zip(treated.tolist(), gained.tolist(), strict=True)
+        for rms, lowered in zip(treated.tolist(), gained.tolist(), strict=True)
     ]
 
 
 def beside_rows(
-    found: LayoutResponse, bare: LayoutResponse, points: Sequence[str], read_at_g: float
+    answer: LayoutResponse, bare: LayoutResponse, points: Sequence[str], read_at_g: float
 ) -> list[dict[str, Any]]:
     """Rms acceleration of a scenario under another assumption, a row per point.
 
     Parameters are those of `summary_rows`.
     """
-    acceleration, of_bare = found.response.acceleration_rms, bare.response.acceleration_rms
+    acceleration, of_bare = answer.response.acceleration_rms, bare.response.acceleration_rms
     return [
         {
             "point": point,
@@ -128,22 +114,20 @@ class OnPatches:
 
     Attributes
     ----------
-    response
-        PSDs at the points.
     equivalent_damping, apparent_mass
         (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled.
     inside
         (n_patches, nf) whether the damping is within the simulated range.
     """
 
-    response: Response
+    response: PointResponse
     equivalent_damping: Array
     apparent_mass: Array
     inside: Array
 
 
 def psd_dataset(
-    found: Mapping[tuple[str, str], OnPatches],
+    responses: Mapping[tuple[str, str], OnPatches],
     dead_weight: Mapping[tuple[str, str], Array],
     frequency: Array,
     readings: Sequence[str],
@@ -155,26 +139,28 @@ def psd_dataset(
 
     Parameters
     ----------
-    found
+    responses
         By (reading, scenario label).
     dead_weight
         Acceleration PSDs (nf, n_points) with the same masses and no damping.
     frequency
         (nf,) [Hz].
-    readings, labels, points, patches
-        The coordinates.
     """
     shape = (len(readings), len(labels), len(frequency))
     acceleration, velocity, displacement, dead = np.full((4, *shape, len(points)), np.nan)
     damping, mass, inside = np.full((3, *shape[:2], len(patches), shape[2]), np.nan)
     for (reading, label), psd in dead_weight.items():
         dead[readings.index(reading), labels.index(label)] = psd
-    for (reading, label), one in found.items():
-        at = (readings.index(reading), labels.index(label))
-        acceleration[at] = one.response.acceleration_psd
-        velocity[at] = one.response.velocity_psd
-        displacement[at] = one.response.displacement_psd
-        damping[at], mass[at], inside[at] = one.equivalent_damping, one.apparent_mass, one.inside
+    for (reading, label), part in responses.items():
+        place = (readings.index(reading), labels.index(label))
+        acceleration[place] = part.response.acceleration_psd
+        velocity[place] = part.response.velocity_psd
+        displacement[place] = part.response.displacement_psd
+        damping[place], mass[place], inside[place] = (
+            part.equivalent_damping,
+            part.apparent_mass,
+            part.inside,
+        )
     dims = ("reading", "scenario", "frequency")
     by_patch = ("reading", "scenario", "patch", "frequency")
     variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
@@ -190,11 +176,11 @@ def psd_dataset(
         ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
     ]  # fmt: skip
     # a NetCDF 3 file has no dimension of length 0
-    kept = [one for one in variables if patches or "patch" not in one[1]]
+    variables = [part for part in variables if patches or "patch" not in part[1]]
     return xr.Dataset(
         {
-            name: (of, values, {"units": units, "long_name": long_name})
-            for name, of, values, units, long_name in kept
+            name: (axes, values, {"units": units, "long_name": long_name})
+            for name, axes, values, units, long_name in variables
         },
         coords={
             "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
@@ -206,7 +192,7 @@ def psd_dataset(
     )
 
 
-SHOWN = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
+DISPLAY_UNITS = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
 """Unit of a quantity: the unit a person reads, and its factor."""
 
 
@@ -217,22 +203,7 @@ def stress_rows(
     points: Sequence[str],
     log_error: Array | None = None,
 ) -> list[dict[str, Any]]:
-    """Rms and three sigma, a row per point and quantity.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    psd
-        (nf, n_points, n_quantities) [unit²/Hz].
-    quantities
-        Names and SI units, see `stress.QUANTITIES`.
-    points
-        Names of the response points.
-    log_error
-        (nf, n_points) standard error of ln of the acceleration PSD, as which that of the strain
-        counts at the same line, all lines erring together; None without errors.
-    """
+    """Rms and three sigma, a row per point and quantity."""
     rms = root_mean_square(frequency, psd)
     error = np.full(rms.shape, np.nan)
     if log_error is not None:
@@ -240,18 +211,18 @@ def stress_rows(
         error = np.divide(of_square, 2 * rms**2, out=np.zeros_like(rms), where=rms > 0)
     rows = []
     for index, point in enumerate(points):
-        for (quantity, unit), value, own in zip(
+        for (quantity, unit), value, relative_error in zip(
             quantities.items(), rms[index], error[index], strict=True
         ):
-            shown, factor = SHOWN[unit]
-            row = {"point": point, "quantity": quantity, "unit": shown}
+            display_unit, factor = DISPLAY_UNITS[unit]
+            row = {"point": point, "quantity": quantity, "unit": display_unit}
             sizes = {"rms": value * factor, "three_sigma": 3 * value * factor}
-            rows.append({**row, **sizes, "relative_error": own})
+            rows.append({**row, **sizes, "relative_error": relative_error})
     return rows
 
 
 def stress_dataset(
-    found: Mapping[tuple[str, str], Array],
+    psds: Mapping[tuple[str, str], Array],
     frequency: Array,
     readings: Sequence[str],
     labels: Sequence[str],
@@ -259,22 +230,10 @@ def stress_dataset(
     layers: Sequence[str],
     quantities: Mapping[str, str],
 ) -> xr.Dataset:
-    """PSDs of strain and stress in single precision; NaN where a scenario has no response.
-
-    Parameters
-    ----------
-    found
-        By (reading, scenario label): (nf, n_points, n_layers, n_quantities) [unit²/Hz].
-    frequency
-        (nf,) [Hz].
-    readings, labels, points, layers
-        The coordinates.
-    quantities
-        Names and SI units.
-    """
+    """PSDs of strain and stress in single precision; NaN where a scenario has no response."""
     shape = (len(readings), len(labels), len(frequency), len(points), len(layers))
     values = np.full((*shape, len(quantities)), np.nan, dtype=np.float32)
-    for (reading, label), psd in found.items():
+    for (reading, label), psd in psds.items():
         values[readings.index(reading), labels.index(label)] = psd
     dims = ("reading", "scenario", "frequency", "point", "layer")
     return xr.Dataset(

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.response.cases import Scenario
+from pidpanel.response.cases import ResponseScenario
 
 POWER_BALANCE = 1e-3
 """Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
@@ -45,7 +45,7 @@ STATED, NONE = "as stated for each damper", "none"
 
 
 def judged(
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[ResponseScenario],
     summary: pd.DataFrame,
     run: Collection[str] | None,
     coupled_accuracy: float,
@@ -84,7 +84,7 @@ def judged(
     )
 
 
-def source_of(reading: str, scenario: Scenario) -> str:
+def source_of(reading: str, scenario: ResponseScenario) -> str:
     """Return where the damping of a scenario comes from."""
     return NONE if scenario.is_bare else SOURCES.get(reading, STATED)
 

@@ -33,8 +33,6 @@ class Demand:
 
     Attributes
     ----------
-    fill_fraction, acceleration_g
-        Where.
     derivative
         (2n, k) of k quantities with respect to ln C_e, then m_a [kg/m²], at the nodes of the
         surface.
@@ -63,8 +61,6 @@ def gains(
 
     Parameters
     ----------
-    surface, demands
-        As they stand.
     cases
         (m, 3) r, f [Hz], Γ.
     relative_error
@@ -101,22 +97,7 @@ def distinct(demands: Sequence[Demand]) -> list[Demand]:
 def slice_points(
     surface: DampingSurface, demand: Demand, fastest: float | None
 ) -> tuple[Array, Index]:
-    """Return tones at the very fill and motion of a scenario, and the nodes at which they are.
-
-    Parameters
-    ----------
-    surface, demand
-        As they stand.
-    fastest
-        Largest speed [m/s] of a tone; None for any.
-
-    Returns
-    -------
-    points
-        (m, 3) r, f [Hz], Γ, to three digits.
-    node
-        (m,) numbers of the nodes of the surface nearest to them.
-    """
+    """Return tones at the very fill and motion of a scenario, and the nodes at which they are."""
     rounded = np.array([float(f"{f:.3g}") for f in surface.nodes])
     gamma = float(f"{demand.acceleration_g:.3g}")
     speed = gamma * STANDARD_GRAVITY / (2 * np.pi * rounded)

@@ -13,7 +13,7 @@ from pidpanel.study import Study, StudyError
 
 
 def write_round(
-    study: Study, files: PanelFiles, before: Path | None, cases: Path | None, output: Path
+    study: Study, files: PanelFiles, last_round: Path | None, cases: Path | None, output: Path
 ) -> None:
     """Write the round of a study's tones that follows another.
 
@@ -21,9 +21,7 @@ def write_round(
     ----------
     study
         With ``damping.tones``.
-    files
-        Of the stages upstream.
-    before, cases
+    last_round, cases
         The round before and the table of its cases; None for round 0.
     output
         ``design/round<n>.json``.
@@ -36,7 +34,7 @@ def write_round(
     tones, coupon = study.damping.tones, study.coupon
     if tones is None or coupon is None:
         raise StudyError(f"{study.name}: damping.tones: missing")
-    if before is None or cases is None:
+    if last_round is None or cases is None:
         swept_round(cases_of(coupon)).write(output)
         return
     surface = surface_of(coupon, read_cases(cases))
@@ -45,4 +43,6 @@ def write_round(
     panel = read_panel_in_sound(study, files, study.response.radiation)
     error, fastest = coupon.accuracy.relative_error, coupon.sweep.max_velocity_m_s
     scenarios = scenarios_of(study)
-    next_tones(Round.read(before), tones, error, fastest, panel, scenarios, surface).write(output)
+    next_tones(Round.read(last_round), tones, error, fastest, panel, scenarios, surface).write(
+        output
+    )

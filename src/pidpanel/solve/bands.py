@@ -12,11 +12,6 @@ from pidpanel.third_octaves import center_frequency, edge_frequency
 def third_octaves(low: float, high: float) -> tuple[Array, Array]:
     """Base-10 third octaves whose centres 10^(N/10) lie from ``low`` to ``high`` (IEC 61260-1).
 
-    Parameters
-    ----------
-    low, high
-        Hz, positive.
-
     Returns
     -------
     centre
@@ -82,9 +77,9 @@ def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
     flat = psd.reshape(len(frequency), -1)
     fine = np.stack([np.interp(lines, frequency, column) for column in flat.T], axis=1)
     steps = np.diff(lines)[:, None] * (fine[1:] + fine[:-1]) / 2
-    upto = np.concatenate([np.zeros((1, flat.shape[1])), np.cumsum(steps, axis=0)])
-    at = np.searchsorted(lines, edge)
-    mean_square = upto[at[:, 1]] - upto[at[:, 0]]
+    cumulative = np.concatenate([np.zeros((1, flat.shape[1])), np.cumsum(steps, axis=0)])
+    place = np.searchsorted(lines, edge)
+    mean_square = cumulative[place[:, 1]] - cumulative[place[:, 0]]
     return np.sqrt(mean_square).reshape(len(edge), *psd.shape[1:])
 
 
@@ -105,7 +100,7 @@ def reduction(bare: ArrayLike, treated: ArrayLike) -> Array:
     -----
     0 where neither moves, as at a support: there is nothing to lower.
     """
-    above, below = np.broadcast_arrays(np.asarray(bare, float), np.asarray(treated, float))
-    still = (above == 0) & (below == 0)
-    ratio: Array = np.where(still, 1.0, above) / np.where(still, 1.0, below)
+    bare_rms, treated_rms = np.broadcast_arrays(np.asarray(bare, float), np.asarray(treated, float))
+    at_rest = (bare_rms == 0) & (treated_rms == 0)
+    ratio: Array = np.where(at_rest, 1.0, bare_rms) / np.where(at_rest, 1.0, treated_rms)
     return 20 * np.log10(ratio)

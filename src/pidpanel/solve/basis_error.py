@@ -22,7 +22,7 @@ from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import tracked
-from pidpanel.solve.elements import Elements, Motion, Pull
+from pidpanel.solve.elements import ElementMotion, Elements, Pull
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.moved import Matrices
 
@@ -84,13 +84,13 @@ class BasisCheck:
         (nf,) lines tried [Hz].
     error
         (n_scenarios, nf) largest relative error of the PSD of a point [1].
-    left_out
+    missing_shapes
         (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`.
     """
 
     frequency: Array
     error: Array
-    left_out: Array
+    missing_shapes: Array
 
     @property
     def largest(self) -> Array:
@@ -107,10 +107,6 @@ def lines_to_try(
     ----------
     frequency_range
         Of the response [Hz].
-    coordinates
-        Of the elements.
-    columns
-        Points times scenarios.
     attempt
         Number of the basis from 0. Each has lines of its own, since a basis is right at the lines
         at which it was refined.
@@ -159,10 +155,6 @@ def check_basis(
 
     Parameters
     ----------
-    basis
-        Of the panel.
-    plate
-        Its elements.
     shapes
         (n_free, n) of the basis.
     modal
@@ -175,8 +167,6 @@ def check_basis(
         ζ of the bare panel and f_c [Hz].
     frequency
         (nf,) [Hz].
-    scenarios
-        Dampers at these lines.
     """
     elements = Elements(
         plate,
@@ -190,46 +180,33 @@ def check_basis(
     )
     omega = 2 * np.pi * frequency
     error = np.zeros((len(scenarios), len(frequency)))
-    left_out: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
+    missing_shapes: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
     lines = list(enumerate(frequency.tolist()))
     for line, f in tracked(lines, "lines of the check against all elements"):
         pulls = [
             Pull(
                 f,
-                1j * omega[line] * one.equivalent_damping[:, line]
-                - omega[line] ** 2 * one.apparent_mass[:, line],
+                1j * omega[line] * scenario.equivalent_damping[:, line]
+                - omega[line] ** 2 * scenario.apparent_mass[:, line],
             )
-            for one in scenarios
+            for scenario in scenarios
         ]
         motions = elements.motions(pulls)
         (force,) = force_of_basis(frequency[line : line + 1])
         error[:, line] = _errors(motions, force, basis, plate, force_at, f)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
-            missing = motions[missed].left_out
+            missing = motions[missed].remainder
             missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
             energy = np.sqrt(np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real)
             missing = missing * (error[missed, line] / REFINED_ABOVE / energy)
-            left_out += [np.real(missing), np.imag(missing)]
-    return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(left_out)))
+            missing_shapes += [np.real(missing), np.imag(missing)]
+    return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(missing_shapes)))
 
 
 def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAINDER) -> Array:
     """Return the fewest shapes that leave at most ``remainder`` of any column.
 
     Scenarios that differ in fill or level, and lines side by side, miss nearly the same.
-
-    Parameters
-    ----------
-    stiffness
-        K (n_free, n_free).
-    columns
-        (n_free, n).
-    remainder
-        Largest norm in K of what is left of a column.
-
-    Returns
-    -------
-    (n_free, k), orthogonal in K, the largest part of the columns first.
     """
     square, V = la.eigh(columns.T @ (stiffness @ columns))
     square, V = np.maximum(square[::-1], 0.0), V[:, ::-1]
@@ -246,7 +223,7 @@ def point_vertices(basis: PanelBasis) -> Index:
 
 
 def _errors(
-    motions: Sequence[Motion],
+    motions: Sequence[ElementMotion],
     force_of_basis: Matrices,
     basis: PanelBasis,
     plate: StoredPlate,
@@ -255,9 +232,11 @@ def _errors(
 ) -> Array:
     """(n_scenarios,) largest relative error of the PSD of a point at a line."""
     # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
-    of_basis = np.stack([one.of_basis for one in motions])  # (n_scenarios, n, n_points)
+    of_basis = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
     in_basis = np.sum(of_basis * (force_of_basis @ of_basis.conj()), axis=1).real
-    columns = np.hstack([part for one in motions for part in (one.whole.real, one.whole.imag)])
+    columns = np.hstack(
+        [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
+    )
     reach = basis.quadrature_wavenumber
     face = CondensedFace(
         plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns
@@ -281,15 +260,15 @@ def _errors(
     return np.abs(ratio - 1).max(axis=1, initial=0.0)
 
 
-def joined_shapes(basis: PanelBasis, plate: StoredPlate, left_out: Array) -> Shapes:
+def basis_shapes(basis: PanelBasis, plate: StoredPlate, further: Array) -> Shapes:
     """Return the shapes of the panel stage's basis with what it left out (n_free, k)."""
     frequency = basis.natural_frequency
     vectors = plate.shapes.astype(np.float64)
     shapes = Shapes(frequency[~basis.is_residual], frequency[basis.is_residual], vectors)
-    return shapes.joined_by(plate, left_out) if left_out.shape[1] else shapes
+    return shapes.joined_by(plate, further) if further.shape[1] else shapes
 
 
 def refined(basis: PanelBasis, plate: StoredPlate, shapes: Shapes) -> PanelBasis:
-    """Return the basis of the panel stage with what it left out, see `joined_shapes`."""
+    """Return the basis of the panel stage with what it left out, see `basis_shapes`."""
     wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
     return with_condensed_face(wider, basis.quadrature_wavenumber)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
-from pidpanel.solve.model import Response, ResponseError, UnstableDamping, checked_array
+from pidpanel.solve.model import PointResponse, ResponseError, UnstableDamping, checked_array
 
 
 def patch_stiffness(frequency: Array, damping: Array, mass: Array) -> Complexes:
@@ -51,13 +51,11 @@ def attach_dampers(
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
     allow_negative_damping: bool = False,
-) -> Response:
+) -> PointResponse:
     """Return the response of a panel whose patches carry dampers.
 
     Parameters
     ----------
-    bare
-        The panel without dampers.
     equivalent_damping
         (n_patches, nf) C_e [N s/m³]; 0 for a patch without damper.
     apparent_mass
@@ -86,27 +84,15 @@ def attach_dampers(
     cross_psd = np.empty_like(bare.point_psd)
     for lines, Y, B in _updates(bare, damping, mass):
         by_point = (len(B), n_points, m, B.shape[2])
-        taken = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
-        cross_psd[lines] = bare.point_psd[lines] - taken - taken.conj().swapaxes(2, 3)
-    return Response(bare.frequency, cross_psd)
+        drop = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
+        cross_psd[lines] = bare.point_psd[lines] - drop - drop.conj().swapaxes(2, 3)
+    return PointResponse(bare.frequency, cross_psd)
 
 
 def covariance_taken(
     bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, weight: Array
 ) -> Array:
-    """Return what dampers take from sums of Re S_ww over frequency.
-
-    Parameters
-    ----------
-    bare, equivalent_damping, apparent_mass
-        As of `attach_dampers`; the motions are those of one point.
-    weight
-        (k, nf) of the lines in each sum.
-
-    Returns
-    -------
-    (k, m, m) Σ_f weight Re(Y Bᴴ + B Yᴴ).
-    """
+    """Return what dampers take from sums of Re S_ww over frequency."""
     damping, mass = checked_dampers(
         bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
     )
@@ -161,10 +147,6 @@ def acceleration_slope(
     carries the dampers.
 
     Parameters are those of `attach_dampers`.
-
-    Returns
-    -------
-    (n_patches, nf, n_points) t [(m/s²)²/Hz per N/m³].
     """
     damping, mass = checked_dampers(
         bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
@@ -176,9 +158,9 @@ def acceleration_slope(
         loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)  # R_uu S
         loop[:, range(width), range(width)] += 1
         receptance = np.linalg.solve(loop, bare.receptance[lines, width::m].swapaxes(1, 2))  # R_uw
-        taken = _pulled(bare, s, receptance).swapaxes(1, 2) @ bare.patch_psd[lines, :width]
-        seen = (bare.patch_psd[lines, width::m] - taken).conj().swapaxes(1, 2)
-        psd = np.linalg.solve(loop, seen)  # S_uw
+        drop = _pulled(bare, s, receptance).swapaxes(1, 2) @ bare.patch_psd[lines, :width]
+        covariance = (bare.patch_psd[lines, width::m] - drop).conj().swapaxes(1, 2)
+        psd = np.linalg.solve(loop, covariance)  # S_uw
         omega = 2 * np.pi * bare.frequency[lines, None]
         for patch, weight in enumerate(bare.coordinates.weight):
             slope[patch, lines] = omega**4 * np.sum(receptance * (weight @ psd), axis=1)
@@ -191,7 +173,7 @@ class LowRankPanel:
 
     bare: BarePanel
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
         """Return `attach_dampers`."""
         return attach_dampers(self.bare, equivalent_damping, apparent_mass)
 
@@ -228,14 +210,8 @@ class PatchMotion:
     damping_norm: Array
 
     @staticmethod
-    def of(bare: BarePanel) -> "PatchMotion":
-        """Decompose the receptance of a panel with one patch.
-
-        Raises
-        ------
-        ResponseError
-            Where there is not one patch.
-        """
+    def from_panel(bare: BarePanel) -> "PatchMotion":
+        """Decompose the receptance of a panel with one patch."""
         if bare.patches.count != 1:
             raise ResponseError(f"{bare.patches.count} patches: the motion is that of one")
         width = bare.receptance.shape[2]
@@ -253,15 +229,15 @@ class PatchMotion:
 
         Parameters and errors are those of `attach_dampers`, each (nf,).
         """
-        d, seen = self._followed(equivalent_damping, apparent_mass)
-        return np.sum(d * seen, axis=1).real
+        d, pushed = self._followed(equivalent_damping, apparent_mass)
+        return np.sum(d * pushed, axis=1).real
 
     def acceleration_slope(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
     ) -> Complexes:
         """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `acceleration_slope`."""
-        d, seen = self._followed(equivalent_damping, apparent_mass)
-        return np.sum(self.eigenvalue * d**2 * seen, axis=1)
+        d, pushed = self._followed(equivalent_damping, apparent_mass)
+        return np.sum(self.eigenvalue * d**2 * pushed, axis=1)
 
     def _followed(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
@@ -285,15 +261,15 @@ def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> N
     share = np.multiply(
         damping_norm[:, None], negative, out=np.zeros_like(negative), where=negative > 0
     )
-    taken = share.sum(axis=0)
-    if not np.any(taken > 0) or (allow_negative and np.max(taken) < 1):
+    share = share.sum(axis=0)
+    if not np.any(share > 0) or (allow_negative and np.max(share) < 1):
         return
     patch, line = np.unravel_index(np.argmin(damping), damping.shape)
     raise UnstableDamping(
         f"equivalent_damping = {damping[patch, line]:g} N s/m³ (patch {patch}, line {line}): "
         "must be at least 0; negative damping feeds energy to the panel, which would be unstable"
         + (
-            f" (it takes {np.max(taken):.3g} times the panel's own damping)"
+            f" (it takes {np.max(share):.3g} times the panel's own damping)"
             if allow_negative
             else ""
         )

@@ -26,7 +26,7 @@ from pidpanel.solve.dampers import (
     weighted_sum,
 )
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
-from pidpanel.solve.model import ModalBasis, Patches, Response
+from pidpanel.solve.model import ModalBasis, Patches, PointResponse
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
 
@@ -57,10 +57,6 @@ class DirectPanel:
     ----------
     frequency
         (nf,) [Hz].
-    basis
-        Its shapes.
-    patches
-        That carry dampers.
     points
         (n_points, m, n) as of `modal.bare_panels`.
     spectrum
@@ -77,19 +73,8 @@ class DirectPanel:
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
-        """Return the response with dampers.
-
-        Parameters
-        ----------
-        equivalent_damping, apparent_mass
-            (n_patches, nf) as of `dampers.attach_dampers`.
-
-        Raises
-        ------
-        UnstableDamping
-            Where C_e is negative.
-        """
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
+        """Return the response with dampers."""
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
         n_points, m, n = self.points.shape
         cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
@@ -101,7 +86,7 @@ class DirectPanel:
             for point in range(n_points):
                 motion = moved[:, :, point]
                 cross_psd[lines, point] = level * product(motion, force, motion)
-        return Response(self.frequency, cross_psd)
+        return PointResponse(self.frequency, cross_psd)
 
     def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
         """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.
@@ -160,8 +145,6 @@ class _Matrices:
     ----------
     counts
         (k,) the shapes.
-    basis
-        Those.
     force
         S_p G (nf, k, k).
     air
@@ -182,8 +165,6 @@ class DirectMotions(Motions):
 
     Parameters
     ----------
-    panel
-        The panel on the lines of the search.
     kept_bytes
         Most memory for matrices that are kept; where it is not enough, they are computed again.
     shapes_to
@@ -204,7 +185,7 @@ class DirectMotions(Motions):
         """(n_patches,), see `modal.BarePanel`."""
         return self._panel.damping_norm
 
-    def every(self, step: int) -> DirectMotions:
+    def subsampled(self, step: int) -> DirectMotions:
         """Return the same on every so many lines."""
         panel, some = self._panel, slice(None, None, step)
         n = panel.patches.shapes
@@ -212,14 +193,14 @@ class DirectMotions(Motions):
         def on_some(matrix: MatrixInput) -> MatrixInput:
             return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
 
-        few = replace(
+        coarse = replace(
             panel,
             frequency=panel.frequency[some],
             spectrum=panel.spectrum[some],
             modal_force=on_some(panel.modal_force),
             air_stiffness=None if panel.air_stiffness is None else on_some(panel.air_stiffness),
         )
-        return DirectMotions(few, self._kept_bytes, FEW_SHAPES_TO)
+        return DirectMotions(coarse, self._kept_bytes, FEW_SHAPES_TO)
 
     def _lines(self) -> Sequence[slice]:
         count = self.frequency.size

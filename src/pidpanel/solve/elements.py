@@ -78,7 +78,7 @@ class Pull:
 
 
 @dataclass(frozen=True)
-class Motion:
+class ElementMotion:
     """What a pull does to the panel.
 
     Attributes
@@ -87,13 +87,13 @@ class Motion:
         (n, n_points) the answer of the basis for each point, in its shapes [m/N].
     whole
         (n_free, n_points) x of all elements.
-    left_out
+    remainder
         (n_free, n_points) x − x₀, with x₀ that of the basis.
     """
 
     of_basis: Complexes
     whole: Complexes
-    left_out: Complexes
+    remainder: Complexes
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,6 @@ class Elements:
 
     Parameters
     ----------
-    plate
-        K and M.
     overlap
         D of each patch, (n_free, n_free).
     shapes
@@ -130,14 +128,14 @@ class Elements:
     cutoff: float
     points: sp.csr_array
 
-    def motions(self, pulls: Sequence[Pull]) -> list[Motion]:
+    def motions(self, pulls: Sequence[Pull]) -> list[ElementMotion]:
         """Return what each pull does to the panel when each point is pulled by 1 N."""
         count = self.points.shape[0]
         at_once = max(1, COLUMNS_AT_ONCE // max(count, 1))
-        found: list[Motion] = []
+        motions: list[ElementMotion] = []
         for start in range(0, len(pulls), at_once):
-            found += self._together(pulls[start : start + at_once])
-        return found
+            motions += self._together(pulls[start : start + at_once])
+        return motions
 
     # -------------------------------------------------------------------- matrices
 
@@ -166,8 +164,10 @@ class Elements:
     def _modal_damping(self) -> Array:
         """(n_modes,) of the modes beyond what is proportional to the stiffness [kg/s]."""
         modes = ~self.is_residual
-        own, cutoff = self.basis.angular_frequency[modes], 2 * np.pi * self.cutoff
-        return 2 * self.damping_ratio * self.basis.modal_mass[modes] * own * (1 - own / cutoff)
+        natural, cutoff = self.basis.angular_frequency[modes], 2 * np.pi * self.cutoff
+        return (
+            2 * self.damping_ratio * self.basis.modal_mass[modes] * natural * (1 - natural / cutoff)
+        )
 
     @cached_property
     def _on_patches(self) -> list[tuple[Index, sp.csr_array, Array]]:
@@ -177,10 +177,10 @@ class Elements:
     @cached_property
     def _overlap_of_basis(self) -> Array:
         """(n_patches, n, n) VᵀD V."""
-        found = np.empty((len(self.overlap), *(self.shapes.shape[1],) * 2))
-        for patch, (_, D, few) in enumerate(self._on_patches):
-            found[patch] = few.T @ (D @ few)
-        return found
+        overlap = np.empty((len(self.overlap), *(self.shapes.shape[1],) * 2))
+        for patch, (_, D, shapes) in enumerate(self._on_patches):
+            overlap[patch] = shapes.T @ (D @ shapes)
+        return overlap
 
     @cached_property
     def _at_points(self) -> Array:
@@ -189,10 +189,10 @@ class Elements:
         return np.asarray(self.points[:, some] @ self.shapes[some])
 
     def _applied(
-        self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
+        self, pulls: Sequence[Pull], owner: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
         """Z x, column by column of its own pull, of x and what the shapes have of it."""
-        omega, s = _of_columns(pulls, which)
+        omega, s = _of_columns(pulls, owner)
         cutoff = 2 * np.pi * self.cutoff
         result = _times(self.plate.stiffness, x)
         result *= 1 + 2j * self.damping_ratio * omega / cutoff
@@ -206,17 +206,17 @@ class Elements:
         return result
 
     def _on_shapes(
-        self, pulls: Sequence[Pull], which: Index, x: Complexes, in_shapes: Complexes
+        self, pulls: Sequence[Pull], owner: Index, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
         """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x: 0 of the modes, so these damp nothing."""
-        omega, s = _of_columns(pulls, which)
+        omega, s = _of_columns(pulls, owner)
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x
         stiff = 1 + 2j * self.damping_ratio * omega / (2 * np.pi * self.cutoff)
         result *= -(omega**2) - self._shift * stiff
-        for index, (rows, D, few) in enumerate(self._on_patches):
+        for index, (rows, D, shapes) in enumerate(self._on_patches):
             if np.any(s[:, index]):
-                result += _times(few.T, _times(D, x[rows])) * s[:, index]
+                result += _times(shapes.T, _times(D, x[rows])) * s[:, index]
         return result
 
     def _of_basis(self, pulls: Sequence[Pull]) -> list[tuple[Complexes, Index]]:
@@ -228,18 +228,19 @@ class Elements:
         stiffness[:, index, index] = diagonal
         for p, overlap in enumerate(self._overlap_of_basis):
             stiffness += np.array([pull.stiffness[p] for pull in pulls])[:, None, None] * overlap
-        return [la.lu_factor(one, overwrite_a=True) for one in stiffness]
+        return [la.lu_factor(matrix, overwrite_a=True) for matrix in stiffness]
 
     # ------------------------------------------------------------------- solutions
 
-    def _together(self, pulls: Sequence[Pull]) -> list[Motion]:
+    def _together(self, pulls: Sequence[Pull]) -> list[ElementMotion]:
         count = self.points.shape[0]
-        which = np.repeat(np.arange(len(pulls)), count)
+        owner = np.repeat(np.arange(len(pulls)), count)
         factorised = self._of_basis(pulls)
 
-        def solved(right: Complexes) -> Complexes:
+        def solve_basis(right: Complexes) -> Complexes:
             answers = [
-                la.lu_solve(one, right[:, which == index]) for index, one in enumerate(factorised)
+                la.lu_solve(factor, right[:, owner == index])
+                for index, factor in enumerate(factorised)
             ]
             return np.concatenate(answers, axis=1)
 
@@ -247,22 +248,22 @@ class Elements:
             # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
             rest = self._static(right)
             in_shapes = _times(self._pushed.T, rest)
-            taken = solved(self._on_shapes(pulls, which, rest, in_shapes))
-            return rest - _times(self.shapes, taken), in_shapes - taken
+            part = solve_basis(self._on_shapes(pulls, owner, rest, in_shapes))
+            return rest - _times(self.shapes, part), in_shapes - part
 
         pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
         at_points = self._at_points.T.astype(complex)
-        of_basis = solved(np.tile(at_points, len(pulls)))
+        of_basis = solve_basis(np.tile(at_points, len(pulls)))
         start = _times(self.shapes, of_basis)
-        found = np.zeros_like(start)
+        remainder = np.zeros_like(start)
         steps: list[tuple[Complexes, Complexes]] = []
-        residual = pull - self._applied(pulls, which, start, of_basis)
+        residual = pull - self._applied(pulls, owner, start, of_basis)
         size = first = self._size(residual)
         for _ in range(MOST_STEPS):
             if np.all(size <= ENOUGH * first):
                 break
             direction, in_shapes = preconditioned(residual)
-            image = self._applied(pulls, which, direction, in_shapes)
+            image = self._applied(pulls, owner, direction, in_shapes)
             for earlier, earlier_image in steps:
                 share = np.sum(earlier_image.conj() * image, axis=0)
                 direction, image = direction - share * earlier, image - share * earlier_image
@@ -271,16 +272,20 @@ class Elements:
             direction, image = direction / length, image / length
             steps.append((direction, image))
             step = np.sum(image.conj() * residual, axis=0)
-            found, residual = found + step * direction, residual - step * image
+            remainder, residual = remainder + step * direction, residual - step * image
             size = self._size(residual)
-        for index in np.unique(which[size > ENOUGH * first]):
-            own = which == index
-            found[:, own] = self._direct(pulls[index], pull[:, own]) - start[:, own]
-        if not np.all(np.isfinite(found)):
+        for index in np.unique(owner[size > ENOUGH * first]):
+            columns = owner == index
+            remainder[:, columns] = self._direct(pulls[index], pull[:, columns]) - start[:, columns]
+        if not np.all(np.isfinite(remainder)):
             raise ResponseError("the response of all elements is not finite")
         return [
-            Motion(of_basis[:, own], start[:, own] + found[:, own], found[:, own])
-            for own in (which == index for index in range(len(pulls)))
+            ElementMotion(
+                of_basis[:, columns],
+                start[:, columns] + remainder[:, columns],
+                remainder[:, columns],
+            )
+            for columns in (owner == index for index in range(len(pulls)))
         ]
 
     def _static(self, right: Complexes) -> Complexes:
@@ -301,15 +306,15 @@ class Elements:
         for s, D in zip(pull.stiffness, self.overlap, strict=True):
             Z = Z + s * D
         factor = self._modal_damping
-        kept = np.flatnonzero(factor)
-        B = self._pushed[:, kept]
-        answer = _solved(Z, np.hstack([right, B]).astype(complex))
+        damped = np.flatnonzero(factor)
+        B = self._pushed[:, damped]
+        answer = _factorised_solution(Z, np.hstack([right, B]).astype(complex))
         x, Y = answer[:, : right.shape[1]], answer[:, right.shape[1] :]
-        small = np.diag(1 / (1j * omega * factor[kept])) + B.T @ Y
+        small = np.diag(1 / (1j * omega * factor[damped])) + B.T @ Y
         return np.asarray(x - Y @ np.linalg.solve(small, B.T @ x))
 
 
-def _solved(matrix: sp.csr_array, right: Complexes) -> Complexes:
+def _factorised_solution(matrix: sp.csr_array, right: Complexes) -> Complexes:
     """Solve a symmetric system: without pivoting, and with it where that misses `EXACT`."""
     answer = factors(matrix).solve(right)
     left = np.linalg.norm(matrix @ answer - right, axis=0)
@@ -318,10 +323,10 @@ def _solved(matrix: sp.csr_array, right: Complexes) -> Complexes:
     return np.asarray(spla.splu(sp.csc_matrix(matrix)).solve(right))
 
 
-def _of_columns(pulls: Sequence[Pull], which: Index) -> tuple[Array, Complexes]:
+def _of_columns(pulls: Sequence[Pull], owner: Index) -> tuple[Array, Complexes]:
     """ω (columns,) and s (columns, n_patches) of columns that belong to some pulls."""
     omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])
-    return omega[which], np.array([pull.stiffness for pull in pulls])[which]
+    return omega[owner], np.array([pull.stiffness for pull in pulls])[owner]
 
 
 def _as_real(x: Complexes) -> Array:

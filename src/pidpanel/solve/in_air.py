@@ -74,8 +74,6 @@ class _Band:
     ----------
     middle, half_width
         Of its lines [Hz].
-    near, far
-        The shapes in the window and the others.
     stiffness
         (m, n_w, n_w) Z_ww − Z_wo Y_w without the panel's own diagonal.
     pushed
@@ -101,10 +99,6 @@ class PanelInAir:
     ----------
     frequency
         (nf,) rising [Hz].
-    basis
-        Modes and residual vectors of the bare panel.
-    air_stiffness
-        Of the air, symmetric.
     """
 
     def __init__(self, frequency: Array, basis: ModalBasis, air_stiffness: SmoothStiffness) -> None:
@@ -116,22 +110,10 @@ class PanelInAir:
         self._made: tuple[tuple[int, int], Array, list[tuple[int, int, _Band | None]]] | None = None
 
     def motion(self, frequency: Array, observed: Array) -> Complexes:
-        """Return X = Z₀⁻¹ W on lines that follow one another among those of the class.
-
-        Parameters
-        ----------
-        frequency
-            (n_lines,) [Hz].
-        observed
-            (n, nw) W, real.
-
-        Returns
-        -------
-        (n_lines, n, nw) [m/N] times the unit of W.
-        """
+        """Return X = Z₀⁻¹ W on lines that follow one another among those of the class."""
         first = int(np.searchsorted(self.frequency, frequency[0]))
         last = first + frequency.size
-        found = np.empty((frequency.size, *observed.shape), dtype=np.complex128)
+        result = np.empty((frequency.size, *observed.shape), dtype=np.complex128)
         for start, stop in self._bands(observed.shape[1]):
             if start >= last or stop <= first:
                 continue
@@ -139,19 +121,19 @@ class PanelInAir:
                 begin, end = max(low, first), min(high, last)
                 if begin < end:
                     lines = self.frequency[begin:end]
-                    found[begin - first : end - first] = (
+                    result[begin - first : end - first] = (
                         self._solved(lines, observed)
                         if band is None
                         else self._read(band, lines, observed)
                     )
-        return found
+        return result
 
     def _solved(self, lines: Array, observed: Array) -> Complexes:
         """X line by line."""
-        found = np.empty((lines.size, *observed.shape), dtype=np.complex128)
+        motion = np.empty((lines.size, *observed.shape), dtype=np.complex128)
         for line, stiffness in enumerate(self._stiffnesses(lines)):
-            found[line] = np.linalg.solve(stiffness, observed)
-        return found
+            motion[line] = np.linalg.solve(stiffness, observed)
+        return motion
 
     def _stiffnesses(self, frequency: Array) -> Iterator[Complexes]:
         """Z₀ (n, n) at one frequency [Hz] after the other."""
@@ -173,18 +155,20 @@ class PanelInAir:
         index = np.arange(band.near.size)
         stiffness[:, index, index] += self.basis.dynamic_stiffness(lines)[:, band.near]
         resonant = np.linalg.solve(stiffness, pushed)
-        found = np.empty((lines.size, *observed.shape), dtype=np.complex128)
-        found[:, band.near] = resonant
-        found[:, band.far] = moved - coupled @ resonant
-        return found
+        motion = np.empty((lines.size, *observed.shape), dtype=np.complex128)
+        motion[:, band.near] = resonant
+        motion[:, band.far] = moved - coupled @ resonant
+        return motion
 
     def _polynomials(
         self, ends: tuple[int, int], observed: Array
     ) -> list[tuple[int, int, _Band | None]]:
         """Return the parts of a band with their polynomials; None where lines are solved."""
         if self._made is not None:
-            known, seen, parts = self._made
-            if known == ends and (seen is observed or np.array_equal(seen, observed)):
+            last_ends, last_observed, parts = self._made
+            if last_ends == ends and (
+                last_observed is observed or np.array_equal(last_observed, observed)
+            ):
                 return parts
         parts = list(self._in_parts(*ends, observed))
         self._made = ends, observed, parts  # lines come in order: one band is enough
@@ -216,16 +200,16 @@ class PanelInAir:
         n_w, n_o, width = near.size, far.size, observed.shape[1]
         stiffness = np.empty((nodes.size, n_w, n_w), dtype=np.complex128)
         pushed = np.empty((nodes.size, n_w, width), dtype=np.complex128)
-        solved = np.empty((nodes.size, n_o, n_w + width), dtype=np.complex128)
-        own = self.basis.dynamic_stiffness(nodes)[:, near]
+        eliminated = np.empty((nodes.size, n_o, n_w + width), dtype=np.complex128)
+        diagonal = self.basis.dynamic_stiffness(nodes)[:, near]
         for node, whole in enumerate(self._stiffnesses(nodes)):
             across = whole[np.ix_(far, near)]
             right = np.concatenate([across, observed[far]], axis=1)
-            solved[node] = np.linalg.solve(whole[np.ix_(far, far)], right)
-            back = across.T @ solved[node]
-            stiffness[node] = whole[np.ix_(near, near)] - np.diag(own[node]) - back[:, :n_w]
+            eliminated[node] = np.linalg.solve(whole[np.ix_(far, far)], right)
+            back = across.T @ eliminated[node]
+            stiffness[node] = whole[np.ix_(near, near)] - np.diag(diagonal[node]) - back[:, :n_w]
             pushed[node] = observed[near] - back[:, n_w:]
-        coupled, moved = solved[:, :, :n_w], solved[:, :, n_w:]
+        coupled, moved = eliminated[:, :, :n_w], eliminated[:, :, n_w:]
         column = np.max(np.abs(observed), axis=0, initial=0.0)
         unit = np.where(column > 0, column, 1.0)
         friction = np.abs(stiffness[nodes.size // 2].imag.diagonal()) + (

@@ -15,9 +15,9 @@ from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.dampers import check_stable
 from pidpanel.solve.excitation import Excitation, Superposition
-from pidpanel.solve.model import Response, UnstableDamping
+from pidpanel.solve.model import PointResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
-from pidpanel.solve.panel import Panel
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
 from pidpanel.solve.solvers import Answer, PanelSolver, Request
 
@@ -38,8 +38,6 @@ class Load:
 
     Parameters
     ----------
-    patch
-        Its index.
     damping
         C_e and m_a of the filled patch as a function of frequency and Γ.
     depends_on_acceleration
@@ -52,7 +50,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Layout:
+class DamperLayout:
     """Dampers that are on the panel together, and how strongly it is excited.
 
     Parameters
@@ -102,8 +100,6 @@ class LayoutResponse:
 
     Parameters
     ----------
-    response
-        PSDs at the points.
     loads
         (n_loads,) indices of the loaded patches; none on the bare panel.
     acceleration_g
@@ -128,7 +124,7 @@ class LayoutResponse:
         (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for.
     """
 
-    response: Response
+    response: PointResponse
     loads: Index
     acceleration_g: Array
     patch_acceleration_g: Array
@@ -157,18 +153,9 @@ class _Motion:
 
 
 def layouts(
-    panel: Panel, excitation: Excitation, layouts: Sequence[Layout]
+    panel: ModalPanel, excitation: Excitation, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return the response of a panel with layouts of dampers at their consistent motion.
-
-    Parameters
-    ----------
-    panel
-        Modes, patches, points and lines.
-    excitation
-        What drives it.
-    layouts
-        The layouts.
 
     Returns
     -------
@@ -190,27 +177,29 @@ def layouts(
 
 
 def solve_layouts(
-    solver: PanelSolver, layouts: Sequence[Layout]
+    solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return what `layouts` returns, with one run over the lines of the result.
 
     A layout with a force beside the excitation is solved on its own.
     """
-    alone = [layout for layout in layouts if layout.force is None]
-    answers = iter(_solved(solver, alone))
+    plain = [layout for layout in layouts if layout.force is None]
+    answers = iter(_solve_together(solver, plain))
     return [
         next(answers)
         if layout.force is None
-        else _solved(
-            solver.under(Superposition(solver.excitation, layout.force, 1 / layout.factor)),
+        else _solve_together(
+            solver.with_excitation(
+                Superposition(solver.excitation, layout.force, 1 / layout.factor)
+            ),
             [layout],
         )[0]
         for layout in layouts
     ]
 
 
-def _solved(
-    solver: PanelSolver, layouts: Sequence[Layout]
+def _solve_together(
+    solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     solver.prepare([layout.patches for layout in layouts])
     dampers: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
@@ -245,7 +234,7 @@ def read_dampers(
     return value, mass, inside
 
 
-def _dampers(solver: PanelSolver, layout: Layout) -> tuple[_Motion, Request, Flags]:
+def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Request, Flags]:
     """Return Γ and the dampers at it."""
     if layout.search_key not in solver.searched:
         solver.searched[layout.search_key] = _consistent_motion(solver, layout)
@@ -258,7 +247,7 @@ def _dampers(solver: PanelSolver, layout: Layout) -> tuple[_Motion, Request, Fla
 
 def _response(
     solver: PanelSolver,
-    layout: Layout,
+    layout: DamperLayout,
     motion: _Motion,
     request: Request,
     inside: Flags,
@@ -274,7 +263,7 @@ def _response(
         rms, cells = solver.searched[key]
     root = np.sqrt(factor)
     return LayoutResponse(
-        response=answer.response.under(factor),
+        response=answer.response.scaled(factor),
         loads=np.array(layout.patches, dtype=np.int64),
         acceleration_g=motion.gamma,
         patch_acceleration_g=sine_accelerations_g(root * rms),
@@ -291,7 +280,9 @@ def _response(
     )
 
 
-def _final_motion(solver: PanelSolver, layout: Layout, motion: _Motion) -> tuple[Array, Array]:
+def _final_motion(
+    solver: PanelSolver, layout: DamperLayout, motion: _Motion
+) -> tuple[Array, Array]:
     """Return the rms acceleration of the patches, and of their calmest and liveliest cells."""
     unseen = np.full((len(layout.loads), 2), np.nan)
     if motion.rms is not None and solver.panel.cells is None:
@@ -305,7 +296,7 @@ def _final_motion(solver: PanelSolver, layout: Layout, motion: _Motion) -> tuple
     return np.sqrt(square), solver.cell_acceleration_rms(layout.patches, covariance)
 
 
-def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
+def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
     """Return Γ of all loads."""
     gamma = np.full(len(layout.loads), np.nan)
     if not layout.loads:
@@ -323,7 +314,7 @@ def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
     whole = _LogMotion(layout, motions, searched)
     maps, several = [whole], len(layout.loads) > 1
     if several and (step := motions.frequency.size // FEW_LINES) > 1:
-        maps.append(_LogMotion(layout, motions.every(step), searched))
+        maps.append(_LogMotion(layout, motions.subsampled(step), searched))
     search = find_motions(
         maps, starts_between(np.log(bare / 100), np.log(3 * bare)), aim=None if several else CLOSE
     )
@@ -342,7 +333,7 @@ def _consistent_motion(solver: PanelSolver, layout: Layout) -> _Motion:
 class _LogMotion:
     """ln Γ that the loads end up with over the ln Γ of those that are searched."""
 
-    def __init__(self, layout: Layout, motions: Motions, searched: Index) -> None:
+    def __init__(self, layout: DamperLayout, motions: Motions, searched: Index) -> None:
         self._layout, self._motions, self._searched = layout, motions, searched
         self._gamma = np.full(len(layout.loads), np.nan)
         self._value, self._mass = np.empty((2, len(layout.loads), motions.frequency.size))

@@ -97,8 +97,6 @@ def frequency_grid(
         Frequencies to include [Hz]; those outside the range are dropped.
     jumps
         Frequencies [Hz] where the input jumps; those not inside the range are dropped.
-    lines_per_bandwidth
-        Lines per half-power bandwidth.
 
     Returns
     -------

@@ -76,11 +76,11 @@ def modal_covariances(
             MAP_CUTOFF,
         )
         of_bare += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
-        for taken, (damping, mass, _) in zip(of_dampers, dampers, strict=True):
-            taken += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
+        for drop, (damping, mass, _) in zip(of_dampers, dampers, strict=True):
+            drop += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
     return [
-        ModalCovariance(*(factor * (of_bare - taken)))
-        for taken, (_, _, factor) in zip(of_dampers, dampers, strict=True)
+        ModalCovariance(*(factor * (of_bare - drop)))
+        for drop, (_, _, factor) in zip(of_dampers, dampers, strict=True)
     ]
 
 
@@ -107,8 +107,6 @@ def layer_maps(displacement: Array, curvature: Array, layers: Layers) -> dict[st
         (n, n) Σ_w [m²].
     curvature
         (n_places, 3, n) of the shapes [1/m].
-    layers
-        The section's.
 
     Returns
     -------
@@ -117,8 +115,8 @@ def layer_maps(displacement: Array, curvature: Array, layers: Layers) -> dict[st
     mean = np.einsum("vai,ij,vbj->vab", curvature, displacement, curvature, optimize=True)
     maps = {}
     for kind, matrices in (("strain", layers.strain), ("stress", layers.stress)):
-        of = matrices[:, None] @ mean @ matrices[:, None].swapaxes(2, 3)
+        square = matrices[:, None] @ mean @ matrices[:, None].swapaxes(2, 3)
         for index, name in enumerate(("xx", "yy", "xy")):
-            maps[f"{kind}_{name}"] = np.sqrt(np.maximum(of[..., index, index], 0.0))
-    maps["von_mises"] = np.sqrt(np.maximum(np.einsum("ij,lvji->lv", VON_MISES, of), 0.0))
+            maps[f"{kind}_{name}"] = np.sqrt(np.maximum(square[..., index, index], 0.0))
+    maps["von_mises"] = np.sqrt(np.maximum(np.einsum("ij,lvji->lv", VON_MISES, square), 0.0))
     return maps

@@ -72,8 +72,6 @@ class BarePanel:
     ----------
     frequency
         (nf,) [Hz].
-    patches
-        The patches, in order.
     coordinates
         E and Δ.
     receptance
@@ -111,17 +109,17 @@ class BarePanel:
         """Return the same without the columns of E below a share of the largest eigenvalue of D."""
         columns = self.coordinates.columns
         value = np.sum(columns**2, axis=0)
-        kept = np.flatnonzero(value > overlap_cutoff * value.max(initial=0.0))
-        rows = np.concatenate([kept, np.arange(columns.shape[1], self.receptance.shape[1])])
+        large = np.flatnonzero(value > overlap_cutoff * value.max(initial=0.0))
+        rows = np.concatenate([large, np.arange(columns.shape[1], self.receptance.shape[1])])
         return replace(
             self,
             coordinates=PatchCoordinates(
-                columns[:, kept],
-                self.coordinates.weight[:, kept[:, None], kept],
-                self.coordinates.inverse[kept],
+                columns[:, large],
+                self.coordinates.weight[:, large[:, None], large],
+                self.coordinates.inverse[large],
             ),
-            receptance=self.receptance[:, rows[:, None], kept],
-            patch_psd=self.patch_psd[:, rows[:, None], kept],
+            receptance=self.receptance[:, rows[:, None], large],
+            patch_psd=self.patch_psd[:, rows[:, None], large],
         )
 
 
@@ -129,10 +127,10 @@ def joined(parts: Sequence[BarePanel]) -> BarePanel:
     """Return one panel of parts on lines that follow one another."""
     return replace(
         parts[0],
-        frequency=np.concatenate([one.frequency for one in parts]),
-        receptance=np.concatenate([one.receptance for one in parts]),
-        patch_psd=np.concatenate([one.patch_psd for one in parts]),
-        point_psd=np.concatenate([one.point_psd for one in parts]),
+        frequency=np.concatenate([part.frequency for part in parts]),
+        receptance=np.concatenate([part.receptance for part in parts]),
+        patch_psd=np.concatenate([part.patch_psd for part in parts]),
+        point_psd=np.concatenate([part.point_psd for part in parts]),
     )
 
 
@@ -191,7 +189,7 @@ def bare_panels(
 
     n_points, m = points.shape[:2]
     coordinates = [patches.coordinates(overlap_cutoff) for patches in carriers]
-    columns = [one.columns for one in coordinates]
+    columns = [part.columns for part in coordinates]
     ends = np.cumsum([n_points * m] + [part.shape[1] for part in columns]).tolist()
     observed = np.concatenate([points.reshape(-1, n).T, *columns], axis=1)
 
@@ -219,8 +217,8 @@ def bare_panels(
         psd = moved.psd(modal_force, frequency, lines)
         level = spectrum[lines, None, None]
         for point in range(n_points):
-            own = slice(point * m, (point + 1) * m)
-            point_psd[lines, point] = level * psd(own, own)
+            motions = slice(point * m, (point + 1) * m)
+            point_psd[lines, point] = level * psd(motions, motions)
         for index, (start, stop) in enumerate(pairwise(ends)):
             patch, width = slice(start, stop), stop - start
             patch_psd[index][lines, :width] = level * psd(patch, patch)
@@ -251,10 +249,6 @@ def patch_motions_in_vacuum(
     """Return the mean PSD of the deflection over each patch of the bare panel.
 
     Parameters are those of `bare_panels`.
-
-    Returns
-    -------
-    (nf, n_patches) [m²/Hz].
     """
     columns = patches.factors(OVERLAP_CUTOFF)
     ends = np.cumsum([0] + [part.shape[1] for part in columns]).tolist()
@@ -264,8 +258,8 @@ def patch_motions_in_vacuum(
         psd = InVacuum(basis.dynamic_stiffness(frequency[lines]), observed).psd(
             modal_force, frequency, lines
         )
-        for patch, own in enumerate(slice(*pair) for pair in pairwise(ends)):
-            square = np.trace(psd(own, own), axis1=1, axis2=2).real
+        for patch, motions in enumerate(slice(*pair) for pair in pairwise(ends)):
+            square = np.trace(psd(motions, motions), axis1=1, axis2=2).real
             mean[lines, patch] = spectrum[lines] * square / patches.area[patch]
     return mean
 
@@ -282,17 +276,9 @@ def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -
 
 
 def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
-    """Return slices that cover so many lines, each of lines to be solved together.
-
-    Parameters
-    ----------
-    count
-        Of lines.
-    shapes
-        Rows of the square matrices that are made for each line.
-    """
-    most = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
-    size = max(LEAST_LINES, min(LINES_AT_ONCE, most))
+    """Return slices that cover so many lines, each of lines to be solved together."""
+    fitting = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
+    size = max(LEAST_LINES, min(LINES_AT_ONCE, fitting))
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 

@@ -206,7 +206,7 @@ class Patches:
             parts = [np.sum(factor**2, axis=1) for factor in self.factors(0.0)]
         return np.array(parts).reshape(self.count, self.shapes)
 
-    def only(self, indices: Sequence[int]) -> "Patches":
+    def subset(self, indices: Sequence[int]) -> "Patches":
         """Return some of the patches."""
         self.factors(0.0)  # once for all that are taken from here
         part = Patches.__new__(Patches)
@@ -248,11 +248,6 @@ class Patches:
         """Return (n_patches,) the largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)].
 
         Infinite where a patch moves in a shape without damping.
-
-        Parameters
-        ----------
-        damping
-            (n,) diagonal of C [N s/m].
         """
         norms = []
         for factor in self.factors(1e-8):
@@ -266,16 +261,16 @@ class Patches:
 
 def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinates:
     if len(factors) == 1:
-        (own,) = factors
-        square = np.sum(own**2, axis=0)
-        return PatchCoordinates(own, np.eye(own.shape[1])[None], (own / square).T)
+        (single,) = factors
+        square = np.sum(single**2, axis=0)
+        return PatchCoordinates(single, np.eye(single.shape[1])[None], (single / square).T)
     scaled = [u / np.sqrt(np.max(np.sum(u**2, axis=0), initial=1e-300)) for u in factors]
-    together = np.concatenate([*scaled, np.zeros((n, 0))], axis=1)
-    vector, value, _ = np.linalg.svd(together, full_matrices=False)
-    kept = value**2 > cutoff * np.max(value, initial=0.0) ** 2
-    columns, inverse = vector[:, kept] * value[kept], (vector[:, kept] / value[kept]).T
-    seen = [inverse @ u for u in factors]
-    weight = np.array([u @ u.T for u in seen]).reshape(len(seen), *2 * inverse.shape[:1])
+    stacked = np.concatenate([*scaled, np.zeros((n, 0))], axis=1)
+    vector, value, _ = np.linalg.svd(stacked, full_matrices=False)
+    large = value**2 > cutoff * np.max(value, initial=0.0) ** 2
+    columns, inverse = vector[:, large] * value[large], (vector[:, large] / value[large]).T
+    parts = [inverse @ u for u in factors]
+    weight = np.array([u @ u.T for u in parts]).reshape(len(parts), *2 * inverse.shape[:1])
     return PatchCoordinates(columns, weight, inverse)
 
 
@@ -297,19 +292,19 @@ def _factor(index: int, overlap: Array) -> Array:
             f"overlap of patch {index} has the eigenvalue {value[0]:g} m² "
             f"beside {value[-1]:g} m²: an integral of φ φᵀ has none below zero"
         )
-    kept = value > 1e-15 * value[-1]
-    return vector[:, kept] * np.sqrt(value[kept])
+    large = value > 1e-15 * value[-1]
+    return vector[:, large] * np.sqrt(value[large])
 
 
 def _compressed(factor: Array) -> Array:
     """U of D = factor factorᵀ with orthogonal columns."""
     left, value, _ = np.linalg.svd(factor, full_matrices=False)
-    kept = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
-    return left[:, kept] * value[kept]
+    large = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
+    return left[:, large] * value[large]
 
 
 @dataclass(frozen=True)
-class Response:
+class PointResponse:
     """PSDs of the panel's motion at its points.
 
     Parameters
@@ -324,7 +319,7 @@ class Response:
     frequency: Array
     cross_psd: Complexes
 
-    def under(self, factor: float) -> "Response":
+    def scaled(self, factor: float) -> "PointResponse":
         """Return the response to ``factor`` times the PSD of the excitation."""
         return replace(self, cross_psd=factor * self.cross_psd)
 

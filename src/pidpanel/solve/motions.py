@@ -38,7 +38,7 @@ class Motions(ABC):
     """(n_patches, r, r) Δ."""
 
     @abstractmethod
-    def every(self, step: int) -> Self:
+    def subsampled(self, step: int) -> Self:
         """Return the same on every so many lines."""
 
     @abstractmethod
@@ -64,18 +64,7 @@ class Motions(ABC):
         return receptance @ (weight[patch] @ psd)
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
-        """Return the mean acceleration PSD of each patch (n_patches, nf) [(m/s²)²/Hz].
-
-        Parameters
-        ----------
-        damping, mass
-            (n_patches, nf) C_e [N s/m³] and m_a [kg/m²].
-
-        Raises
-        ------
-        UnstableDamping
-            Where C_e is negative.
-        """
+        """Return the mean acceleration PSD of each patch (n_patches, nf) [(m/s²)²/Hz]."""
         check_stable(damping, self.damping_norm, False)
         psd = np.empty(damping.shape)
         for lines in self._lines():
@@ -111,7 +100,7 @@ class Motions(ABC):
         none = np.zeros((len(self.area), self.frequency.size))
         return self.acceleration_rms(none, none)
 
-    def seen(self, columns: Array) -> Array:
+    def patch_coordinates(self, columns: Array) -> Array:
         """Return a (r, k) of motions cᵀq = aᵀu, from c (n, k) within what the patches feel."""
         return columns
 
@@ -121,13 +110,13 @@ class Motions(ABC):
         Parameters are those of `acceleration_psd`.
         """
         total = np.zeros(self.weight.shape[1:])
-        each = np.gradient(self.frequency) if self.frequency.size > 1 else np.ones(1)
-        each[[0, -1]] /= 2
-        each = each * (2 * np.pi * self.frequency) ** 4
+        weight = np.gradient(self.frequency) if self.frequency.size > 1 else np.ones(1)
+        weight[[0, -1]] /= 2
+        weight = weight * (2 * np.pi * self.frequency) ** 4
         for lines in self._lines():
             moved = self._moved(lines, self._stiffness(lines, damping, mass))
             counts = self._counts(lines)
-            total[np.ix_(counts, counts)] += np.tensordot(each[lines], moved, axes=1)
+            total[np.ix_(counts, counts)] += np.tensordot(weight[lines], moved, axes=1)
         return total
 
     def _counts(self, lines: slice) -> Index:
@@ -150,13 +139,7 @@ def _means(weight: Array, matrix: Reals) -> Array:
 
 @dataclass(frozen=True)
 class ReducedMotions(Motions):
-    """Motions from the few that the patches feel.
-
-    Parameters
-    ----------
-    bare
-        The bare panel on the lines of the search.
-    """
+    """Motions from the few that the patches feel."""
 
     bare: BarePanel
 
@@ -166,7 +149,7 @@ class ReducedMotions(Motions):
         object.__setattr__(self, "damping_norm", self.bare.damping_norm)
         object.__setattr__(self, "weight", self.bare.coordinates.weight)
 
-    def every(self, step: int) -> ReducedMotions:
+    def subsampled(self, step: int) -> ReducedMotions:
         """Return the same on every so many lines."""
         bare, some = self.bare, slice(None, None, step)
         return ReducedMotions(
@@ -180,30 +163,30 @@ class ReducedMotions(Motions):
         )
 
     @cached_property
-    def alone(self) -> PatchMotion:
+    def single_patch(self) -> PatchMotion:
         """Decomposition for one patch alone."""
-        return PatchMotion.of(self.bare)
+        return PatchMotion.from_panel(self.bare)
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
         """Return the mean acceleration PSD of each patch, see `Motions`."""
         if len(self.area) == 1:
-            return self.alone.acceleration_psd(damping[0], mass[0])[None]
+            return self.single_patch.acceleration_psd(damping[0], mass[0])[None]
         return super().acceleration_psd(damping, mass)
 
     def acceleration_slope(self, damping: Array, mass: Array) -> Complexes:
         """Return T, see `Motions`."""
         if len(self.area) == 1:
-            return self.alone.acceleration_slope(damping[0], mass[0])[None, None]
+            return self.single_patch.acceleration_slope(damping[0], mass[0])[None, None]
         return super().acceleration_slope(damping, mass)
 
     def bare_acceleration_rms(self) -> Array:
         """Return the rms acceleration of each patch (n_patches,) without any damper [m/s²]."""
-        every = slice(None)
+        lines = slice(None)
         moved = self.bare.patch_psd[:, : self.weight.shape[1]]
-        psd = _means(self.weight, moved.real) * self._scale(every)
+        psd = _means(self.weight, moved.real) * self._scale(lines)
         return root_mean_square(self.frequency, psd.T)
 
-    def seen(self, columns: Array) -> Array:
+    def patch_coordinates(self, columns: Array) -> Array:
         """Return a (r, k) of motions cᵀq = aᵀu, see `Motions`."""
         return self.bare.coordinates.inverse @ columns
 
@@ -215,8 +198,8 @@ class ReducedMotions(Motions):
 
     def _moved(self, lines: slice, stiffness: Complexes) -> Reals:
         follows = self._follows(lines, stiffness)
-        seen = follows @ self.bare.patch_psd[lines, : self.weight.shape[1]]
-        return _real_product(seen, follows.conj().swapaxes(1, 2))
+        pushed = follows @ self.bare.patch_psd[lines, : self.weight.shape[1]]
+        return _real_product(pushed, follows.conj().swapaxes(1, 2))
 
     def _follows(self, lines: slice, stiffness: Complexes) -> Complexes:
         """(I + R_uu S)⁻¹."""

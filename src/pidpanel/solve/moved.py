@@ -43,7 +43,7 @@ class MovedPanel(ABC):
         """Return Z₀⁻¹ W, (nf, n, nw)."""
 
     @abstractmethod
-    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+    def receptance(self, rows: slice, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns, (nf, n_seen, n_pulled)."""
 
     @abstractmethod
@@ -72,9 +72,9 @@ class InVacuum(MovedPanel):
         """Return Z₀⁻¹ W."""
         return self._transfer * self.observed
 
-    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+    def receptance(self, rows: slice, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
-        return _seen_by(self.observed[:, seen], self._transfer * self.observed[:, pulled])
+        return _seen_by(self.observed[:, rows], self._transfer * self.observed[:, columns])
 
     def in_parts(self, factors: Matrices) -> Complexes:
         """Return Wᵀ Z₀⁻¹ L."""
@@ -89,20 +89,20 @@ class ShapesInVacuum(InVacuum):
         n, transfer = len(self.observed), self._transfer
         G = matrices_at(force, frequency, lines, n)
 
-        def seen(left: slice, right: slice) -> Complexes:
+        def between_motions(left: slice, right: slice) -> Complexes:
             if right.start == 0:
                 moved = transfer * G * transfer.conj().swapaxes(1, 2)
             else:
                 moved = transfer * _pushed(G, transfer * self.observed[:, right])
             return moved if left.start == 0 else _seen_by(self.observed[:, left], moved)
 
-        return seen
+        return between_motions
 
-    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+    def receptance(self, rows: slice, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
-        if seen.start == 0:
-            return self._transfer * self.observed[:, pulled]
-        return super().receptance(seen, pulled)
+        if rows.start == 0:
+            return self._transfer * self.observed[:, columns]
+        return super().receptance(rows, columns)
 
 
 class InAir(MovedPanel):
@@ -116,9 +116,9 @@ class InAir(MovedPanel):
         """Return Z₀⁻¹ W."""
         return self._motion
 
-    def receptance(self, seen: slice, pulled: slice) -> Complexes:
+    def receptance(self, rows: slice, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
-        return _seen_by(self.observed[:, seen], self._motion[:, :, pulled])
+        return _seen_by(self.observed[:, rows], self._motion[:, :, columns])
 
     def in_parts(self, factors: Matrices) -> Complexes:
         """Return Wᵀ Z₀⁻¹ L."""
@@ -155,8 +155,8 @@ def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> 
     if callable(matrix):
         values: NDArray[Any] = matrix(frequency[lines])
     else:
-        given: NDArray[Any] = np.asarray(matrix)
-        values = given[None] if given.ndim == 2 else given
+        array: NDArray[Any] = np.asarray(matrix)
+        values = array[None] if array.ndim == 2 else array
         if values.shape[0] == frequency.size:
             values = values[lines]
     if values.shape not in [(1, n, n), (frequency[lines].size, n, n)]:

@@ -18,13 +18,11 @@ FIXED = 1e-6
 
 
 @dataclass(frozen=True)
-class Panel:
+class ModalPanel:
     """A panel with patches and points.
 
     Parameters
     ----------
-    basis
-        Shapes of the bare panel.
     patches
         All patches that may carry dampers.
     frequency

@@ -92,16 +92,16 @@ class JointSearch:
     @property
     def governing(self) -> Solution:
         """The stable one of most motion: history decides, and a design must bear the most."""
-        stable = [one for one in self.solutions if one.stable]
+        stable = [solution for solution in self.solutions if solution.stable]
         return (stable or list(self.solutions))[-1]
 
 
 def starts_between(low: Array, high: Array) -> list[Array]:
     """Return starts: all high, all low, and for two to four loads each of them alone high."""
-    found = [high, low]
+    starts = [high, low]
     if 2 <= len(low) <= 4:
-        found += [np.where(one, high, low) for one in np.eye(len(low), dtype=bool)]
-    return found
+        starts += [np.where(is_high, high, low) for is_high in np.eye(len(low), dtype=bool)]
+    return starts
 
 
 def find_motions(
@@ -116,45 +116,31 @@ def find_motions(
     The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
     it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
     solved from x₀, repeatedly until F agrees. One evaluation of F then gains about two digits.
-
-    Parameters
-    ----------
-    maps
-        F on all lines; then F on fewer and fewer, if any.
-    starts
-        x (n,) to start from.
-    tolerance
-        Largest |F(x) − x| accepted.
-    max_steps
-        Most evaluations a start.
-    aim
-        Largest |F(x) − x| at which a start is left; a tenth of the tolerance by default, and
-        enough to tell solutions apart where more lines follow.
-
-    Raises
-    ------
-    NotConverged
-        Where no start leads to a solution.
     """
-    few = maps[-1]
+    coarse = maps[-1]
     enough = aim or (tolerance / 10 if len(maps) == 1 else DISTINCT / 10)
-    ends = [iterate(few, approach(few, start), enough, max_steps) for start in starts]
+    ends = [iterate(coarse, approach(coarse, start), enough, max_steps) for start in starts]
     near = [x for x, residual in ends if residual <= max(enough, tolerance)]
-    solved = [_on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)]
-    x, residual = min(solved or ends, key=lambda end: end[1])
-    solved = [end for end in solved if end[1] <= tolerance]
-    if not solved:
+    solved_ends = [
+        _on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)
+    ]
+    x, residual = min(solved_ends or ends, key=lambda end: end[1])
+    solved_ends = [end for end in solved_ends if end[1] <= tolerance]
+    if not solved_ends:
         raise NotConverged(
             f"the largest |ln(Γ_out/Γ)| of {x.size} loads is {residual:.3g} near Γ = "
             f"{math.exp(x.min()):.3g} to {math.exp(x.max()):.3g} after {max_steps} steps from "
             f"each of {len(starts)} starts, more than {tolerance:g}: does C_e or m_a jump with Γ?"
         )
-    kept = _distinct([x for x, _ in solved])
-    residuals = {id(x): residual for x, residual in solved}
-    stable = [True] if len(kept) == 1 else [_is_stable(few, x) for x in kept]
+    distinct = _distinct([x for x, _ in solved_ends])
+    residuals = {id(x): residual for x, residual in solved_ends}
+    stable = [True] if len(distinct) == 1 else [_is_stable(coarse, x) for x in distinct]
     solutions = sorted(
-        (Solution(x, residuals[id(x)], own) for x, own in zip(kept, stable, strict=True)),
-        key=lambda one: float(one.log_gamma.sum()),
+        (
+            Solution(x, residuals[id(x)], is_stable)
+            for x, is_stable in zip(distinct, stable, strict=True)
+        ),
+        key=lambda solution: float(solution.log_gamma.sum()),
     )
     return JointSearch(tuple(solutions), len(starts), len(near))
 
@@ -189,7 +175,7 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
     """
     x = np.asarray(start, dtype=np.float64)
     surplus = F(x) - x
-    best, least, damped = x, surplus, 1.0
+    best_x, best_surplus, damped = x, surplus, 1.0
     steps: list[tuple[Array, Array]] = []  # differences of x and of the surplus
     for _ in range(max_steps):
         if np.max(np.abs(surplus)) <= tolerance:
@@ -202,14 +188,14 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
         move *= min(1.0, 2.0 / max(np.max(np.abs(move)), 1e-300))
         onward = x + move
         following = F(onward) - onward
-        if np.linalg.norm(following) > 2 * np.linalg.norm(least) and steps:
-            x, surplus, steps, damped = best, least, [], damped / 2
+        if np.linalg.norm(following) > 2 * np.linalg.norm(best_surplus) and steps:
+            x, surplus, steps, damped = best_x, best_surplus, [], damped / 2
             continue
         steps = [*steps[1 - DEPTH :], (onward - x, following - surplus)]
         x, surplus = onward, following
-        if np.linalg.norm(surplus) < np.linalg.norm(least):
-            best, least = x, surplus
-    return best, float(np.max(np.abs(least)))
+        if np.linalg.norm(surplus) < np.linalg.norm(best_surplus):
+            best_x, best_surplus = x, surplus
+    return best_x, float(np.max(np.abs(best_surplus)))
 
 
 def _on_more_lines(
@@ -226,23 +212,23 @@ def _on_more_lines(
             return x, residual
         if residual > last:
             break
-        near, off = fewer[0], value - fewer[0](x)
+        coarse, offset = fewer[0], value - fewer[0](x)
 
-        def moved(at: Array, near: Map = near, off: Array = off) -> Array:
-            return near(at) + off
+        def moved(x_near: Array, coarse: Map = coarse, offset: Array = offset) -> Array:
+            return coarse(x_near) + offset
 
         x, _ = _on_more_lines(moved, fewer[1:], x, max(tolerance, residual / 100) / 3, max_steps)
     return iterate(F, x, tolerance, max_steps)
 
 
 def _distinct(solutions: Sequence[Array]) -> list[Array]:
-    kept: list[Array] = []
+    distinct: list[Array] = []
     for x in solutions:
-        if all(np.max(np.abs(x - other)) > DISTINCT for other in kept):
-            kept.append(x)
-    return kept
+        if all(np.max(np.abs(x - previous)) > DISTINCT for previous in distinct):
+            distinct.append(x)
+    return distinct
 
 
 def _is_stable(F: Map, x: Array) -> bool:
-    columns = [(F(x + STEP * one) - F(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))]
+    columns = [(F(x + STEP * unit) - F(x - STEP * unit)) / (2 * STEP) for unit in np.eye(len(x))]
     return bool(np.max(np.linalg.eigvals(np.stack(columns, axis=1)).real) < 1)

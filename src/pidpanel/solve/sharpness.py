@@ -22,8 +22,6 @@ def least_damping_ratio(
 
     Parameters
     ----------
-    modal
-        Shapes of the bare panel.
     overlap
         (n_patches, n, n) D_p [m²].
     mass
@@ -41,12 +39,12 @@ def least_damping_ratio(
     omega = modal.angular_frequency
     loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
     square, shape = la.eigh(np.diag(modal.modal_mass * omega**2), loaded)
-    found = np.sqrt(np.maximum(square, 0.0))
+    natural = np.sqrt(np.maximum(square, 0.0))
     low, high = 2 * np.pi * np.array(frequency_range)
-    inside = (found >= low) & (found <= high)
+    inside = (natural >= low) & (natural <= high)
     damping = np.sum(modal.damping[:, None] * shape**2, axis=0)[inside]
     bare = float(modal.damping_ratio.max(initial=0.0))
-    return float(np.min(damping / (2 * found[inside]), initial=bare))
+    return float(np.min(damping / (2 * natural[inside]), initial=bare))
 
 
 def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: int) -> Array:
@@ -58,20 +56,20 @@ def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: 
         (nf,) [Hz].
     psd
         (nf, n_points) of each scenario.
-    damping_ratio
-        Of the sharpest resonance.
     count
         Most lines; the peaks of highest frequency come first, in turns from every scenario.
     """
-    found: list[float] = []
-    peaks = [frequency[_peaks(one)][::-1].tolist() for one in psd]
+    lines: list[float] = []
+    peaks = [frequency[_peaks(values)][::-1].tolist() for values in psd]
     for turn in range(max(map(len, peaks), default=0)):
         for of_scenario in peaks:
-            at = of_scenario[turn : turn + 1]
+            peak = of_scenario[turn : turn + 1]
             line = [f * (1 + (1 if f * (1 + damping_ratio) < frequency[-1] else -1) * damping_ratio)
-                    for f in at]  # fmt: skip
-            found += [f for f in line if all(abs(f / one - 1) > damping_ratio for one in found)]
-    return np.array(found[:count])
+                    for f in peak]  # fmt: skip
+            lines += [
+                f for f in line if all(abs(f / values - 1) > damping_ratio for values in lines)
+            ]
+    return np.array(lines[:count])
 
 
 def _peaks(psd: Array) -> Index:

@@ -30,10 +30,10 @@ from pidpanel.solve.modal import (
     joined,
     patch_motions_in_vacuum,
 )
-from pidpanel.solve.model import Patches, Response, ResponseError
+from pidpanel.solve.model import Patches, PointResponse, ResponseError
 from pidpanel.solve.motions import Motions, ReducedMotions
 from pidpanel.solve.moved import MatrixInput, matrices_at
-from pidpanel.solve.panel import Panel
+from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4
 """Eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3."""
@@ -53,7 +53,7 @@ Loaded = tuple[int, ...]
 class SolutionPath(Protocol):
     """A panel under its excitation on some lines, ready to carry dampers on some patches."""
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Response:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
         """Return the response with C_e [N s/m³] and m_a [kg/m²], each (n_patches, nf)."""
         ...
 
@@ -68,8 +68,6 @@ class Request:
 
     Parameters
     ----------
-    patches
-        Indices of the patches.
     equivalent_damping, apparent_mass
         (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
     with_slope
@@ -86,19 +84,12 @@ class Request:
 class Answer:
     """A response, and t (n_loads, nf, n_points) of `dampers.acceleration_slope` if wanted."""
 
-    response: Response
+    response: PointResponse
     slope: Complexes | None
 
 
 class PanelSolver:
     """A panel under an excitation, with all that is computed once for several layouts.
-
-    Parameters
-    ----------
-    panel
-        The panel.
-    excitation
-        What drives it.
 
     Attributes
     ----------
@@ -111,7 +102,7 @@ class PanelSolver:
         Where the excitation moves the supports.
     """
 
-    def __init__(self, panel: Panel, excitation: Excitation) -> None:
+    def __init__(self, panel: ModalPanel, excitation: Excitation) -> None:
         if excitation.support_psd is not None:
             raise ResponseError("an excitation that moves the supports is not implemented")
         self.panel = panel
@@ -122,20 +113,20 @@ class PanelSolver:
         self._kept: dict[tuple[Loaded, int], BarePanel] = {}
         self._kept_bytes: dict[Loaded, float] = {}
 
-    def on(self, frequency: Array, points: Array) -> PanelSolver:
+    def with_lines(self, frequency: Array, points: Array) -> PanelSolver:
         """Return a solver of the same panel on other lines [Hz], with the search done so far."""
         panel = replace(self.panel, frequency=frequency, points=points)
-        solver = self._like(panel, self.excitation)
+        solver = self._copy(panel, self.excitation)
         solver._motions, solver.searched = self._motions, self.searched
         return solver
 
-    def under(self, excitation: Excitation) -> PanelSolver:
+    def with_excitation(self, excitation: Excitation) -> PanelSolver:
         """Return a solver under another excitation; the bare panel stays under this one."""
-        solver = self._like(self.panel, excitation)
+        solver = self._copy(self.panel, excitation)
         solver.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
         return solver
 
-    def _like(self, panel: Panel, excitation: Excitation) -> PanelSolver:
+    def _copy(self, panel: ModalPanel, excitation: Excitation) -> PanelSolver:
         solver = PanelSolver(panel, excitation)
         solver._carriers = self._carriers
         if "bare_acceleration_rms" in self.__dict__:
@@ -150,7 +141,7 @@ class PanelSolver:
     def carrier(self, patches: Loaded) -> Patches:
         """Return the patches of a set."""
         if patches not in self._carriers:
-            self._carriers[patches] = self.panel.patches.only(patches)
+            self._carriers[patches] = self.panel.patches.subset(patches)
         return self._carriers[patches]
 
     @cached_property
@@ -162,38 +153,28 @@ class PanelSolver:
                 lines, panel.basis, panel.patches, self.excitation.spectrum(lines), self.excitation
             )
             return root_mean_square(lines, (2 * np.pi * lines[:, None]) ** 4 * motion)
-        known = {index for key in self._motions for index in key}
-        self.prepare([(index,) for index in range(panel.patches.count) if index not in known])
+        solved_patches = {index for key in self._motions for index in key}
+        self.prepare(
+            [(index,) for index in range(panel.patches.count) if index not in solved_patches]
+        )
         rms = np.zeros(panel.patches.count)
         for key in sorted(self._motions, key=len, reverse=True):  # one patch alone comes last
             rms[list(key)] = self._motions[key].bare_acceleration_rms()
         return rms
 
     def cell_acceleration_rms(self, patches: Loaded, covariance: Array) -> Array:
-        """Return the lowest and the highest rms acceleration of a cell of each loaded patch.
-
-        Parameters
-        ----------
-        patches
-            The loaded patches.
-        covariance
-            `Motions.acceleration_covariance` with their dampers.
-
-        Returns
-        -------
-        (n_loads, 2) [m/s²]; NaN for a patch without cells.
-        """
+        """Return the lowest and the highest rms acceleration of a cell of each loaded patch."""
         extremes = np.full((len(patches), 2), np.nan)
         cells, owner = self.panel.cells, self.panel.cell_patch
         if cells is None or owner is None:
             return extremes
         motions = self.motions(patches)
         for load, patch in enumerate(patches):
-            inside = cells.only(np.flatnonzero(owner == patch).tolist())
+            inside = cells.subset(np.flatnonzero(owner == patch).tolist())
             square = [
-                np.sum(seen * (covariance @ seen)) / area
-                for seen, area in zip(
-                    map(motions.seen, inside.factors(0.0)), inside.area, strict=True
+                np.sum(factor * (covariance @ factor)) / area
+                for factor, area in zip(
+                    map(motions.patch_coordinates, inside.factors(0.0)), inside.area, strict=True
                 )
             ]
             if square:
@@ -206,21 +187,21 @@ class PanelSolver:
         The bare panel is solved once for all sets that a low-rank update carries.
         """
         panel, lines = self.panel, self.panel.search_frequency
-        wanted = [key for key in dict.fromkeys(layouts) if key and key not in self._motions]
-        reduced = [key for key in wanted if not self._is_direct(key, SEARCH_CUTOFF)]
+        keys = [key for key in dict.fromkeys(layouts) if key and key not in self._motions]
+        reduced = [key for key in keys if not self._is_direct(key, SEARCH_CUTOFF)]
         for key, bare in self._of_the_result(reduced).items():
             self._motions[key] = ReducedMotions(bare)
         reduced = [key for key in reduced if key not in self._motions]
         if reduced:
-            nothing = np.zeros((0, 1, panel.patches.shapes))
-            made = bare_panels(
-                lines, panel.basis, [self.carrier(key) for key in reduced], nothing,
+            no_points = np.zeros((0, 1, panel.patches.shapes))
+            panels = bare_panels(
+                lines, panel.basis, [self.carrier(key) for key in reduced], no_points,
                 self.excitation.spectrum(lines), self.excitation, panel.air_stiffness,
                 overlap_cutoff=SEARCH_CUTOFF,
             )  # fmt: skip
-            for key, bare in zip(reduced, made, strict=True):
+            for key, bare in zip(reduced, panels, strict=True):
                 self._motions[key] = ReducedMotions(bare)
-        for key in wanted:
+        for key in keys:
             if key not in self._motions:
                 direct = DirectPanel(
                     lines, panel.basis, self.carrier(key), panel.points,
@@ -228,20 +209,20 @@ class PanelSolver:
                 )  # fmt: skip
                 self._motions[key] = DirectMotions(direct, KEPT_BYTES)
 
-    def _of_the_result(self, wanted: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
+    def _of_the_result(self, keys: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
         """Return the bare panels of a search on the lines of the result, which then keeps them."""
-        wanted = [key for key in wanted if not self._is_direct(key, OVERLAP_CUTOFF)]
+        keys = [key for key in keys if not self._is_direct(key, OVERLAP_CUTOFF)]
         panel = self.panel
         if panel.is_diagonal or not np.array_equal(panel.frequency, panel.search_frequency):
             return {}
         chunks = chunks_of_lines(panel.frequency.size, panel.patches.shapes)
-        for number, lines in enumerate(chunks if wanted else ()):
-            self._on_lines(number, lines, wanted)
+        for number, lines in enumerate(chunks if keys else ()):
+            self._on_lines(number, lines, keys)
         return {
             key: joined([self._kept[key, number] for number in range(len(chunks))]).with_fewer(
                 SEARCH_CUTOFF
             )
-            for key in wanted
+            for key in keys
             if (key, 0) in self._kept
         }
 
@@ -270,35 +251,35 @@ class PanelSolver:
                 if slope is not None:
                     slope[:, lines] = paths[request.patches].slope(*dampers)
         return [
-            Answer(Response(self.panel.frequency, psd), slope)
+            Answer(PointResponse(self.panel.frequency, psd), slope)
             for psd, slope in zip(psds, slopes, strict=True)
         ]
 
     def _on_lines(
-        self, number: int, lines: slice, wanted: Sequence[Loaded]
+        self, number: int, lines: slice, sets: Sequence[Loaded]
     ) -> dict[Loaded, SolutionPath]:
         """Return what carries each set of patches on a chunk of lines."""
-        panel, keys = self.panel, list(dict.fromkeys(wanted))
+        panel, keys = self.panel, list(dict.fromkeys(sets))
         form = DiagonalPanel if panel.is_diagonal else DirectPanel
         direct = [key for key in keys if panel.is_diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
         missing = [key for key in keys if key not in direct and (key, number) not in self._kept]
-        made: dict[Loaded, BarePanel] = {}
-        kept = [key for key in self._kept_bytes if (key, number) in self._kept]
-        if () in missing and kept:
+        fresh: dict[Loaded, BarePanel] = {}
+        stored = [key for key in self._kept_bytes if (key, number) in self._kept]
+        if () in missing and stored:
             missing.remove(())
-            made[()] = self._kept[kept[0], number].without_patches(self.carrier(()))
+            fresh[()] = self._kept[stored[0], number].without_patches(self.carrier(()))
         force, air = self._matrices(lines, direct=bool(direct))
         if missing:
             bare = bare_panels(
                 panel.frequency[lines], panel.basis, [self.carrier(key) for key in missing],
                 panel.points, self._spectrum[lines], force, self._in_air or air,
             )  # fmt: skip
-            made |= zip(missing, bare, strict=True)
+            fresh |= zip(missing, bare, strict=True)
             for key, part in zip(missing, bare, strict=True):
                 if self._has_room(key, part):
                     self._kept[key, number] = part
         paths: dict[Loaded, SolutionPath] = {
-            key: LowRankPanel(made[key] if key in made else self._kept[key, number])
+            key: LowRankPanel(fresh[key] if key in fresh else self._kept[key, number])
             for key in keys
             if key not in direct
         }
@@ -350,10 +331,10 @@ class PanelSolver:
         panel, n, lines = self.panel, self.panel.patches.shapes, self.panel.frequency
         if lines.size * n * n * (8 if panel.air_stiffness is None else 24) > KEPT_BYTES:
             return self.excitation, panel.air_stiffness
-        every, air = slice(None), panel.air_stiffness
+        whole, air = slice(None), panel.air_stiffness
         return (
-            matrices_at(self.excitation, lines, every, n),
-            None if air is None else matrices_at(air, lines, every, n),
+            matrices_at(self.excitation, lines, whole, n),
+            None if air is None else matrices_at(air, lines, whole, n),
         )
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:

@@ -53,8 +53,6 @@ def own_force_load(
 
     Parameters
     ----------
-    parts
-        Of the patch.
     independent
         (n, n) A_cell D of the patch [m⁴].
     frequency
@@ -92,7 +90,7 @@ class ParticleForce:
 
     def __call__(self, frequency: Array) -> Array:
         """Return the cross-PSD (nf, n, n) [N²/Hz]."""
-        return between(frequency, self.nodes, self.load)(slice(None))
+        return interpolated_load(frequency, self.nodes, self.load)(slice(None))
 
     def factors(self, frequency: Array) -> None:
         """Return None: no short form is known."""
@@ -126,11 +124,6 @@ def elements_of_patch(
 def mean_coherence(side: Array | float, length: Array | float) -> Array:
     """Return the mean of exp(−d/l) over two points of a square.
 
-    Parameters
-    ----------
-    side, length
-        Of the square and l [m].
-
     Notes
     -----
     With the density of the distance of two points of a unit square (Ghosh 1951) by Gauss'
@@ -153,18 +146,18 @@ def mean_coherence(side: Array | float, length: Array | float) -> Array:
     return np.einsum("...ij,ij->...", np.exp(-ratio[..., None, None] * across), kernel)
 
 
-def _mean_between(apart: Array, side: Array, length: float) -> Array:
+def _mean_between(offset: Array, side: Array, length: float) -> Array:
     """Return the mean of exp(−d/l) over a point in each of two squares (…, 2) [m] apart."""
     node, weight = np.polynomial.legendre.leggauss(4)
     # the difference of two places in a unit square has the density 1 − |u| in each direction
     half, density = (1 + node) / 2, weight * (1 - node) / 4
     u, w = np.concatenate([-half[::-1], half]), np.concatenate([density[::-1], density])
-    place = apart[..., None, :] + side[..., None, None] * u[:, None]
+    place = offset[..., None, :] + side[..., None, None] * u[:, None]
     distance = np.hypot(place[..., :, None, 0], place[..., None, :, 1])
     return np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
 
 
-def between(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
+def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
     """Return values at nodes, (k, n, n), as a function of lines; linear in ln f.
 
     Parameters

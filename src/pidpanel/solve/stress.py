@@ -1,6 +1,6 @@
 """Strain and stress at points of the panel from the cross-PSDs of its motion.
 
-A `Response` whose motions are (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) knows every strain and stress
+A `PointResponse` whose motions are (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) knows every strain and stress
 that the section makes of them: ε = E κ and σ = S κ in a layer, τ = T γ in the core, with the
 matrices of `pidpanel.panel.section`, so that S_ε = E S_κ Eᵀ and so on.
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.model import Response
+from pidpanel.solve.model import PointResponse
 
 VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 """A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy)."""
@@ -67,31 +67,29 @@ def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layer
     (('top and bottom',), (1, 3, 3))
     """
     scaled = [m / np.max(np.abs(m)) for m in (strain, stress)]  # so that rounding is 1e-16
-    kept: list[int] = []
+    distinct: list[int] = []
     joined: list[str] = []
     for index, name in enumerate(names):
-        for place, other in enumerate(kept):
+        for place, previous in enumerate(distinct):
             if any(
-                all(np.allclose(m[index], sign * m[other], rtol=1e-9) for m in scaled)
+                all(np.allclose(m[index], sign * m[previous], rtol=1e-9) for m in scaled)
                 for sign in (1, -1)
             ):
                 joined[place] += f" and {name}"
                 break
         else:
-            kept.append(index)
+            distinct.append(index)
             joined.append(name)
-    return Layers(tuple(joined), strain[kept], stress[kept])
+    return Layers(tuple(joined), strain[distinct], stress[distinct])
 
 
-def layer_psd(response: Response, layers: Layers) -> Array:
+def layer_psd(response: PointResponse, layers: Layers) -> Array:
     """PSDs of strain and stress in every layer at every point.
 
     Parameters
     ----------
     response
         With the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
-    layers
-        The section's.
 
     Returns
     -------
@@ -104,7 +102,7 @@ def layer_psd(response: Response, layers: Layers) -> Array:
     return np.concatenate([_diagonal(strain), _diagonal(stress), von_mises[..., None]], axis=-1)
 
 
-def core_psd(response: Response, core_stress: Array) -> Array:
+def core_psd(response: PointResponse, core_stress: Array) -> Array:
     """PSDs of the shear stresses in the core.
 
     Parameters

@@ -29,7 +29,7 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Complexes, Flags
-from pidpanel.solve.layout import Layout, LayoutResponse, Load, read_dampers
+from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, read_dampers
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.solvers import PanelSolver, Request
 
@@ -57,11 +57,11 @@ class Sensitivity:
     log_rms: Array
     log_acceleration: Array
 
-    def under(self, covariance: Array) -> StandardErrors:
+    def standard_errors(self, covariance: Array) -> StandardErrors:
         """Return the standard errors for a covariance (k, k), see `joint_covariance`."""
         psd, rms, gamma = (
-            _standard_error(of, covariance)
-            for of in (self.log_psd, self.log_rms, self.log_acceleration)
+            _standard_error(derivative, covariance)
+            for derivative in (self.log_psd, self.log_rms, self.log_acceleration)
         )
         return StandardErrors(psd, rms, gamma)
 
@@ -94,8 +94,6 @@ def joint_covariance(blocks: Sequence[Sequence[Array | None]], n_nodes: int) -> 
         For loads i and j the covariance (2n, 2n) of ln C_e and m_a at the nodes of i, down, with
         those of j; None where they are independent, and on the diagonal where the errors of a
         load are not known.
-    n_nodes
-        Number n of nodes.
 
     Returns
     -------
@@ -120,7 +118,7 @@ def _standard_error(derivative: Array, covariance: Array) -> Array:
 
 
 def sensitivity(
-    solver: PanelSolver, layout: Layout, found: LayoutResponse, nodes: Array
+    solver: PanelSolver, layout: DamperLayout, response: LayoutResponse, nodes: Array
 ) -> Sensitivity:
     """Return how the response of a layout follows its damping.
 
@@ -128,20 +126,20 @@ def sensitivity(
     ----------
     solver, layout
         As of `layout.solve_layouts`.
-    found
+    response
         Its answer; with its slopes, or they are computed here.
     nodes
         (n,) rising [Hz], of all loads.
     """
     loads, patches = layout.loads, layout.patches
-    value, mass = found.equivalent_damping, found.apparent_mass
-    slope = found.slope
+    value, mass = response.equivalent_damping, response.apparent_mass
+    slope = response.slope
     if slope is None:
         (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
         if answer.slope is None:
             raise ResponseError("the solver gave no slope, though one was asked for")
         slope = layout.factor * answer.slope
-    psd = found.response.acceleration_psd
+    psd = response.response.acceleration_psd
     by_node = _hats(solver.panel.frequency, nodes)
     local = _local(slope, psd, solver.panel.frequency, value)
     # Γ held
@@ -149,28 +147,31 @@ def sensitivity(
     log_acceleration = np.zeros((len(rows), len(loads)))
     moving = np.flatnonzero(layout.follows_motion)
     if moving.size:
-        motion = _motion(solver, loads, found, nodes)
+        motion = _motion(solver, loads, response, nodes)
         jacobian, pushed = motion
         at_rest = np.eye(moving.size) - jacobian[np.ix_(moving, moving)]
         log_acceleration[:, moving] = np.linalg.solve(at_rest, pushed[:, moving].T).T
-        follows = _with_motion(loads, solver.panel.frequency, found.acceleration_g, moving.tolist())
+        follows = _with_motion(
+            loads, solver.panel.frequency, response.acceleration_g, moving.tolist()
+        )
         for load in moving:
             by_motion = sum(
-                of[load] * by[load][:, None] for of, by in zip(local, follows, strict=True)
+                derivative[load] * change[load][:, None]
+                for derivative, change in zip(local, follows, strict=True)
             )
             rows += log_acceleration[:, load, None, None] * by_motion
     return Sensitivity(rows, _log_rms(solver.panel.frequency, psd, rows), log_acceleration)
 
 
 def _motion(
-    solver: PanelSolver, loads: Sequence[Load], found: LayoutResponse, nodes: Array
+    solver: PanelSolver, loads: Sequence[Load], response: LayoutResponse, nodes: Array
 ) -> tuple[Array, Array]:
     """J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
     motions, lines = (
         solver.motions(tuple(load.patch for load in loads)),
         solver.panel.search_frequency,
     )
-    gamma = found.acceleration_g
+    gamma = response.acceleration_g
     value, mass, _ = read_dampers(loads, lines, gamma)
     psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)
     slope = motions.acceleration_slope(value, mass).transpose(1, 2, 0)  # (damper, nf, patch)
@@ -199,8 +200,8 @@ def _with_motion(
 
 def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
     """(k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
-    both = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
-    return both.reshape(-1, *both.shape[3:])
+    terms = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
+    return terms.reshape(-1, *terms.shape[3:])
 
 
 def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
@@ -219,8 +220,8 @@ def _inverse(psd: Array) -> Array:
 
 def _hats(frequency: Array, nodes: Array) -> Array:
     """(n, nf) the piecewise linear functions of ln f that are 1 at one node and 0 at the others."""
-    x, at = np.log(frequency), np.log(nodes)
-    return np.stack([np.interp(x, at, one) for one in np.eye(len(nodes))])
+    x, x_nodes = np.log(frequency), np.log(nodes)
+    return np.stack([np.interp(x, x_nodes, unit) for unit in np.eye(len(nodes))])
 
 
 def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
@@ -236,10 +237,10 @@ def with_errors(
 
     NaN where a scenario's damping has no standard error.
     """
-    like = dataset["acceleration_psd"]
-    values = xr.full_like(like, np.nan)
-    for (reading, label), one in errors.items():
-        values.loc[{"reading": reading, "scenario": label}] = one.log_psd
+    psd = dataset["acceleration_psd"]
+    values = xr.full_like(psd, np.nan)
+    for (reading, label), error in errors.items():
+        values.loc[{"reading": reading, "scenario": label}] = error.log_psd
     attrs = {"units": "1", "long_name": "standard error of ln of the acceleration PSD"}
     return dataset.assign(acceleration_psd_log_error=values.assign_attrs(attrs))
 
@@ -258,9 +259,9 @@ def error_columns(
     return [
         {
             **row,
-            "acceleration_rms_error_g": row["acceleration_rms_g"] * own,
-            "reduction_error_db": 20 / np.log(10) * own,
+            "acceleration_rms_error_g": row["acceleration_rms_g"] * error,
+            "reduction_error_db": 20 / np.log(10) * error,
             "damping_read_at_error_g": row["damping_read_at_g"] * log_acceleration,
         }
-        for row, own in zip(rows, relative, strict=True)
+        for row, error in zip(rows, relative, strict=True)
     ]

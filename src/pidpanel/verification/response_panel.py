@@ -22,10 +22,10 @@ from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     MovedFace,
     PatchDampers,
+    basis_shapes,
     check_basis,
     cutoff_frequency,
     damping_ratios,
-    joined_shapes,
     lines_to_try,
 )
 from pidpanel.solve.dampers import attach_dampers
@@ -186,14 +186,14 @@ def papers_panel(
         )
         lines = lines_to_try((28.0, HIGHEST), len(left_out), len(POINTS) * len(layouts), attempt)
         check = check_basis(
-            wider, stored, joined_shapes(basis, stored, left_out).vectors, modal,
+            wider, stored, basis_shapes(basis, stored, left_out).vectors, modal,
             partial(of_shapes, wider), diffuse, ratio, cutoff, lines,
             [of_patches(list(patches), on, len(lines)) for on in layouts],
         )  # fmt: skip
-        if not check.left_out.shape[1]:
+        if not check.missing_shapes.shape[1]:
             break
-        left_out = np.hstack([left_out, check.left_out])
-        wider = basis_of(mesh, plate, joined_shapes(basis, stored, left_out))
+        left_out = np.hstack([left_out, check.missing_shapes])
+        wider = basis_of(mesh, plate, basis_shapes(basis, stored, left_out))
     return Studied.rayleigh(plate, wider)
 
 

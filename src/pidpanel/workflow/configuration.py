@@ -27,8 +27,6 @@ def study_file(config: Mapping[str, Any], files: Sequence[str | Path]) -> Path:
     ----------
     config
         The configuration as Snakemake has merged it.
-    files
-        Its files in their order.
 
     Raises
     ------

@@ -37,14 +37,12 @@ class CouponRuns:
         Longest time of a job [s]; infinite without a limit.
     is_open
         Whether any that was requested is not complete.
-    batches, beds, packings
-        By their labels.
     """
 
-    def __init__(self, study: CouponStudy, asked: Requests, job_seconds: float) -> None:
+    def __init__(self, study: CouponStudy, job_requests: Requests, job_seconds: float) -> None:
         self.job_seconds = job_seconds
         self.is_open = False
-        self._study, self._asked = study, asked
+        self._study, self._asked = study, job_requests
         self._swept = cases_by_coupon(study)
         self.batches: dict[str, Batch] = {}
         self.beds: dict[str, Bed] = {}

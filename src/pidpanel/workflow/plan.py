@@ -27,17 +27,7 @@ class WorkflowRunning(RuntimeError):
 
 
 class Plan:
-    """A study that the workflow runs.
-
-    Attributes
-    ----------
-    study
-        The study.
-    runs
-        Its LIGGGHTS runs.
-    requests
-        Of the jobs.
-    """
+    """A study that the workflow runs."""
 
     def __init__(self, config: Mapping[str, Any], files: Sequence[str | Path]) -> None:
         """Read the study that a configuration is; see `study_file`.
@@ -117,10 +107,10 @@ class Plan:
         if self.runs.is_open or self.has_rounds:
             folders.append(COUPON)
         for folder in folders:
-            held = locks.hold(folder)
-            if held is None:
+            lock = locks.hold(folder)
+            if lock is None:
                 raise WorkflowRunning(f"{folder}: another process runs the workflow here")
-            self._locks.append(held)
+            self._locks.append(lock)
         write_owner(self.study, self._file, RESULTS)
         self.requests.begin()
         older = describe_older(COUPON, self.runs.labels)

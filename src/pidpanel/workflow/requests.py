@@ -45,8 +45,8 @@ class Requests:
         request = requests.request_of(outputs[0])
         if self.is_new(request):
             content = {name: v() if callable(v) else v for name, v in values.items()}
-            made, damaged = requests.is_made(request, content, outputs)
-            requests.ask(request, content, outputs, is_made=made)
+            is_made, damaged = requests.is_made(request, content, outputs)
+            requests.ask(request, content, outputs, is_made=is_made)
             self.report(f"{path}: damaged, changed or lost since it was made" for path in damaged)
             self._damaged += damaged
             if self._runs:
