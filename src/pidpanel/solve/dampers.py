@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
-from pidpanel.solve.model import PointResponse, ResponseError, UnstableDamping, checked_array
+from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping, checked_array
 
 
 def patch_stiffness(frequency: Array, damping: Array, mass: Array) -> Complexes:
@@ -51,7 +51,7 @@ def attach_dampers(
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
     allow_negative_damping: bool = False,
-) -> PointResponse:
+) -> PanelResponse:
     """Return the response of a panel whose patches carry dampers.
 
     Parameters
@@ -86,7 +86,7 @@ def attach_dampers(
         by_point = (len(B), n_points, m, B.shape[2])
         drop = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
         cross_psd[lines] = bare.point_psd[lines] - drop - drop.conj().swapaxes(2, 3)
-    return PointResponse(bare.frequency, cross_psd)
+    return PanelResponse(bare.frequency, cross_psd)
 
 
 def covariance_taken(
@@ -173,7 +173,7 @@ class LowRankPanel:
 
     bare: BarePanel
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
         """Return `attach_dampers`."""
         return attach_dampers(self.bare, equivalent_damping, apparent_mass)
 

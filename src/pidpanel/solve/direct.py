@@ -26,7 +26,7 @@ from pidpanel.solve.dampers import (
     weighted_sum,
 )
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
-from pidpanel.solve.model import ModalBasis, Patches, PointResponse
+from pidpanel.solve.model import ModalBasis, Patches, PanelResponse
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
 
@@ -73,7 +73,7 @@ class DirectPanel:
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
         """Return the response with dampers."""
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
         n_points, m, n = self.points.shape
@@ -86,7 +86,7 @@ class DirectPanel:
             for point in range(n_points):
                 motion = moved[:, :, point]
                 cross_psd[lines, point] = level * product(motion, force, motion)
-        return PointResponse(self.frequency, cross_psd)
+        return PanelResponse(self.frequency, cross_psd)
 
     def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
         """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.

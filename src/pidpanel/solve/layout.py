@@ -15,7 +15,7 @@ from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.dampers import check_stable
 from pidpanel.solve.excitation import Excitation, Superposition
-from pidpanel.solve.model import PointResponse, UnstableDamping
+from pidpanel.solve.model import PanelResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
@@ -124,7 +124,7 @@ class LayoutResponse:
         (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for.
     """
 
-    response: PointResponse
+    response: PanelResponse
     loads: Index
     acceleration_g: Array
     patch_acceleration_g: Array

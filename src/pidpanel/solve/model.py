@@ -304,7 +304,7 @@ def _compressed(factor: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class PointResponse:
+class PanelResponse:
     """PSDs of the panel's motion at its points.
 
     Parameters
@@ -319,7 +319,7 @@ class PointResponse:
     frequency: Array
     cross_psd: Complexes
 
-    def scaled(self, factor: float) -> "PointResponse":
+    def scaled(self, factor: float) -> "PanelResponse":
         """Return the response to ``factor`` times the PSD of the excitation."""
         return replace(self, cross_psd=factor * self.cross_psd)
 

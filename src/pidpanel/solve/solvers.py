@@ -30,7 +30,7 @@ from pidpanel.solve.modal import (
     joined,
     patch_motions_in_vacuum,
 )
-from pidpanel.solve.model import Patches, PointResponse, ResponseError
+from pidpanel.solve.model import Patches, PanelResponse, ResponseError
 from pidpanel.solve.motions import Motions, ReducedMotions
 from pidpanel.solve.moved import MatrixInput, matrices_at
 from pidpanel.solve.panel import ModalPanel
@@ -53,7 +53,7 @@ Loaded = tuple[int, ...]
 class SolutionPath(Protocol):
     """A panel under its excitation on some lines, ready to carry dampers on some patches."""
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PointResponse:
+    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
         """Return the response with C_e [N s/m³] and m_a [kg/m²], each (n_patches, nf)."""
         ...
 
@@ -84,7 +84,7 @@ class Request:
 class Answer:
     """A response, and t (n_loads, nf, n_points) of `dampers.acceleration_slope` if wanted."""
 
-    response: PointResponse
+    response: PanelResponse
     slope: Complexes | None
 
 
@@ -251,7 +251,7 @@ class PanelSolver:
                 if slope is not None:
                     slope[:, lines] = paths[request.patches].slope(*dampers)
         return [
-            Answer(PointResponse(self.panel.frequency, psd), slope)
+            Answer(PanelResponse(self.panel.frequency, psd), slope)
             for psd, slope in zip(psds, slopes, strict=True)
         ]
 

@@ -1,6 +1,6 @@
 """Strain and stress at points of the panel from the cross-PSDs of its motion.
 
-A `PointResponse` whose motions are (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) knows every strain and stress
+A `PanelResponse` whose motions are (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) knows every strain and stress
 that the section makes of them: ε = E κ and σ = S κ in a layer, τ = T γ in the core, with the
 matrices of `pidpanel.panel.section`, so that S_ε = E S_κ Eᵀ and so on.
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.model import PointResponse
+from pidpanel.solve.model import PanelResponse
 
 VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 """A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy)."""
@@ -83,7 +83,7 @@ def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layer
     return Layers(tuple(joined), strain[distinct], stress[distinct])
 
 
-def layer_psd(response: PointResponse, layers: Layers) -> Array:
+def layer_psd(response: PanelResponse, layers: Layers) -> Array:
     """PSDs of strain and stress in every layer at every point.
 
     Parameters
@@ -102,7 +102,7 @@ def layer_psd(response: PointResponse, layers: Layers) -> Array:
     return np.concatenate([_diagonal(strain), _diagonal(stress), von_mises[..., None]], axis=-1)
 
 
-def core_psd(response: PointResponse, core_stress: Array) -> Array:
+def core_psd(response: PanelResponse, core_stress: Array) -> Array:
     """PSDs of the shear stresses in the core.
 
     Parameters
