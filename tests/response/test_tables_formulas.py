@@ -9,7 +9,7 @@ from pidpanel.response import tables
 from pidpanel.solve import uncertainty
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load
 from pidpanel.solve.lines import frequency_grid
-from pidpanel.solve.model import ModalBasis, Patches, PointResponse
+from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 
 FLAT = np.linspace(100.0, 104.0, 5)
 
@@ -20,7 +20,7 @@ def flat(displacement_psd, inside):
     zero, loads = np.zeros((1, 5)), np.array([0])
     read, motion, cells = np.array([3.0]), np.array([4.0]), np.full((1, 2), np.nan)
     return LayoutResponse(
-        PointResponse(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
+        PanelResponse(FLAT, psd), loads, read, motion, cells, motion, zero, zero, inside[None], 1
     )
 
 

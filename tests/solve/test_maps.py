@@ -8,7 +8,7 @@ from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
 from pidpanel.solve.modal import bare_panels
-from pidpanel.solve.model import ModalBasis, Patches, PointResponse
+from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.sound.radiation import air_resistance
 
 RNG = np.random.default_rng(9)
@@ -76,7 +76,7 @@ def test_maps_of_a_layer_without_symmetry_are_means_of_squares():
 def test_psds_of_a_layer_and_core_without_symmetry_are_those_of_their_components():
     # red: matrix.swapaxes(-1, -2) → matrix in `_congruence`; 4:6 → 4:7 in `core_psd`
     root = RNG.normal(size=(7, 7))  # a seventh motion beside the six
-    response = PointResponse(np.array([1.0]), (root @ root.T)[None, None] + 0j)
+    response = PanelResponse(np.array([1.0]), (root @ root.T)[None, None] + 0j)
     layers = stress.Layers(("+30", "-30"), TURNED, 2 * TURNED[::-1])
     found = stress.layer_psd(response, layers)[0, 0]
     core = np.array([[2.0, 0.3], [-0.4, 1.0]])

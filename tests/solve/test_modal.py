@@ -524,7 +524,7 @@ def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
 
 
 def test_rms_values_are_those_of_the_psds(panel, lines):
-    # red: ** 4 → ** 2 in `PointResponse.acceleration_psd`
+    # red: ** 4 → ** 2 in `PanelResponse.acceleration_psd`
     zero = np.zeros_like(lines.equivalent_damping)
     response = attach_dampers(bare_of(panel, lines), zero, zero)
     omega = 2 * np.pi * lines.frequency[:, None]

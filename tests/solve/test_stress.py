@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.solve import stress
-from pidpanel.solve.model import PointResponse
+from pidpanel.solve.model import PanelResponse
 
 LAYERS = stress.Layers(
     ("top",),
@@ -16,7 +16,7 @@ LAYERS = stress.Layers(
 def sampled(matrix, count=400_000):
     """A Gaussian motion (w, κ, γ) with the covariance A Aᵀ, and a one-line response to it."""
     covariance = matrix @ matrix.T
-    response = PointResponse(
+    response = PanelResponse(
         np.array([0.0, 2.0]), np.broadcast_to(covariance / 2, (2, 1, 6, 6)) + 0j
     )
     return response, matrix @ np.random.default_rng(2).standard_normal((6, count))

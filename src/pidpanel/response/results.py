@@ -29,7 +29,7 @@ from pidpanel.response.tables import (
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.model import PointResponse, ResponseError, UnstableDamping
+from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
 from pidpanel.solve.solvers import PanelSolver, Request
 
 
@@ -241,7 +241,7 @@ class _Rows:
         ]
 
     def _strains(
-        self, response: PointResponse, error: uncertainty.StandardErrors | None
+        self, response: PanelResponse, error: uncertainty.StandardErrors | None
     ) -> tuple[Array, list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
         basis, layers = self._panel.basis, self.layers

@@ -12,7 +12,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
-from pidpanel.solve.model import PointResponse
+from pidpanel.solve.model import PanelResponse
 
 
 def summary_rows(
@@ -22,7 +22,7 @@ def summary_rows(
     *,
     thickness: float,
     power_balance_error: float,
-    full: PointResponse,
+    full: PanelResponse,
     read_at_g: float,
     patch_motion_g: float,
 ) -> list[dict[str, Any]]:
@@ -120,7 +120,7 @@ class OnPatches:
         (n_patches, nf) whether the damping is within the simulated range.
     """
 
-    response: PointResponse
+    response: PanelResponse
     equivalent_damping: Array
     apparent_mass: Array
     inside: Array

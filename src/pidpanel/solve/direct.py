@@ -26,7 +26,7 @@ from pidpanel.solve.dampers import (
     weighted_sum,
 )
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
-from pidpanel.solve.model import ModalBasis, Patches, PanelResponse
+from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
 

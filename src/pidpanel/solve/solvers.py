@@ -30,7 +30,7 @@ from pidpanel.solve.modal import (
     joined,
     patch_motions_in_vacuum,
 )
-from pidpanel.solve.model import Patches, PanelResponse, ResponseError
+from pidpanel.solve.model import PanelResponse, Patches, ResponseError
 from pidpanel.solve.motions import Motions, ReducedMotions
 from pidpanel.solve.moved import MatrixInput, matrices_at
 from pidpanel.solve.panel import ModalPanel

@@ -12,7 +12,7 @@ from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
-from pidpanel.solve.model import ModalBasis, Patches, PointResponse
+from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import uniform_modal_force
 from pidpanel.verification import response_layouts
@@ -50,7 +50,7 @@ def nafems_rows(folder: Path) -> list[Row]:
             [100.0**2],
             uniform_modal_force(face),
         )
-        response = PointResponse(bare.frequency, bare.point_psd)
+        response = PanelResponse(bare.frequency, bare.point_psd)
         layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
         found = {
             "displacement PSD at the centre, at the first frequency": (
@@ -96,7 +96,7 @@ def miles_rows(folder: Path) -> list[Row]:
     )
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
-    computed = float(PointResponse(lines, bare.point_psd).displacement_rms[0])
+    computed = float(PanelResponse(lines, bare.point_psd).displacement_rms[0])
     method = "8 lines to the bandwidth, 1 Hz to 10 kHz"
     return [
         Row(
