@@ -125,6 +125,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
+    from pidpanel.panel.from_study import resolved_masses
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
 
     low, high = study.response.frequency_hz
@@ -148,7 +149,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}",
         )
     yield from _check_layouts(study)
-    yield from check_sections(study.panel, study.sound, study.response)
+    yield from check_sections(study.panel, study.sound, study.response, resolved_masses(study))
 
 
 def _check_tables(study: Study) -> Iterator[Mistake]:
@@ -157,8 +158,9 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.table_files import TableError, read_columns
 
     for keys, table in _tables(study):
+        damper = study.damping if keys[0] == "damping" else study.dampers[str(keys[1])]
         try:
-            read_table(table, impedance=keys[-1] == "impedance")
+            read_table(table, impedance=keys[-1] == "impedance", apparent_mass=damper.apparent_mass)
         except TableError as error:
             yield from (Mistake(keys, fault) for fault in error.faults)
         else:
@@ -203,14 +205,18 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
 
 
 def check_sections(
-    panel: Panel | None, sound: Sound | None, response: Response | None
+    panel: Panel | None,
+    sound: Sound | None,
+    response: Response | None,
+    damper_mass: Mapping[str, float] | None = None,
 ) -> Iterator[Mistake]:
     """Yield what is wrong with the spectrum and the mesh; None for a section that is wrong."""
     if sound is not None:
         yield from _check_spectrum(sound, response)
     if panel is not None:
         yield from _check_masses(panel)
-        yield from _check_mesh(panel, ANY_MESH if response is None else response.frequency_hz[1])
+        highest = ANY_MESH if response is None else response.frequency_hz[1]
+        yield from _check_mesh(panel, highest, damper_mass)
 
 
 def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake]:
@@ -249,11 +255,13 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
             yield Mistake(("panel", "masses", name, "mass_kg"), says + grams)
 
 
-def _check_mesh(panel: Panel, highest: float) -> Iterator[Mistake]:
+def _check_mesh(
+    panel: Panel, highest: float, damper_mass: Mapping[str, float] | None
+) -> Iterator[Mistake]:
     from pidpanel.panel.from_study import StudiedPanel
 
     try:
-        StudiedPanel(panel).check(highest)
+        StudiedPanel(panel).check(highest, damper_mass)
     except ValueError as error:
         for fault in getattr(error, "faults", (str(error),)):
             keys = named_place(panel, fault)

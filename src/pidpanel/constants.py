@@ -8,3 +8,7 @@ LIGGGHTS_VERSION = "3.8.0"
 
 MOST_LOSS_FACTOR = 2.0
 """η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1]."""
+
+MOST_OF_MASS = 10.0
+"""Most m_a over the mass of the particles. Particles that ride along have 1, in resonance with
+their gap a few times that; what is above is taken for a wrong unit."""

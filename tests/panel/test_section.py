@@ -75,9 +75,41 @@ def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_
         ("sandwich triangles", 0.8),
         ("solid triangles", 0.9),
     ):
-        resolution.check_resolution(element, 0.999 * share * half, section, 500.0)
+        good, bad = (
+            [resolution.Region("", 1.0, factor * share * half)] for factor in (0.999, 1.001)
+        )
+        # of so large a damping that shifted resonances do not show
+        resolution.check_resolution(element, good, section, 500.0, 0.2)
         with pytest.raises(ValueError, match="too coarse"):
-            resolution.check_resolution(element, 1.001 * share * half, section, 500.0)
+            resolution.check_resolution(element, bad, section, 500.0, 0.2)
+
+
+def test_waves_are_shorter_under_a_damper_by_the_fourth_root_of_the_mass():
+    # red: added_mass left out of the inertia in `half_wave`
+    section = ThinSection(3273.07, 4.0)
+    ratio = resolution.half_wave(section, 500.0) / resolution.half_wave(section, 500.0, 60.0)
+    assert ratio == pytest.approx(2.0)
+
+
+def test_a_heavy_damper_needs_shorter_elements_below_it():
+    # red: region.added_mass left out of `longest_edge`; the bare section alone, as before
+    section = ThinSection(3273.07, 4.0)
+    for mass, frequency, edge in ((30.0, 300.0, 0.25), (150.0, 1200.0, 0.125)):
+        bare = resolution.Region("", 1.0, edge)
+        resolution.check_resolution("thin quadrilaterals", [bare], section, frequency, 0.2)
+        heavy = resolution.Region("p", 1.5, edge, mass)
+        with pytest.raises(ValueError, match=f"under p, whose damper weighs {mass:g} kg/m², are "):
+            resolution.check_resolution("thin quadrilaterals", [heavy], section, frequency, 0.2)
+
+
+def test_a_lightly_damped_panel_needs_shorter_elements():
+    # red: line_error_db without the slope of S; damping_ratio = 0.01 in it
+    section, region = ThinSection(3273.07, 4.0), resolution.Region("", 1.5, 0.05)
+    resolution.check_resolution("thin quadrilaterals", [region], section, 2000.0, 0.01)
+    with pytest.raises(
+        ValueError, match=r"damping_ratio = 0\.001 changes PSDs by about .* 0\.5 dB"
+    ):
+        resolution.check_resolution("thin quadrilaterals", [region], section, 2000.0, 0.001)
 
 
 SIZE = (1.5, 1.1)

@@ -47,6 +47,8 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "beyond_linear_plate": False,
                         "power_balance_error": 1e-9,
                         "basis_error": 1e-3,
+                        "mesh_error": 1e-2,
+                        "mesh_error_rms": 1e-4,
                         "motion_residual": 0.0,
                         "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
                         "added_mass_percent": 0.0 if scenario.is_bare else np.nan,

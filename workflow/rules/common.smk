@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pidpanel.panel.from_study import damper_masses
+from pidpanel.panel.from_study import damper_masses, resolved_masses
 from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.provenance.job import arguments_of

@@ -15,8 +15,9 @@ rule panel:
         request=request(
             *PANEL.values(),
             study=section("panel"),
-            # the basis follows the panel with its heaviest dampers
+            # basis and mesh follow the panel with its heaviest dampers
             damper_mass=values_digest(damper_masses(STUDY)),
+            resolved_mass=values_digest(resolved_masses(STUDY)),
             highest=STUDY.response.frequency_hz[1],
             speed=STUDY.sound.speed_m_s,
         ),

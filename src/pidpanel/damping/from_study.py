@@ -17,12 +17,18 @@ from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.table_files import read_columns
+from pidpanel.damping.table_files import (
+    IMAGINARY,
+    MASS,
+    PARTICLE_MASS,
+    TableError,
+    read_columns,
+)
 from pidpanel.damping.tables import TableReading, to_frame
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.dampers import Damper
+from pidpanel.study.dampers import Damper, WeighsAs
 from pidpanel.study.damping import Damping, Reading
 
 
@@ -54,16 +60,28 @@ def read_stored_surface(path: Path) -> DampingSurface:
 
 
 def read_table(
-    path: Path, interpolation: Interpolation | None = None, *, impedance: bool = False
+    path: Path,
+    interpolation: Interpolation | None = None,
+    *,
+    impedance: bool = False,
+    apparent_mass: WeighsAs | None = None,
 ) -> TableReading:
     """Read a CSV table of damping, or of an impedance over frequency; log by default.
 
     Raises
     ------
     TableError
-        With a line for each fault of the file.
+        With a line for each fault of the file; or where the particles' mass is to be m_a, and the
+        table has none, or has m_a.
     """
-    return TableReading(read_columns(path, impedance=impedance), interpolation or "log")
+    columns = read_columns(path, impedance=impedance)
+    if apparent_mass == "particles":
+        if MASS in columns or IMAGINARY in columns:
+            raise TableError([f"{path}: has an apparent mass; apparent_mass is not allowed"])
+        if PARTICLE_MASS not in columns:
+            raise TableError([f"{path}: column {PARTICLE_MASS}: missing; apparent_mass needs it"])
+        columns[MASS] = columns[PARTICLE_MASS]
+    return TableReading(columns, interpolation or "log")
 
 
 def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
@@ -92,7 +110,9 @@ def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) ->
         case "dem" if surface is not None:
             return read_stored_surface(surface)
         case "table" if damping.table is not None:
-            return read_table(damping.table, damping.interpolation)
+            return read_table(
+                damping.table, damping.interpolation, apparent_mass=damping.apparent_mass
+            )
         case "paper_corrected":
             return PaperLaw(printed=False)
         case "paper_printed":
@@ -118,7 +138,7 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
     if damper.law is not None:
         return PaperLaw(printed=damper.law == "paper_printed")
     if damper.table is not None:
-        return read_table(damper.table, damper.interpolation)
+        return read_table(damper.table, damper.interpolation, apparent_mass=damper.apparent_mass)
     if damper.impedance is not None:
         return read_table(damper.impedance, damper.interpolation, impedance=True)
     if damper.coupon is None:
@@ -136,12 +156,13 @@ def _constant(damper: Damper) -> ConstantDamper:
         if damper.loss_factor is not None
         else (damper.equivalent_damping_error_n_s_m3, value)
     )
-    mass = damper.patch_mass_per_area_kg_m2 or damper.particle_mass_per_area_kg_m2 or 0.0
+    weight, weighs = damper.particle_mass_per_area_kg_m2 or 0.0, damper.apparent_mass is not None
+    mass = damper.patch_mass_per_area_kg_m2 or weight
     return ConstantDamper(
         equivalent_damping=value,
         loss_mass=loss_factor * mass,
         relative_error=error / reference if error else 0.0,
-        apparent_mass=damper.apparent_mass_kg_m2 or 0.0,
+        apparent_mass=damper.apparent_mass_kg_m2 or (weight if weighs else 0.0),
         apparent_mass_error=damper.apparent_mass_error_kg_m2 or 0.0,
         weight=damper.particle_mass_per_area_kg_m2,
     )

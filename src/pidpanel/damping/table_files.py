@@ -24,7 +24,7 @@ from pidpanel.columns import (
     read_rows,
     unknown,
 )
-from pidpanel.constants import MOST_LOSS_FACTOR
+from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.damping.interpolation import lone_rows
 from pidpanel.damping.readings import DampingError
 
@@ -174,7 +174,7 @@ def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
 
 
 def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
-    """Yield masses of the particles that differ though the fill does not."""
+    """Yield masses of particles that differ though the fill does not, and m_a far above them."""
     if PARTICLE_MASS not in columns:
         return
     mass, fill = columns[PARTICLE_MASS], fill_of(columns)
@@ -186,6 +186,14 @@ def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
                 f"line {lines[row]}: {PARTICLE_MASS} = {m:g}: must be the same in all rows of "
                 f"a fill; line {lines[first]} has {mass[first]:g}"
             )
+    apparent = columns.get(MASS, np.zeros_like(mass))
+    if IMAGINARY in columns:
+        apparent = columns[IMAGINARY] / (2 * np.pi * columns[FREQUENCY])
+    for row in np.flatnonzero(apparent > MOST_OF_MASS * mass)[:1].tolist():
+        yield (
+            f"line {lines[row]}: an apparent mass of {apparent[row]:g} kg/m²: at most"
+            f" {MOST_OF_MASS:g} times {PARTICLE_MASS} = {mass[row]:g}; in g/m²?"
+        )
 
 
 def _faults_of_scatter(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 What is given is interpolated, `interpolation`, and C_e and m_a follow from it:
 
     C_e                                    m_a
-    C_e                                    m_a, or 0 where there is no such column
+    C_e                                    m_a; without that column 0, or the mass of the particles
     η m″ ω                                 the same
     Re Z                                   Im Z/ω            (Z = C_e + iω m_a, e^{iωt})
 

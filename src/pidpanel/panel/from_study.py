@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pidpanel.geometry.plane_mesh import edge_lengths
-from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import PanelBasis, basis_of
@@ -32,13 +32,14 @@ from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import write_plate
-from pidpanel.panel.resolution import check_resolution
+from pidpanel.panel.resolution import Region, check_resolution, element_sizes, longest_edge
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
+from pidpanel.study.dampers import mass_in_table
 from pidpanel.study.panel import EXTENT, Panel
 from pidpanel.study.section import MaterialInput, PlyInput
 from pidpanel.study.supports import Node
@@ -167,14 +168,27 @@ class StudiedPanel:
         return attachments
 
     @property
+    def element(self) -> str:
+        """Section and shape of the elements, a key of `resolution.LONGEST_EDGE`."""
+        is_grid = self.panel.mesh.kind == "quadrilaterals"
+        return f"{self.panel.section.kind} {'quadrilaterals' if is_grid else 'triangles'}"
+
+    @property
     def navier_size(self) -> tuple[float, float] | None:
         """Edge lengths [m] where Navier's closed form holds; None elsewhere."""
         inputs = self.panel.support_input
         plain = inputs.outline == "simply_supported" and not (inputs.edges or inputs.points)
         return self.panel.size if plain and not self.attachments else None
 
-    def check(self, frequency: float) -> None:
+    def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
+
+        Parameters
+        ----------
+        frequency
+            The highest of the response [Hz].
+        damper_mass
+            Heaviest damper of each patch by name [kg/m²].
 
         Raises
         ------
@@ -189,6 +203,7 @@ class StudiedPanel:
                 self._size, spec.elements, self._rectangles, {**self.points, **self._anchors}
             )
             edge = max(a / spec.elements[0], b / spec.elements[1])
+            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
             check_fit(area_within(self._outline, ()), self.supports, self.attachments)
         elif self.foreign is not None:
             extent = float(np.ptp(self.foreign.position, axis=0).max())
@@ -199,7 +214,11 @@ class StudiedPanel:
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             check_fit(area_of(mesh), self.supports, self.attachments)
             check_held(mesh, self.supports)
-            edge = float(edge_lengths(mesh.vertices, mesh.cells).max())
+            length = element_sizes(mesh.vertices, mesh.cells)
+            area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
+            edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
+            areas = {name: area_of_cell[cells].sum() for name, cells in mesh.patch_cells.items()}
+            areas[""] = area_of_cell.sum()
         else:
             check_panel(
                 self._outline, self._holes, {**self.shapes, **self._feet},
@@ -209,12 +228,46 @@ class StudiedPanel:
             check_fit(area, self.supports, self.attachments)
             check_feet(area, self.supports)
             edge = self._element_size
-        shape = "quadrilaterals" if spec.kind == "quadrilaterals" else "triangles"
-        element = f"{self.panel.section.kind} {shape}"
-        check_resolution(element, edge, self.section, frequency)
+            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
+            edges |= self.patch_sizes(frequency, damper_mass or {})
+        mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
+        rest = max(areas[""] - sum(areas[name] for name in mass), 0.0)
+        regions = [
+            Region("", rest, edge),
+            *(Region(name, areas[name], edges[name], value) for name, value in mass.items()),
+        ]
+        ratio = self.panel.damping_ratio
+        check_resolution(self.element, regions, self.section, frequency, ratio)
 
-    def mesh(self, path: Path) -> PanelMesh:
-        """Mesh the panel and write the mesh to a ``.msh`` file."""
+    def patch_sizes(self, frequency: float, damper_mass: Mapping[str, float]) -> dict[str, float]:
+        """Return the element sizes that the dampers of patches need, where they are shorter [m].
+
+        Parameters
+        ----------
+        frequency, damper_mass
+            As of `check`.
+        """
+        if self.panel.mesh.kind != "triangles":
+            return {}
+        sizes = {
+            name: longest_edge(
+                self.element, self.section, frequency, mass, self.panel.damping_ratio
+            )
+            for name, mass in damper_mass.items()
+            if mass > 0
+        }
+        return {name: size for name, size in sizes.items() if size < self._element_size}
+
+    def mesh(self, path: Path, patch_sizes: Mapping[str, float] | None = None) -> PanelMesh:
+        """Mesh the panel and write the mesh to a ``.msh`` file.
+
+        Parameters
+        ----------
+        path
+            The file.
+        patch_sizes
+            From `patch_sizes`, of triangles.
+        """
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
             return mesh_quadrilaterals(
@@ -239,6 +292,7 @@ class StudiedPanel:
             imprints=self._feet,
             anchors=self._anchors,
             corner_size=spec.corner_size_m,
+            patch_sizes=patch_sizes or {},
         )
 
     def plate(self, mesh: PanelMesh) -> AssembledPlate:
@@ -302,6 +356,13 @@ class StudiedPanel:
         return min(self.panel.mesh.size_m or 0.0, narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @property
+    def _areas(self) -> dict[str, float]:
+        """Of the patches, and "" for that of the panel [m²]."""
+        areas = {name: abs(signed_area(shape.corners)) for name, shape in self.shapes.items()}
+        holes = sum(abs(signed_area(hole.corners)) for hole in self._holes.values())
+        return {**areas, "": abs(signed_area(self._outline.corners)) - holes}
+
+    @property
     def _rectangles(self) -> dict[str, Rectangle]:
         return {name: s for name, s in self.shapes.items() if isinstance(s, Rectangle)}
 
@@ -363,6 +424,26 @@ def damper_masses(study: Study) -> dict[str, float]:
     return masses
 
 
+def resolved_masses(study: Study) -> dict[str, float]:
+    """Return about the heaviest damper of each patch that the mesh resolves [kg/m²].
+
+    Those of `damper_masses`, and m_a in the rows of tables.
+    """
+    masses = damper_masses(study)
+    if not study.response.damper_mass:
+        return masses
+    common = study.damping.table if "table" in study.readings else None
+    for scenario in study.all_scenarios():
+        for filling in scenario.fillings:
+            damper = study.all_dampers.get(filling.damper or "")
+            mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
+            if common is not None:
+                weighs_as = study.damping.apparent_mass
+                mass = max(mass, mass_in_table(common, filling.fill_fraction, weighs_as))
+            masses[filling.patch] = max(masses[filling.patch], mass)
+    return masses
+
+
 def write_panel(
     study: Study,
     modes_nc: Path,
@@ -379,10 +460,10 @@ def write_panel(
     ValueError
         As of `StudiedPanel`.
     """
-    panel = StudiedPanel(study.panel)
-    mesh = panel.mesh(mesh_msh)
+    panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
+    mesh = panel.mesh(mesh_msh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)
-    shapes = panel.shapes_of(plate, study.response.frequency_hz[1], damper_masses(study))
+    shapes = panel.shapes_of(plate, highest, damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     write_plate(plate_nc, plate, shapes.vectors, stamp(study))
     sound = 2 * np.pi * study.response.frequency_hz[1] / study.sound.speed_m_s

@@ -1,7 +1,18 @@
-"""The longest element edge that a frequency allows."""
+"""The longest element edge that a frequency allows, under dampers that weigh on the panel.
+
+An element that is not small beside a wave is too stiff: the wave has a frequency that is too high
+by a share that grows with the fourth power of edge over half-wave. Under a damper waves are
+shorter, with m″ + m_a in place of m″. Every resonance is then too high, and beside a sharp one
+PSDs are off by more than 0.5 dB long before they would be by 1 % in frequency.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import edge_lengths
 from pidpanel.panel.section import Section
 
 # Longest element edge over half a wave up to which the frequency of a mode errs by at most
@@ -16,7 +27,47 @@ LONGEST_EDGE = {
 }
 
 
-def half_wave(section: Section, frequency: float) -> float:
+# Error of the frequency there, and the power of the edge with which it grows; higher for Argyris
+# elements and solids, so that theirs is overestimated.
+WORST_SHIFT, ORDER = 0.01, 4
+# Largest shift under a damper, over ζ: where a mode moves the patch most of all.
+LOCAL_SHIFT = 0.4
+# Largest error of a PSD [dB] that a mesh may make at any line.
+LINE_ERROR_DB = 0.5
+# Frequencies at which that is estimated, over this share of the highest.
+TRIED, LOWEST_TRIED = 60, 1 / 30
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the panel that carries the same mass all over.
+
+    Attributes
+    ----------
+    name
+        Of the patch; empty for what has no damper.
+    area
+        [m²].
+    longest_edge
+        Of its elements [m].
+    added_mass
+        m_a of its damper, or its mass where that is larger [kg/m²].
+    """
+
+    name: str
+    area: float
+    longest_edge: float
+    added_mass: float = 0.0
+
+
+def element_sizes(vertices: Array, cells: Index) -> Array:
+    """Return the size of each cell [m]: of a triangle the mean edge, of a rectangle the longest."""
+    edges = edge_lengths(vertices, cells)
+    sizes: Array = edges.mean(axis=1) if cells.shape[1] == 3 else edges.max(axis=1)
+    return sizes
+
+
+def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:
     """Return half the length of the shortest free bending wave [m].
 
     From D k⁴ = m″ ω² (1 + D k² / S), rotary inertia neglected; of a section that is not
@@ -28,6 +79,8 @@ def half_wave(section: Section, frequency: float) -> float:
         Of the panel.
     frequency
         [Hz].
+    added_mass
+        Of a damper all over [kg/m²].
 
     Examples
     --------
@@ -38,15 +91,17 @@ def half_wave(section: Section, frequency: float) -> float:
     0.15
     """
     D = float(np.diag(section.bending)[:2].min())
-    inertia = section.mass_per_area * (2 * np.pi * frequency) ** 2
+    inertia = (section.mass_per_area + max(added_mass, 0.0)) * (2 * np.pi * frequency) ** 2
     shear = getattr(section, "shear", None)
     softening = 0.0 if shear is None else inertia * D / float(np.linalg.eigvalsh(shear).min())
     k2 = (softening + np.sqrt(softening**2 + 4 * D * inertia)) / (2 * D)
     return float(np.pi / np.sqrt(k2))
 
 
-def check_resolution(element: str, longest_edge: float, section: Section, frequency: float) -> None:
-    """Refuse a mesh that is too coarse for a frequency.
+def frequency_shift(
+    element: str, longest_edge: float, section: Section, frequency: float, added_mass: float = 0.0
+) -> float:
+    """Return by which share a mesh raises the frequency of a resonance, about [1].
 
     Parameters
     ----------
@@ -54,20 +109,123 @@ def check_resolution(element: str, longest_edge: float, section: Section, freque
         A key of `LONGEST_EDGE`.
     longest_edge
         [m].
+    section, frequency, added_mass
+        As of `half_wave`.
+    """
+    allowed = LONGEST_EDGE[element] * half_wave(section, frequency, added_mass)
+    return float(WORST_SHIFT * (longest_edge / allowed) ** ORDER)
+
+
+def longest_edge(
+    element: str, section: Section, frequency: float, added_mass: float, damping_ratio: float
+) -> float:
+    """Return the longest element edge up to a frequency [m], under a damper or without one.
+
+    Parameters
+    ----------
+    element, section, frequency, added_mass
+        As of `frequency_shift`.
+    damping_ratio
+        ζ of the panel [1].
+    """
+    allowed = LONGEST_EDGE[element] * half_wave(section, frequency, added_mass)
+    if added_mass <= 0:
+        return allowed
+    return float(allowed * min(LOCAL_SHIFT * damping_ratio / WORST_SHIFT, 1.0) ** (1 / ORDER))
+
+
+def check_resolution(
+    element: str,
+    regions: Sequence[Region],
+    section: Section,
+    frequency: float,
+    damping_ratio: float,
+) -> None:
+    """Refuse a mesh that is too coarse for a frequency.
+
+    Parameters
+    ----------
+    element
+        A key of `LONGEST_EDGE`.
+    regions
+        The panel without dampers, and its patches with theirs.
     section
         Of the panel.
     frequency
         The highest of the analysis [Hz].
+    damping_ratio
+        ζ of the panel [1].
 
     Raises
     ------
     ValueError
         With the longest edge that would do.
     """
-    half = half_wave(section, frequency)
-    allowed = LONGEST_EDGE[element] * half
-    if longest_edge > allowed:
+    for region in regions:
+        half = half_wave(section, frequency, region.added_mass)
+        allowed = longest_edge(element, section, frequency, region.added_mass, damping_ratio)
+        if region.longest_edge > allowed * (1 + 1e-9):
+            raise ValueError(
+                f"mesh: element edges of {region.longest_edge:.3g} m{_under(region)} are too coarse"
+                f" for {frequency:g} Hz, where half a bending wavelength is {half:.3g} m; at most"
+                f" {allowed:.3g} m"
+            )
+    error = line_error_db(element, regions, section, frequency, damping_ratio)
+    if error > LINE_ERROR_DB:
+        shifts = [
+            frequency_shift(element, r.longest_edge, section, frequency, r.added_mass)
+            for r in regions
+        ]
+        worst = regions[int(np.argmax(shifts))]
+        allowed = worst.longest_edge * (LINE_ERROR_DB / error) ** (1 / ORDER)
         raise ValueError(
-            f"mesh: element edges of {longest_edge:.3g} m are too coarse for {frequency:g} Hz,"
-            f" where half a bending wavelength is {half:.3g} m; at most {allowed:.3g} m"
+            f"mesh: element edges of {worst.longest_edge:.3g} m{_under(worst)} raise resonances by"
+            f" up to {max(shifts):.2g} of their frequency, which with damping_ratio ="
+            f" {damping_ratio:g} changes PSDs by about {error:.1f} dB, more than"
+            f" {LINE_ERROR_DB:g} dB; at most {allowed:.3g} m"
         )
+
+
+def _under(region: Region) -> str:
+    if not region.name:
+        return ""
+    return f" under {region.name}, whose damper weighs {region.added_mass:.3g} kg/m²,"
+
+
+def line_error_db(
+    element: str,
+    regions: Sequence[Region],
+    section: Section,
+    frequency: float,
+    damping_ratio: float,
+) -> float:
+    """Estimate the largest error of a PSD that a mesh makes at any line up to a frequency [dB].
+
+    Resonances a spacing δ apart make S ∝ sinh x/(cosh x − cos(2π f/δ)) with x = 2πζf/δ, whose
+    slope is at most 2π/(δ sinh x); the shift of the resonances times that is the error. Each part
+    of the panel has its share of the modes in the shift and in the damping.
+
+    Parameters
+    ----------
+    element, regions, section, frequency, damping_ratio
+        As of `check_resolution`.
+    """
+    tried = frequency * np.geomspace(LOWEST_TRIED, 1.0, TRIED)
+    mass, area = np.array([(region.added_mass, region.area) for region in regions]).T
+    wavenumber = np.pi / np.array(
+        [[half_wave(section, f, extra) for extra in mass.tolist()] for f in tried.tolist()]
+    )
+    shift = np.array(
+        [
+            [frequency_shift(element, r.longest_edge, section, f, r.added_mass) for r in regions]
+            for f in tried.tolist()
+        ]
+    )
+    below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
+    total = below.sum(axis=1)
+    share = below / total[:, None]
+    ratio = damping_ratio * share @ (1 + mass / section.mass_per_area) ** -0.5
+    density = tried * np.gradient(total, tried)
+    slope = 2 * np.pi * density / np.sinh(np.minimum(2 * np.pi * density * ratio, 100.0))
+    error = 10 / np.log(10) * np.sum(share * shift, axis=1) * slope
+    return float(np.max(error[total >= 1.0], initial=0.0))

@@ -1,6 +1,6 @@
 """The mesh of any outline by unstructured triangles."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ def mesh_triangles(
     imprints: Mapping[str, Shape] = EMPTY,
     anchors: Mapping[str, Position] = EMPTY,
     corner_size: float | None = None,
+    patch_sizes: Mapping[str, float] = EMPTY,
 ) -> PanelMesh:
     """Mesh a polygon by unstructured triangles with embedded patches and points.
 
@@ -66,6 +67,8 @@ def mesh_triangles(
         Positions [m] of further vertices, such as ends of supported edges.
     corner_size
         Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
+    patch_sizes
+        Target length of the element edges on patches, where it is shorter [m].
 
     Returns
     -------
@@ -101,14 +104,20 @@ def mesh_triangles(
 
         add_group(2, sorted({tag for dim, tag in pieces[0] if dim == 2}), PANEL_GROUP)
         pieces_of = iter(pieces[1:])
+        surfaces = {}
         for name in patches:
-            add_group(2, sorted({tag for _, tag in next(pieces_of)}), name)
+            surfaces[name] = sorted({tag for _, tag in next(pieces_of)})
+            add_group(2, surfaces[name], name)
         for _ in imprints:
             next(pieces_of)
         for name in points:
             add_group(0, sorted({tag for _, tag in next(pieces_of)}), name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
-        _refine([outline, *holes.values()], smallest, element_size)
+        fields = [
+            _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
+        ]
+        fields += _grown([outline, *holes.values()], smallest)
+        _refine(fields, min([smallest, *patch_sizes.values()]), element_size)
         gmsh.model.mesh.generate(2)
         write_mesh(path)
     mesh = read_mesh(path, patches, points)
@@ -156,8 +165,17 @@ def _draw_loop(shape: Shape) -> int:
     )
 
 
-def _refine(shapes: Iterable[Shape], smallest: float, largest: float) -> None:
-    """Let elements grow linearly with the distance from re-entrant corners."""
+def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
+    """Return the field of the element size on some surfaces and their edges."""
+    field = int(gmsh.model.mesh.field.add("Constant"))
+    gmsh.model.mesh.field.setNumber(field, "VIn", size)
+    gmsh.model.mesh.field.setNumber(field, "VOut", elsewhere)
+    gmsh.model.mesh.field.setNumbers(field, "SurfacesList", surfaces)
+    return field
+
+
+def _grown(shapes: Iterable[Shape], smallest: float) -> list[int]:
+    """Return fields of sizes that grow linearly with the distance from re-entrant corners."""
     fields = []
     for x, y in reentrant_corners(shapes):
         fields.append(gmsh.model.mesh.field.add("MathEval"))
@@ -165,6 +183,11 @@ def _refine(shapes: Iterable[Shape], smallest: float, largest: float) -> None:
         distance = f"Sqrt((x - ({x:.12f}))^2 + (y - ({y:.12f}))^2)"
         size = f"{smallest:.12f} + {GROWTH:g} * {distance}"
         gmsh.model.mesh.field.setString(fields[-1], "F", size)
+    return fields
+
+
+def _refine(fields: Sequence[int], smallest: float, largest: float) -> None:
+    """Let elements be as small as the smallest of the fields."""
     if fields:
         minimum = gmsh.model.mesh.field.add("Min")
         gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)

@@ -12,6 +12,7 @@ from pidpanel.paths import SECTION, STUDIES, of_damper
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
+from pidpanel.solve.mesh_error import decibels
 from pidpanel.study import Study
 from pidpanel.study.damping import COUPLED
 
@@ -50,6 +51,12 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             "Basis",
             f"at most {percent(good['basis_error'].max(), 2)} of a PSD is missing in any "
             "scenario, at the lines that were also solved on all elements",
+        ),
+        (
+            "Mesh",
+            f"its shift of resonances changes a PSD by at most "
+            f"{number(decibels(good['mesh_error'].max()), 2)} dB at any line, an rms acceleration "
+            f"by at most {percent(good['mesh_error_rms'].max(), 2)}",
         ),
     ]
     for name, coupon in inputs.coupons.items():

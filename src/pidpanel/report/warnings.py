@@ -20,7 +20,14 @@ from pidpanel.report.names import names_of, with_names
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
-from pidpanel.response.trust import BASIS_ERROR, MOTION_RESIDUAL, POWER_BALANCE
+from pidpanel.response.trust import (
+    BASIS_ERROR,
+    MESH_ERROR,
+    MESH_RMS,
+    MOTION_RESIDUAL,
+    POWER_BALANCE,
+)
+from pidpanel.solve.mesh_error import decibels
 from pidpanel.study import Study
 
 NAMED = 3
@@ -154,6 +161,16 @@ def _solution_warnings(study: Study, summary: pd.DataFrame) -> list[str]:
             "The basis is too small for some dampers: against all elements the PSDs of "
             f"{names[largest['scenario']]} ({READINGS[largest['reading']]}) are off by about "
             f"{percent(largest['basis_error'], 1)}, more than {percent(BASIS_ERROR, 1)}."
+        )
+    if "mesh_error" in good and (
+        good["mesh_error"].max() > MESH_ERROR or good["mesh_error_rms"].max() > MESH_RMS
+    ):
+        largest = records(good.sort_values("mesh_error"))[-1]
+        warnings.append(
+            f"The mesh is too coarse: it shifts resonances of {names[largest['scenario']]} "
+            f"({READINGS[largest['reading']]}), which changes PSDs by up to "
+            f"{number(decibels(largest['mesh_error']), 2)} dB and rms accelerations by up to "
+            f"{percent(good['mesh_error_rms'].max(), 1)}. Use shorter element edges."
         )
     unstable = summary[~summary["status"].isin(["ok", "held"])].drop_duplicates(
         ["reading", "scenario"]

@@ -12,14 +12,22 @@ from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import PanelInSound
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, solve_layouts
-from pidpanel.solve.lines import LINES_PER_BANDWIDTH, smallest_damping_ratio
-from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.lines import (
+    LINES_AT_MOST,
+    LINES_PER_BANDWIDTH,
+    line_count,
+    smallest_damping_ratio,
+)
+from pidpanel.solve.model import ResponseError, UnstableDamping
 from pidpanel.solve.power import power_balance
 from pidpanel.solve.sharpness import least_damping_ratio
 from pidpanel.solve.solvers import PanelSolver
 
 ENOUGH_LINES = 4.0
 """To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`."""
+
+FEWEST_LINES = 3.0
+"""The same where `LINES_AT_MOST` allow no more: a mean square is then within 2e-4."""
 
 MASS_LINES = 12
 """Frequencies at which the mass of a damper is taken before its motion is known."""
@@ -184,14 +192,10 @@ def plan_cases(
     return CasePlan(rows, keys, layouts)
 
 
-def resolving(panel: PanelInSound, plan: CasePlan) -> PanelInSound:
-    """Return the panel with lines for the resonances that the masses of its dampers make.
-
-    A mass that is light beside the panel leaves the lines as they are: of their eight to a
-    bandwidth `ENOUGH_LINES` do.
-    """
-    extent, damping_ratio = panel.settings.frequency_range, panel.settings.damping_ratio
-    mass, lines = np.zeros(len(panel.patch_area)), np.geomspace(*extent, MASS_LINES)
+def heaviest_dampers(panel: PanelInSound, plan: CasePlan) -> Array:
+    """Return the largest mass or apparent mass on each patch, (n_patches,) [kg/m²]."""
+    mass = np.zeros(len(panel.patch_area))
+    lines = np.geomspace(*panel.settings.frequency_range, MASS_LINES)
     distinct = {
         (damper.patch, damper.source, damper.fill_fraction): damper
         for *_, dampers in plan.rows
@@ -199,12 +203,39 @@ def resolving(panel: PanelInSound, plan: CasePlan) -> PanelInSound:
     }
     for damper in distinct.values():
         mass[damper.patch] = max(mass[damper.patch], damper.largest_mass(lines))
-    smallest = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, extent)
-    ratio = max(
-        min(damping_ratio, smallest * LINES_PER_BANDWIDTH / ENOUGH_LINES),
-        smallest_damping_ratio(*extent),
-    )
-    return replace(panel, least_damping_ratio=min(ratio, damping_ratio))
+    return mass
+
+
+def resolving(panel: PanelInSound, mass: Array) -> PanelInSound:
+    """Return the panel with lines for the resonances that the masses of its dampers make.
+
+    A mass that is light beside the panel leaves the lines as they are: of their eight to a
+    bandwidth `ENOUGH_LINES` do.
+
+    Parameters
+    ----------
+    panel
+        The panel.
+    mass
+        From `heaviest_dampers`.
+
+    Raises
+    ------
+    ResponseError
+        Where that takes more lines than there may be.
+    """
+    (low, high), damping_ratio = panel.settings.frequency_range, panel.settings.damping_ratio
+    least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, (low, high))
+    ratio = min(damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES)
+    smallest = smallest_damping_ratio(low, high)
+    if ratio < min(smallest, damping_ratio) * FEWEST_LINES / ENOUGH_LINES:
+        raise ResponseError(
+            f"dampers of up to {mass.max():.3g} kg/m² leave resonances with a damping ratio of"
+            f" {least:.2g}, which takes {line_count(low, high, ratio)} frequency lines from {low:g}"
+            f" to {high:g} Hz; allowed are {LINES_AT_MOST}: a larger panel.damping_ratio, or a"
+            " narrower response.frequency_hz"
+        )
+    return replace(panel, least_damping_ratio=max(ratio, min(smallest, damping_ratio)))
 
 
 class BalanceCheck:

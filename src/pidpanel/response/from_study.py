@@ -6,6 +6,7 @@ Behind it are functions of data: `cases` solves, `results`, `mapping` and `expor
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,9 @@ from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
+from pidpanel.panel.resolution import element_sizes, frequency_shift
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import ResponseScenario
@@ -92,6 +95,8 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
         Where the file of the air is not given though it counts.
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
+    basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
+    longest = float(element_sizes(basis.vertex_position, basis.cells).max())
     return PanelInSound(
         Settings(
             study.response.frequency_hz,
@@ -100,10 +105,12 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
             level.by == "element",
             level.acceleration_g,
         ),
-        read_basis(files.modes),
+        basis,
         excitation_of(study.sound, table),
         StudySound(study),
         read_air(study, radiation, table, files.air),
+        mass_per_area=panel.section.mass_per_area,
+        shift_of_wave=partial(frequency_shift, panel.element, longest, panel.section),
     )
 
 

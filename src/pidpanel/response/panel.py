@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
@@ -105,6 +105,15 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     return PatchElements(parts, patch)
 
 
+ShiftOfWave = Callable[[float, float], float]
+"""(frequency [Hz], added mass [kg/m²]) → share by which the mesh raises the frequency [1]."""
+
+
+def no_shift(frequency: float, added_mass: float) -> float:
+    """Return the shift of a mesh that makes none."""
+    return 0.0
+
+
 @dataclass(frozen=True)
 class PanelInSound:
     """A panel in its sound.
@@ -121,6 +130,10 @@ class PanelInSound:
         Elements of the patches; None where they are not looked at.
     least_damping_ratio
         Of the resonances that the lines must resolve; None for that of the bare panel.
+    mass_per_area
+        Of the panel, without dampers [kg/m²].
+    shift_of_wave
+        Share by which the mesh raises the frequency of a wave.
     """
 
     settings: Settings
@@ -130,6 +143,8 @@ class PanelInSound:
     air: Air | None = None
     elements: PatchElements | None = None
     least_damping_ratio: float | None = None
+    mass_per_area: float = 1.0
+    shift_of_wave: ShiftOfWave = no_shift
 
     @cached_property
     def modal(self) -> ModalBasis:

@@ -16,6 +16,7 @@ from pidpanel.response.cases import (
     CasePlan,
     ResponseScenario,
     SolvedCase,
+    heaviest_dampers,
     plan_cases,
     resolving,
 )
@@ -30,8 +31,9 @@ from pidpanel.solve.basis_error import (
     lines_to_try,
 )
 from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.mesh_error import MeshError, mesh_error, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
-from pidpanel.solve.sharpness import flanks
+from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver
 
 ATTEMPTS = 4
@@ -53,6 +55,8 @@ class CheckedResponses:
         scenario, its bare panel and its dead weight; NaN where there is no response.
     further_shapes
         (n_free, k) what was added to the basis of the panel stage.
+    mesh_error
+        (n_cases,) what the mesh does to the PSDs and rms values; None where there is no response.
     """
 
     panel: PanelInSound
@@ -60,6 +64,7 @@ class CheckedResponses:
     cases: Sequence[SolvedCase]
     basis_error: Array
     further_shapes: Array
+    mesh_error: Sequence[MeshError | None]
 
 
 def checked_responses(
@@ -74,7 +79,8 @@ def checked_responses(
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
-    panel = resolving(panel, plan_cases(panel, scenarios, models, dead_weight=False))
+    mass = heaviest_dampers(panel, plan_cases(panel, scenarios, models, dead_weight=False))
+    panel = resolving(panel, mass)
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widen(panel, plate, further_shapes)
@@ -104,7 +110,40 @@ def checked_responses(
             file=sys.stderr,
         )
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
-    return CheckedResponses(wider, solver, plan.solve(solver), worst, further_shapes)
+    cases = plan.solve(solver)
+    return CheckedResponses(
+        wider, solver, cases, worst, further_shapes, _mesh_errors(wider, cases, mass)
+    )
+
+
+def _mesh_errors(
+    panel: PanelInSound, cases: Sequence[SolvedCase], mass: Array
+) -> list[MeshError | None]:
+    """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
+    f, overlap = panel.frequency, panel.basis.patch_overlap
+    shift = {}
+    for is_bare in {case.scenario.is_bare for case in cases}:
+        on_patch = np.zeros_like(mass) if is_bare else mass
+        modes = loaded_modes(panel.modal, overlap, on_patch, panel.mass_per_area)
+        up_to = modes.frequency <= 2 * f[-1]
+        modes = LoadedModes(
+            modes.frequency[up_to], modes.damping_ratio[up_to], modes.share[:, up_to]
+        )
+        of_wave = [
+            [panel.shift_of_wave(one, extra) for one in modes.frequency.tolist()]
+            for extra in (0.0, *on_patch.tolist())
+        ]
+        bare, *patches = np.array(of_wave).reshape(1 + len(mass), -1)
+        shift[is_bare] = shift_of_modes(f, modes, bare, np.array(patches).reshape(len(mass), -1))
+    spectrum = panel.excitation.spectrum(f)
+    errors: list[MeshError | None] = []
+    for case in cases:
+        if isinstance(case.response, UnstableDamping):
+            errors.append(None)
+            continue
+        psd = case.response.response.acceleration_psd
+        errors.append(mesh_error(f, psd, spectrum, shift[case.scenario.is_bare]))
+    return errors
 
 
 def _with_flanks(lines: Array, panel: PanelInSound, solver: PanelSolver, plan: CasePlan) -> Array:

@@ -29,6 +29,7 @@ from pidpanel.response.tables import (
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.mesh_error import MeshError
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
 from pidpanel.solve.solvers import PanelSolver, Request
 
@@ -86,8 +87,10 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     """
     panel, basis = checked.panel, checked.panel.basis
     rows = _Rows(checked, tabulation)
-    for case, basis_error in zip(checked.cases, checked.basis_error.tolist(), strict=True):
-        rows.add(case, basis_error)
+    for case, basis_error, mesh in zip(
+        checked.cases, checked.basis_error.tolist(), checked.mesh_error, strict=True
+    ):
+        rows.add(case, basis_error, mesh)
     labels = [scenario.label for scenario in tabulation.scenarios]
     axes = (panel.frequency, list(tabulation.models), labels, basis.point_names)
     run = tabulation.coupled_errors
@@ -180,10 +183,10 @@ class _Rows:
         self.errors: dict[tuple[str, str], uncertainty.StandardErrors] = {}
         self.strains: dict[tuple[str, str], Array] = {}
 
-    def add(self, case: SolvedCase, basis_error: float) -> None:
+    def add(self, case: SolvedCase, basis_error: float, mesh: MeshError | None) -> None:
         """Add a case."""
         panel, response, key = self._panel, case.response, (case.model, case.scenario.label)
-        if isinstance(response, UnstableDamping):
+        if isinstance(response, UnstableDamping) or mesh is None:
             print(f"{case.model}, {case.scenario.label}: {response}", file=sys.stderr)
             self.summary += [
                 {**_first_columns(case), "status": "unstable", "point": point}
@@ -200,7 +203,10 @@ class _Rows:
             self.errors[key] = error
         by_patch = patch_rows(panel, case, response)
         self.summary += [
-            {**row, "basis_error": basis_error} for row in self._summary_rows(case, response, error)
+            {**row, "basis_error": basis_error, "mesh_error": line, "mesh_error_rms": rms}
+            for row, line, rms in zip(
+                self._summary_rows(case, response, error), mesh.line, mesh.rms, strict=True
+            )
         ]
         self.layouts += [{**_names(case), **row} for row in by_patch]
         self.responses[key] = on_patches(panel, case, response)

@@ -10,6 +10,7 @@ import pandas as pd
 
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario
+from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS
 
 POWER_BALANCE = 1e-3
 """Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
@@ -19,6 +20,11 @@ MOTION_RESIDUAL = 1e-3
 
 BASIS_ERROR = 5e-3
 """Error of a PSD that the shapes of the panel may leave (README)."""
+
+MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
+"""Error of a PSD at any line, and of an rms acceleration, that the mesh may make."""
+
+COARSE_MESH = "mesh too coarse"
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 CARRIED, KNOWN_TO = "carried from another level", "known to"
@@ -111,9 +117,16 @@ def doubts(rows: Sequence[dict[str, Any]], *, is_bare: bool) -> list[str]:
         said.append("motion not converged")
     if first.get("basis_error", 0.0) > BASIS_ERROR:
         said.append("basis too small")
+    if largest(rows, "mesh_error") > MESH_ERROR or largest(rows, "mesh_error_rms") > MESH_RMS:
+        said.append(COARSE_MESH)
     if not is_bare and not math.isfinite(first.get("reduction_error_db", math.nan)):
         said.append(NO_ERROR)
     return said
+
+
+def largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
+    """Return the largest value of a column; 0 where there is none."""
+    return max((row.get(column, 0.0) for row in rows), default=0.0)
 
 
 def doubts_of_runs(rows: Sequence[dict[str, Any]], wanted: float, *, is_carried: bool) -> list[str]:

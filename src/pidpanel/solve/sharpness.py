@@ -7,12 +7,54 @@ all over the panel that of a mode is ζ/√(1 + m_a/m″).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
 
 from pidpanel.arrays import Array, Index
 from pidpanel.solve.model import ModalBasis
+
+
+@dataclass(frozen=True)
+class LoadedModes:
+    """Modes of a panel with masses on its patches.
+
+    Attributes
+    ----------
+    frequency
+        (n,) [Hz], ascending.
+    damping_ratio
+        (n,) [1]; infinite of a rigid body's mode.
+    share
+        (n_patches, n) of the kinetic energy, panel and mass [1].
+    """
+
+    frequency: Array
+    damping_ratio: Array
+    share: Array
+
+
+def loaded_modes(
+    modal: ModalBasis, overlap: Array, mass: Array, mass_per_area: float
+) -> LoadedModes:
+    """Return the modes of a panel with masses on its patches, in the shapes of the bare panel.
+
+    Parameters
+    ----------
+    modal, overlap, mass
+        As of `least_damping_ratio`.
+    mass_per_area
+        Of the panel [kg/m²].
+    """
+    loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
+    square, shape = la.eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), loaded)
+    omega = np.sqrt(np.maximum(square, 0.0))
+    damping = np.sum(modal.damping[:, None] * shape**2, axis=0)
+    ratio = np.divide(damping, 2 * omega, out=np.full(omega.shape, np.inf), where=omega > 0)
+    moved = np.array([np.sum(shape * (D @ shape), axis=0) for D in overlap])
+    share = (mass_per_area + mass)[:, None] * moved.reshape(len(mass), -1)
+    return LoadedModes(omega / (2 * np.pi), ratio, share)
 
 
 def least_damping_ratio(
@@ -36,15 +78,11 @@ def least_damping_ratio(
     >>> round(least_damping_ratio(modal, whole, np.array([12.0]), (10.0, 100.0)), 6)
     0.005
     """
-    omega = modal.angular_frequency
-    loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
-    square, shape = la.eigh(np.diag(modal.modal_mass * omega**2), loaded)
-    natural = np.sqrt(np.maximum(square, 0.0))
-    low, high = 2 * np.pi * np.array(frequency_range)
-    inside = (natural >= low) & (natural <= high)
-    damping = np.sum(modal.damping[:, None] * shape**2, axis=0)[inside]
+    modes = loaded_modes(modal, overlap, mass, 0.0)
+    low, high = frequency_range
+    inside = (modes.frequency >= low) & (modes.frequency <= high)
     bare = float(modal.damping_ratio.max(initial=0.0))
-    return float(np.min(damping / (2 * natural[inside]), initial=bare))
+    return float(np.min(modes.damping_ratio[inside], initial=bare))
 
 
 def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: int) -> Array:

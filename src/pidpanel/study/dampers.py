@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pidpanel.constants import MOST_LOSS_FACTOR
+from pidpanel.columns import ColumnsError, read_rows
+from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.paths import DATA
 from pidpanel.study.base import SectionModel
 from pidpanel.study.coupon import Coupon
@@ -27,19 +28,24 @@ LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
 """η; what is above is taken for percent."""
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
+WeighsAs = Literal["particles"]
+"""What m_a is: the mass of the particles."""
+
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),
     "law": (),
-    "table": ("interpolation",),
+    "table": ("interpolation", "apparent_mass"),
     "impedance": ("interpolation",),
     "equivalent_damping_n_s_m3": (
         "equivalent_damping_error_n_s_m3",
+        "apparent_mass",
         "apparent_mass_kg_m2",
         "apparent_mass_error_kg_m2",
         "particle_mass_per_area_kg_m2",
     ),
     "loss_factor": (
         "loss_factor_error",
+        "apparent_mass",
         "apparent_mass_kg_m2",
         "apparent_mass_error_kg_m2",
         "particle_mass_per_area_kg_m2",
@@ -47,6 +53,33 @@ ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     ),
 }
 """Kinds of a damper, by the key that makes it one, and the keys that may stand beside it."""
+
+
+def mass_in_table(file: Path, fill_fraction: float | None, weighs_as: WeighsAs | None) -> float:
+    """Return the largest m_a of a table about a fill fraction [kg/m²]; 0 where it cannot be read.
+
+    What is wrong with a table is reported where its damping is read.
+    """
+    try:
+        table = read_rows(file)
+        rows = [dict(zip(table.header, map(float, cells), strict=True)) for _, cells in table.rows]
+    except (ColumnsError, ValueError):
+        return 0.0
+    fills = sorted({row["fill_fraction"] for row in rows if "fill_fraction" in row})
+    if fills and fill_fraction is not None:
+        # the rows on both sides of the fill
+        low = max((fill for fill in fills if fill <= fill_fraction), default=fills[0])
+        high = min((fill for fill in fills if fill >= fill_fraction), default=fills[-1])
+        rows = [row for row in rows if low <= row["fill_fraction"] <= high]
+    masses = [0.0]
+    for row in rows:
+        if weighs_as == "particles":
+            masses.append(row.get("particle_mass_per_area_kg_m2", 0.0))
+        masses.append(row.get("apparent_mass_kg_m2", 0.0))
+        if row.get("frequency_hz"):
+            omega = 2 * math.pi * row["frequency_hz"]
+            masses.append(row.get("impedance_imag_n_s_m3", 0.0) / omega)
+    return max(masses)
 
 
 class Damper(SectionModel):
@@ -73,6 +106,9 @@ class Damper(SectionModel):
     """Its standard error [N s/m³]."""
     apparent_mass_kg_m2: ApparentMass | None = None
     """m_a at every frequency, fill fraction and amplitude [kg/m²]; 0 by default."""
+    apparent_mass: WeighsAs | None = None
+    """``particles``: m_a is the mass of the particles, where the damping was measured without it:
+    a table without a column ``apparent_mass_kg_m2``, or constants."""
     apparent_mass_error_kg_m2: ApparentMass | None = None
     """Its standard error [kg/m²]."""
     loss_factor: LossFactor | None = None
@@ -106,6 +142,16 @@ class Damper(SectionModel):
         yield from self._mistakes_of_errors()
         if self.loss_factor is not None:
             yield from self._mistakes_of_loss_factor()
+        if self.apparent_mass is not None:
+            yield from self._mistakes_of_mass()
+        elif MOST_OF_MASS * (self.particle_mass_per_area_kg_m2 or math.inf) < (
+            self.apparent_mass_kg_m2 or 0.0
+        ):
+            yield Mistake(
+                ("apparent_mass_kg_m2",),
+                f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
+                f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?",
+            )
         if self.coupon is not None and self.coupon.vary:
             yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
 
@@ -117,6 +163,11 @@ class Damper(SectionModel):
         lines = self.table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
         header = next((line for line in lines if line.partition("#")[0].strip()), "")
         return "fill_fraction" in [name.strip() for name in header.partition("#")[0].split(",")]
+
+    def mass_of_rows(self, fill_fraction: float | None) -> float:
+        """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""
+        file = self.table or self.impedance
+        return 0.0 if file is None else mass_in_table(file, fill_fraction, self.apparent_mass)
 
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
@@ -133,6 +184,13 @@ class Damper(SectionModel):
         mass = max(self.apparent_mass_kg_m2 or 0.0, self.particle_mass_per_area_kg_m2 or 0.0)
         dashpot = (self.equivalent_damping_n_s_m3 or 0.0) / (2 * math.pi * frequency)
         return max(mass, dashpot)
+
+    def _mistakes_of_mass(self) -> Iterator[Mistake]:
+        """Yield an m_a that is given twice, or of particles whose mass is not known."""
+        if self.apparent_mass_kg_m2 is not None:
+            yield Mistake(("apparent_mass",), "not allowed beside apparent_mass_kg_m2")
+        if self.table is None and self.particle_mass_per_area_kg_m2 is None:
+            yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
 
     def _mistakes_of_errors(self) -> Iterator[Mistake]:
         """Yield errors without their value; those of C_e and η are carried relative to it."""

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import RelativeError, SectionModel
-from pidpanel.study.dampers import Interpolation
+from pidpanel.study.dampers import Interpolation, WeighsAs
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, Mistakes
 from pidpanel.study.particles import Modulus
@@ -131,6 +131,8 @@ class Damping(SectionModel):
     """CSV table of measured damping, for the damping model ``table``."""
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
+    apparent_mass: WeighsAs | None = None
+    """``particles``: m_a is the mass of the particles, for a table measured without it."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
     tones: Tones | None = None
@@ -174,3 +176,5 @@ class Damping(SectionModel):
             )
         if self.interpolation is not None and self.table is None:
             yield Mistake(("interpolation",), "only allowed with table")
+        if self.apparent_mass is not None and self.table is None:
+            yield Mistake(("apparent_mass",), "only allowed with table")

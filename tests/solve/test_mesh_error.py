@@ -1,0 +1,60 @@
+"""What the mesh does to PSDs: stated for resonances that are known to be too high."""
+
+import numpy as np
+import pytest
+
+from pidpanel.solve.mesh_error import decibels, mesh_error, shift_of_modes
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.sharpness import loaded_modes
+
+RATIO = 0.01
+AT = np.array([120.0, 310.0, 340.0, 770.0])
+
+
+def resonances(frequency, raised=0.0):
+    """(nf, 1) of an acceleration under white pressure."""
+    f = frequency[:, None]
+    at = AT * (1 + raised)
+    return np.sum(f**4 / ((f**2 - at**2) ** 2 + (2 * RATIO * f * at) ** 2), axis=1)[:, None]
+
+
+@pytest.mark.parametrize("raised", [1e-4, 1e-3, 3e-3])
+def test_the_error_is_that_of_resonances_which_are_too_high(raised):
+    # red: shift left out of `raised`; expm1(2 * line); rms without the square root
+    f = np.geomspace(50, 1000, 20_000)
+    true, meshed = resonances(f), resonances(f, raised)
+    error = mesh_error(f, meshed, np.ones_like(f), np.full(f.shape, raised))
+    np.testing.assert_allclose(error.line, np.max(np.abs(true / meshed - 1)), rtol=0.05)
+    squares = np.trapezoid(np.hstack([true, meshed]), f, axis=0)
+    difference = abs(np.sqrt(squares[0] / squares[1]) - 1)
+    # of the weight f⁴ at a resonance, beside what its shift does at the ends of the range
+    assert error.rms == pytest.approx(difference, abs=2.5 * raised)
+
+
+def test_steps_of_the_sound_do_not_count():
+    # red: transfer without the division by input_psd
+    f = np.geomspace(50, 1000, 2000)
+    step = np.where(f < 500, 1.0, 4.0)
+    smooth = (step * f**2)[:, None]
+    error = mesh_error(f, smooth, step, np.full(f.shape, 1e-3))
+    assert error.line == pytest.approx(2e-3, rel=0.02)
+    resting = mesh_error(f, np.zeros((2000, 1)), step, np.full(f.shape, 1e-3))
+    assert resting.line == 0 and resting.rms == 0  # a point on a support
+
+
+def test_a_mode_is_raised_by_the_mean_over_its_kinetic_energy():
+    # red: share without m″ in `loaded_modes`; rest left out of the shift; no accumulation
+    modal = ModalBasis([30.0, 90.0], [2.0, 2.0], RATIO)  # of 4 kg/m² on 2 m²
+    patch = np.diag([0.25, 0.0])[None]  # half the energy of the first, nothing of the second
+    modes = loaded_modes(modal, patch, np.array([12.0]), 4.0)
+    share = 16 * 0.25 / (2 + 12 * 0.25)
+    np.testing.assert_allclose(modes.share, [[share, 0.0]])
+    np.testing.assert_allclose(modes.frequency, [30 / np.sqrt(2.5), 90.0])
+    shift = shift_of_modes(np.array([10.0, 60.0]), modes, np.array([1e-4, 1e-3]), [[1e-2, 1e-2]])
+    first = share * 1e-2 + (1 - share) * 1e-4
+    np.testing.assert_allclose(shift, [first, first])  # the second has less
+
+
+def test_decibels_of_an_error():
+    # red: 20 *
+    assert decibels(10**0.05 - 1) == pytest.approx(0.5)
