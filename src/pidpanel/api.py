@@ -29,7 +29,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
-from pidpanel.report.known_errors import with_known_errors
+from pidpanel.report.known_errors import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -237,12 +237,14 @@ class Model:
         ResultsError
             If it rests on LIGGGHTS and the study was not run, or has changed since.
         """
+        from pidpanel.report.from_study import partly_known  # matplotlib is slow to import
+
         study, files = self._with_panel(), self._stages
         if "psd.nc" not in files:
             self._respond()
         with xr.open_dataset(files["psd.nc"], engine="scipy") as dataset:
             psd = dataset.load()
-        summary, psd = with_known_errors(study, self.summary(), psd)
+        summary, psd = without_errors(partly_known(study), self.summary(), psd)
         index = summary.set_index(["reading", "scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():

@@ -1,7 +1,7 @@
 """The page of a study of the coupon alone, and its figures."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.report.write import write_coupon_page
+from pidpanel.report.from_study import write_coupon_page
 
 
 def main(job: Job) -> None:

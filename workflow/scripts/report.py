@@ -1,7 +1,7 @@
 """The page of a study with a panel, and its figures."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.report.write import write_study_page
+from pidpanel.report.from_study import write_study_page
 
 
 def main(job: Job) -> None:

@@ -8,12 +8,8 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pidpanel.cli.parser import FILES, add_directory, completed
-
-if TYPE_CHECKING:  # pydantic is slow to import
-    from pidpanel.study import Study
 
 HELP = "Compare two studies: tables, PSDs and maps side by side."
 
@@ -42,21 +38,22 @@ def call(args: argparse.Namespace) -> int:
     return 0
 
 
-def _folder(name: Path, results: Path) -> tuple[Path, Study | None]:
-    """Return the folder of the results that a study, or that folder itself, names; its study."""
+def _folder(name: Path, results: Path) -> tuple[Path, list[str]]:
+    """Return the folder that a study, or itself, names, and its scenarios without errors."""
     from pidpanel.paths import study_path
     from pidpanel.provenance.owner import check_owner
+    from pidpanel.report.from_study import partly_known
     from pidpanel.study import StudyError, load_study
 
-    study = None
+    unknown: list[str] = []
     if name.is_dir():
         folder = name.absolute()
     elif study_path(str(name)).is_file():
         study = load_study(study_path(str(name)))
         check_owner(study, study_path(str(name)), results)
-        folder = results / study.name
+        folder, unknown = results / study.name, partly_known(study)
     else:
         raise StudyError(f"{name}: must be a study or the folder of its results")
     if not (folder / "response" / "summary.csv").is_file():
         raise StudyError(f"{folder}: has no response/summary.csv; run the study first")
-    return folder, study
+    return folder, unknown

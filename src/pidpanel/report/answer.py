@@ -14,22 +14,18 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.report.names import scenario_name
+from pidpanel.damping.coupled import COUPLED
+from pidpanel.report.inputs import ReportedStudy
+from pidpanel.report.names import ReportedScenario
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import records
 from pidpanel.response.trust import doubts_in
-from pidpanel.sound.from_study import spectrum_of
-from pidpanel.study import Scenario, Study
-from pidpanel.study.damping import COUPLED
 
 SIGNIFICANCE = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
 
 ROWS = 5
 """Scenarios in the first table at most, beside the bare panel."""
-
-SAME_LEVEL = 0.05
-"""Difference of two levels below which they are written alike [dB]."""
 
 PREFERRED = (
     "coupled", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
@@ -52,7 +48,7 @@ class PointResponse:
 class Candidate:
     """A scenario that might be chosen."""
 
-    scenario: Scenario
+    scenario: ReportedScenario
     mass: float  # of its dampers [kg]; NaN if unknown
     share: float  # of the panel, in percent
     responses: dict[str, PointResponse]  # by point; empty without a steady response
@@ -61,7 +57,7 @@ class Candidate:
     @property
     def name(self) -> str:
         """The scenario as a reader knows it."""
-        return scenario_name(self.scenario)
+        return self.scenario.name
 
 
 @dataclass(frozen=True)
@@ -73,7 +69,7 @@ class StudyAnswer:
     points: tuple[str, ...]  # those that move, the largest motion of the bare panel first
     bare: Candidate
     candidates: tuple[Candidate, ...]  # the largest reduction at the worst point first
-    lost: tuple[Scenario, ...]  # without a steady response
+    lost: tuple[ReportedScenario, ...]  # without a steady response
 
     @property
     def worst(self) -> str:
@@ -135,18 +131,18 @@ def is_gain(response: PointResponse) -> bool | None:
     return response.reduction > SIGNIFICANCE * response.reduction_error
 
 
-def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
+def answer_of(study: ReportedStudy, summary: pd.DataFrame) -> StudyAnswer | None:
     """Return what a study answers in its `main_reading` at its `main_level`."""
     reading = main_reading(study.readings)
-    level = main_level(study)
+    level = study.level
     table = summary[summary["reading"] == reading]
     by_key = {(row["scenario"], row["point"]): row for row in records(table)}
-    points = moving_points(table, list(study.panel.points))
-    bare = Scenario.bare_at(level)
+    points = moving_points(table, study.panel.points)
     if not points:
         return None
+    (bare,) = (s for s in study.scenarios if s.oaspl_db == level and s.is_bare)
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
-    scenarios = [s for s in study.all_scenarios() if s.oaspl_db == level and not s.is_bare]
+    scenarios = [s for s in study.scenarios if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     candidates = candidates_of(table, reading, steady, points)
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
@@ -162,7 +158,10 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
 
 
 def candidates_of(
-    summary: pd.DataFrame, reading: str, scenarios: Sequence[Scenario], points: Sequence[str]
+    summary: pd.DataFrame,
+    reading: str,
+    scenarios: Sequence[ReportedScenario],
+    points: Sequence[str],
 ) -> list[Candidate]:
     """Return those of some scenarios that have a steady response, in their order."""
     table = summary[summary["reading"] == reading]
@@ -177,25 +176,7 @@ def main_reading(readings: Sequence[str]) -> str:
     return available[0] if available else readings[0]
 
 
-def main_level(study: Study) -> float | None:
-    """Return the level at which a study answers: its own if dampers are tried there.
-
-    Otherwise that of most scenarios, the highest of several.
-    """
-    study_level = study.sound.oaspl_db
-    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
-    if study_level in levels:
-        return study_level
-    table = spectrum_of(study.sound).oaspl
-    for level in levels:
-        if level is not None and abs(level - table) < SAME_LEVEL:
-            return level
-    return max(
-        levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
-    )
-
-
-def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
+def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Candidate:
     responses = {
         str(row["point"]): PointResponse(
             row["acceleration_rms_g"],

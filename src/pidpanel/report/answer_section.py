@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from pidpanel.arrays import Flags
 from pidpanel.panel.attachments import LineMass, Spring
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import response_figures, style
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
@@ -32,7 +31,7 @@ def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:
     blocks.append(psd_block(inputs, answer))
     weighed = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     if weighed:
-        blocks.append(mass_block(answer, weighed, list(inputs.study.panel.patches)))
+        blocks.append(mass_block(answer, weighed, inputs.study.panel.patches))
     return blocks
 
 
@@ -92,7 +91,7 @@ def trust(candidate: Candidate) -> str:
 
 def drawing_of(inputs: Inputs) -> Drawing:
     """Return the panel of a study with all that is on it."""
-    panel, basis = StudiedPanel(inputs.study.panel), inputs.basis
+    panel, basis = inputs.study.panel, inputs.basis
     supports = panel.supports
     points = {name: (support.position, support.kind) for name, support in supports.points.items()}
     masses: dict[str, tuple[tuple[float, float], ...]] = {}
@@ -196,5 +195,4 @@ def _group(candidate: Candidate) -> str:
     fillings = candidate.scenario.fillings
     if len(fillings) > 1:
         return candidate.scenario.label
-    damper = fillings[0].damper
-    return fillings[0].patch + ("" if damper in (None, "coupon") else f", {damper}")
+    return ", ".join(fillings[0].place)

@@ -15,7 +15,6 @@ from pidpanel.report.answer import (
     StudyAnswer,
     are_apart,
     is_gain,
-    main_level,
 )
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.radiation_section import SIDES, compared
@@ -164,7 +163,7 @@ def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
         (
             KNOWN_TO,
             "the error of g rms is more than twice the requested "
-            f"{percent(study.damping.coupled.relative_error, 1)}",
+            f"{percent(study.coupled_error, 1)}",
         ),
         (
             "several solutions",
@@ -202,7 +201,7 @@ def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
         )
     if inputs.radiation is not None and answer.candidates:
         sentences.append(_air(inputs, answer))
-    elif inputs.study.response.radiation == "none" and answer.candidates:
+    elif inputs.study.radiation == "none" and answer.candidates:
         sentences.append(
             "Radiation damping is not included, so reductions are overestimated "
             "(response.radiation_beside)."
@@ -268,9 +267,9 @@ def worst_map(inputs: Inputs) -> tuple[str, Array] | None:
 
 def level_text(inputs: Inputs) -> str:
     """Return the level at which the page answers, where the study has several."""
-    levels = {s.oaspl_db for s in inputs.study.all_scenarios()}
+    levels = {s.oaspl_db for s in inputs.study.scenarios}
     if len(levels) < 2:
         return ""
-    level = main_level(inputs.study)
+    level = inputs.study.level
     named = "the level of its spectrum" if level is None else f"{level:g} dB"
     return f" At {named}; other levels are below."

@@ -22,10 +22,10 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.claims_table import Finding, Verdict
+from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
 from pidpanel.solve.bands import reduction
-from pidpanel.study import Study
 
 ALIKE = 1.0
 """Difference [dB] below which two rms values are one to the reader of a plot of six decades."""
@@ -193,7 +193,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 
 
 def verdicts(
-    study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
+    study: ReportedStudy, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> list[Verdict]:
     """Test every claim of the paper that the study's scenarios allow, in each reading."""
     return [
@@ -229,14 +229,14 @@ def _patch_verdicts(
 
 
 def _family_verdicts(
-    study: Study,
+    study: ReportedStudy,
     name: str,
     reading: str,
     summary: pd.DataFrame,
     psd: xr.Dataset,
     distance: pd.DataFrame,
 ) -> Iterator[Verdict]:
-    scenarios = study.family_scenarios(name)
+    scenarios = study.families[name].scenarios
     points = moving_points(summary, list(study.panel.points))
     if not points:
         return
@@ -244,7 +244,7 @@ def _family_verdicts(
     labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
     rms = rms_by(summary, reading, labels, points)
     error = rms_by(summary, reading, labels, points, "reduction_error_db")
-    bare_labels = [s.bare.label for s in scenarios]
+    bare_labels = [s.bare_label for s in scenarios]
     bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
     whole = bool(np.isfinite(rms.to_numpy(float)).all())
 

@@ -14,9 +14,9 @@ import xarray as xr
 
 from pidpanel.arrays import Flags
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.report.known_errors import with_known_errors
+from pidpanel.report.known_errors import without_errors
+from pidpanel.report.read import read_dataset
 from pidpanel.report.text import value_text
-from pidpanel.study import Study
 
 SIGMAS = 2.0
 """Standard errors of a difference from which it counts as one: 95 % of a normal distribution."""
@@ -86,31 +86,27 @@ class Difference:
         return "lower" if self.reduction > 0 else "higher"
 
 
-def read_side(folder: Path, study: Study | None = None) -> Side:
+def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     """Read the results of a study, ``results/<study>``.
 
     Parameters
     ----------
     folder
         Of the results.
-    study
-        Which tells of what dampers no error is known; None where only the results are there.
+    unknown
+        Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
     response = folder / "response"
-    summary = pd.read_csv(response / "summary.csv", dtype={"point": str})
-    psd = _read(response / "psd.nc")
-    if study is not None:
-        summary, psd = with_known_errors(study, summary, psd)
+    summary, psd = without_errors(
+        unknown,
+        pd.read_csv(response / "summary.csv", dtype={"point": str}),
+        read_dataset(response / "psd.nc"),
+    )
     maps, inside = None, None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
-        maps = _read(response / "maps.nc")
+        maps = read_dataset(response / "maps.nc")
         inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
     return Side(folder.name, summary, psd, maps, inside)
-
-
-def _read(path: Path) -> xr.Dataset:
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return dataset.load()
 
 
 def values_of(summary: pd.DataFrame) -> dict[Key, Value]:

@@ -13,13 +13,13 @@ from pidpanel.report.films import film_picture
 from pidpanel.report.html import Block, Page, Paragraph
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.losses_section import losses_section
-from pidpanel.report.varied_section import varied_findings, varied_keys, varied_section
+from pidpanel.report.varied_section import varied_findings, varied_section
 from pidpanel.report.warnings import coupon_warnings
-from pidpanel.study import CouponStudy
 
 
 def coupon_page(
-    study: CouponStudy,
+    title: str,
+    assumptions: Sequence[str],
     stamp: Mapping[str, str],
     coupon: CouponResults,
     steps: Sequence[tuple[str, str]],
@@ -27,12 +27,10 @@ def coupon_page(
     """Return the whole page; call it within `style.context`."""
     good = coupon.cases[coupon.cases["status"] == "ok"]
     lost = coupon.cases[coupon.cases["status"] != "ok"]
-    keys = varied_keys(study)
+    keys = coupon.varied
     findings = varied_findings(good, keys) or [coupon_finding(good)]
     varied = varied_section(good, keys) if keys else None
-    first: list[Block] = [
-        Paragraph(coupon_text(settings, coupon.cases)) for settings in study.coupons.values()
-    ]
+    first: list[Block] = [Paragraph(coupon_text(coupon))]
     if varied is not None:
         first += varied.blocks
     if coupon.shot is not None:
@@ -40,7 +38,7 @@ def coupon_page(
     warnings = coupon_warnings(coupon.cases)
     sections = [coupon_section(replace(coupon, shot=None), varied=keys), losses_section(good)]
     return Page(
-        title=study.title or study.name,
+        title=title,
         answer=findings[0],
         first=first,
         caveats=warnings[:CAVEATS],
@@ -48,7 +46,7 @@ def coupon_page(
             ("Coupon", cases_text(coupon.cases)),
             ("Software", software_text(stamp, dem=True)),
         ],
-        assumptions=study.assumptions,
+        assumptions=assumptions,
         summary=findings[1:],
         warnings=[
             *warnings[CAVEATS:],

@@ -13,8 +13,6 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
 from pidpanel.solve.mesh_error import decibels
-from pidpanel.study import Study
-from pidpanel.study.damping import COUPLED
 
 COUPLED_TABLES = ("summary", "third_octaves", "impedance", "psd", "verdict")
 """Tables of the coupled runs in ``coupled/``."""
@@ -23,24 +21,22 @@ COUPLED_TABLES = ("summary", "third_octaves", "impedance", "psd", "verdict")
 def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
     """Return the facts of a study with a panel, as (name, value)."""
     study = inputs.study
-    low, high = study.response.frequency_hz
+    low, high = study.frequency
     good = inputs.summary[inputs.summary["status"] == "ok"]
     rows = [
-        ("Panel", panel_text(study, inputs.basis, inputs.section)),
-        ("Sound", sound_text(study)),
+        ("Panel", panel_text(study.panel, inputs.basis, inputs.section)),
+        ("Sound", study.sound),
         (
             "Response",
-            f"{low:g} to {high:g} Hz, {inputs.psd.sizes['frequency']} lines; "
-            f"{study.response.modal_damping} modal damping matrix; apparent mass of the damper "
-            + ("included" if study.response.damper_mass else "neglected"),
+            f"{low:g} to {high:g} Hz, {inputs.psd.sizes['frequency']} lines; {study.terms}",
         ),
         (
             "Damping",
             "; ".join(READINGS[reading] for reading in study.readings)
-            if study.scenarios
+            if study.has_dampers
             else "none: the bare panel alone",
         ),
-        *([("C_e(r, f, Γ) evaluated at", read_at_text(study))] if study.scenarios else []),
+        *([("C_e(r, f, Γ) evaluated at", study.read_at)] if study.has_dampers else []),
         *coupled_facts(inputs),
         (
             "Power balance",
@@ -88,28 +84,6 @@ def _share(value: float) -> str:
     return number(value, 2) if value > 1e-9 else "10⁻⁹"
 
 
-def sound_text(study: Study) -> str:
-    """Return the sound in words: field, spectrum, level, where the pressure is that of."""
-    sound = study.sound
-    parts = [f"{sound.field} field", sound.spectrum.name]
-    if sound.oaspl_db is not None:
-        parts.append(f"{sound.oaspl_db:g} dB overall")
-    parts.append(f"pressure reference: {sound.pressure_reference}")
-    return ", ".join(parts)
-
-
-def read_at_text(study: Study) -> str:
-    """Return at which Γ the damping is read."""
-    level = study.damping.level
-    if study.readings == (COUPLED,):
-        return "the motion of each patch in the coupled runs"
-    if level.by == "element":
-        return "the acceleration of each element of a patch (level.by: element)"
-    if level.kind == "patch":
-        return "the acceleration of the patch (level.kind: patch)"
-    return f"Γ = {level.acceleration_g:g} from the study (level.kind: stated)"
-
-
 def cases_text(cases: pd.DataFrame) -> str:
     """Return how many cases of a coupon there are, and how many of them are ok."""
     return f"{counted(len(cases), 'case')}, {int((cases['status'] == 'ok').sum())} of them ok"
@@ -139,22 +113,22 @@ def run_step(study_file: Path) -> tuple[str, str]:
     return ("In the folder that holds the folder results:", f"pidpanel run {shlex.quote(named)}")
 
 
-def files_step(study: Study, folder: Path) -> tuple[str, str]:
+def files_step(inputs: Inputs, folder: Path) -> tuple[str, str]:
     """Return which files hold the numbers of the page of a study with a panel."""
     files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
-    files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in study.coupons]
-    for name in study.surfaces:
+    files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in inputs.coupons]
+    for name in inputs.study.surfaces:
         names = ("surface.nc", "law.csv", "forms.csv")
         files += [str(of_damper(Path("damping"), name, file)) for file in names]
     files += ["sound/spectrum.csv", "response/psd.nc", "response/summary.csv"]
     files.append("response/layouts.csv")
     files += ["response/stress.csv", "response/maps.nc"]
-    if study.response.radiation_beside != "none":
+    if inputs.radiation is not None:
         files.append("response/radiation.csv")
-    files += [f"coupled/{name}.csv" for name in COUPLED_TABLES if study.is_coupled]
+    files += [f"coupled/{name}.csv" for name in COUPLED_TABLES if inputs.study.is_coupled]
     files = [name for name in files if (folder / name).is_file()]
     text = (
-        f"Tables and fields of this report are in results/{study.name}: {', '.join(files)}; "
+        f"Tables and fields of this report are in results/{inputs.study.name}: {', '.join(files)}; "
         "figures are in report/. The files carry the hash of the study and the versions of "
         "the software, without time stamps."
     )

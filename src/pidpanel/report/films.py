@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 
@@ -10,15 +11,13 @@ import pandas as pd
 import xarray as xr
 from PIL import Image
 
+from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film, watch
-from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.coupon.liggghts.failures import SolverFailure
-from pidpanel.provenance.digests import stamp
 from pidpanel.report import evidence, pictures
 from pidpanel.report.evidence import Shot
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
-from pidpanel.study import CouponStudy
 
 CYCLES, FRAMES = 2, 24
 """Cycles of the drive that are shown, and frames in each."""
@@ -33,25 +32,27 @@ PIXELS = 320
 """Width of an animation [pixel]."""
 
 
-def write_film(study: CouponStudy, damper: str, table: Path, folder: Path, file: Path) -> None:
+def write_film(
+    cases: Mapping[str, Case], stamp: Mapping[str, str], table: Path, folder: Path, file: Path
+) -> None:
     """Watch the case that a page pictures, and write the positions of its spheres.
 
     Parameters
     ----------
-    study, damper
-        The study, and the name of the damper.
-    table
-        Its ``cases.csv``.
-    folder
-        Runs of the coupon, ``results/coupon``.
+    cases
+        Of the damper, by label.
+    stamp
+        Of the study.
+    table, folder
+        Its ``cases.csv``, and runs of the coupon, ``results/coupon``.
     file
         NetCDF file to write; without frames where the run cannot be continued.
     """
-    cases = pd.read_csv(table)
+    rows = pd.read_csv(table)
     recorded: Film | None = None
-    label = evidence.nearest_case(cases) if (cases["status"] == "ok").any() else ""
+    label = evidence.nearest_case(rows) if (rows["status"] == "ok").any() else ""
     if label:
-        case = cases_by_coupon(study)[damper][label]
+        case = cases[label]
         try:
             recorded = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
         except SolverFailure as failure:
@@ -65,17 +66,17 @@ def write_film(study: CouponStudy, damper: str, table: Path, folder: Path, file:
             "velocity": (axes, film.velocity.astype(np.float32), {"units": "m/s"}),
             "diameter": ("sphere", film.diameters, {"units": "m"}),
         },
-        attrs={**stamp(study), "case": label},
+        attrs={**stamp, "case": label},
     ).to_netcdf(file, engine="scipy")
 
 
-def read_film(study: CouponStudy, damper: str, folder: Path, file: Path) -> Shot | None:
+def read_film(cases: Mapping[str, Case], file: Path) -> Shot | None:
     """Read a file of `write_film`; None where there is none, or it has no frames."""
     if not file.is_file():
         return None
     with xr.open_dataset(file, engine="scipy") as dataset:
         data = dataset.load()
-    case = cases_by_coupon(study)[damper].get(data.attrs["case"])
+    case = cases.get(data.attrs["case"])
     if case is None or not data.sizes["frame"]:
         return None
     time, position, velocity, diameters = (

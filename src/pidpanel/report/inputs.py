@@ -4,15 +4,98 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import pandas as pd
 import xarray as xr
 
 from pidpanel.coupon.round import Round
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.damping.surface import DampingSurface
+from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.supports import Supports
 from pidpanel.report.evidence import DrawnSpheres, RunRecord, Shot
-from pidpanel.study import Study
+from pidpanel.report.names import ReportedScenario
+from pidpanel.report.rms import moving_points
+
+
+@dataclass(frozen=True)
+class ReportedFamily:
+    """Scenarios that differ in one key."""
+
+    key: str
+    title: str
+    varied: str
+    scenarios: tuple[ReportedScenario, ...]
+
+
+@dataclass(frozen=True)
+class ReportedPanel:
+    """The panel as a page describes it."""
+
+    patches: tuple[str, ...]
+    points: tuple[str, ...]
+    words: tuple[str, ...]  # damping, supports and masses
+    is_rectangle: bool
+    section_kind: str
+    thickness_mm: float
+    supports: Supports
+    attachments: Mapping[str, Spring | PointMass | LineMass]
+
+
+@dataclass(frozen=True)
+class ReportedStudy:
+    """What a page tells of its study."""
+
+    name: str
+    title: str
+    assumptions: tuple[str, ...]
+    readings: tuple[str, ...]
+    scenarios: tuple[ReportedScenario, ...]  # the bare panel at each level first
+    families: Mapping[str, ReportedFamily]
+    layouts: tuple[ReportedScenario, ...]
+    panel: ReportedPanel
+    level: float | None  # at which the page answers [dB]; None for that of the spectrum's table
+    table_level: float  # of the spectrum's table [dB]
+    sound_level: float | None  # of the section ``sound`` [dB]
+    sound: str  # in words
+    spectrum: str
+    frequency: tuple[float, float]  # of the response [Hz]
+    terms: str  # of the equation of motion, in words
+    radiation: str
+    air_mass: bool
+    read_at: str  # the acceleration for C_e, in words
+    read_kind: str  # ``damping.level.kind``
+    read_by: str  # ``damping.level.by``
+    coupled_error: float  # requested of coupled runs [1]
+    surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
+
+    @property
+    def has_dampers(self) -> bool:
+        """Whether there is more than the bare panel."""
+        return bool(self.families or self.layouts)
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether panel and particles are integrated together."""
+        return COUPLED in self.readings
+
+    @cached_property
+    def names(self) -> dict[str, str]:
+        """Names of the scenarios by label, with the level where the study has several.
+
+        An explicit layout goes by its label, and so do two scenarios that would have one name.
+        """
+        several = len({scenario.oaspl_db for scenario in self.scenarios}) > 1
+        names = {}
+        for scenario in self.scenarios:
+            level = scenario.oaspl_db
+            suffix = f", {level:g} dB" if several and level is not None else ""
+            is_layout = scenario in self.layouts or len(scenario.fillings) > 1
+            names[scenario.label] = scenario.label if is_layout else scenario.name + suffix
+        used = list(names.values())
+        return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 
 
 @dataclass(frozen=True)
@@ -22,6 +105,9 @@ class CouponResults:
     cases: pd.DataFrame  # ``coupon/cases.csv``
     records: Sequence[Sequence[RunRecord]]  # cycles of a few cases, each with its runs
     spheres: DrawnSpheres  # particles of one run at its end
+    words: str = ""  # particles, cell, gravity
+    accuracy: str = ""  # the requested one, in words
+    varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ
     shot: Shot | None = None  # the same run over some cycles; None where that was not possible
 
 
@@ -51,7 +137,7 @@ class CoupledResults:
 class Inputs:
     """All that the page of a study with a panel is made from."""
 
-    study: Study
+    study: ReportedStudy
     stamp: Mapping[str, str]  # of the results
     summary: pd.DataFrame  # ``response/summary.csv``
     layouts: pd.DataFrame  # ``response/layouts.csv``
@@ -67,3 +153,8 @@ class Inputs:
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     coupled: CoupledResults | None = None  # None without coupled runs
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
+
+    @property
+    def moving_points(self) -> list[str]:
+        """The points that do not lie on a support."""
+        return moving_points(self.summary, self.study.panel.points)

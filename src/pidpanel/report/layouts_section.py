@@ -13,12 +13,10 @@ from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.names import names_of
+from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
-from pidpanel.report.rms import moving_points
 from pidpanel.report.text import READINGS, does_not_move, number, percent, records, with_error
-from pidpanel.study import Scenario
 
 DRAWN_TOGETHER = 6
 """Layouts in one figure at most: as many as there are colours without an order."""
@@ -35,10 +33,9 @@ DEAD_WEIGHT = (
 def layouts_section(inputs: Inputs) -> PageSection:
     """Return the explicit layouts: masses and reductions, PSDs, what the patches do."""
     study = inputs.study
-    scenarios = [study.family_scenarios(name)[0] for name in study.layouts]
+    scenarios = study.layouts
     blocks: list[Block] = [mass_table(inputs, scenarios, layouts=True)]
-    points = list(study.panel.points)
-    moving = moving_points(inputs.summary, points)
+    points, moving = study.panel.points, inputs.moving_points
     if len(moving) < len(points):
         blocks.append(Paragraph(does_not_move([p for p in points if p not in moving])))
     for point in moving:
@@ -55,14 +52,14 @@ def layouts_section(inputs: Inputs) -> PageSection:
     return PageSection("layouts", "Layouts", blocks)
 
 
-def mass_table(inputs: Inputs, scenarios: Sequence[Scenario], *, layouts: bool) -> Table:
+def mass_table(inputs: Inputs, scenarios: Sequence[ReportedScenario], *, layouts: bool) -> Table:
     """Return mass, rms acceleration and reduction of scenarios, and those of dead weight."""
-    points = list(inputs.study.panel.points)
+    points = inputs.study.panel.points
     by_key = {
         (row["reading"], row["scenario"], row["point"]): row for row in records(inputs.summary)
     }
     rows = []
-    readings, names = inputs.study.readings, names_of(inputs.study)
+    readings, names = inputs.study.readings, inputs.study.names
     for scenario in scenarios:
         for reading in readings:
             for index, point in enumerate(points):
@@ -114,14 +111,13 @@ def _decibels(value: float) -> str:
     return f"{value:.2f}".replace("-", "−") if np.isfinite(value) else "–"
 
 
-def patches_text(scenario: Scenario) -> str:
+def patches_text(scenario: ReportedScenario) -> str:
     """Return the patches of a scenario with what they are filled with.
 
     Examples
     --------
-    >>> from pidpanel.study import Filling
-    >>> fillings = (Filling(patch="A", damper="steel", fill_fraction=0.1),)
-    >>> patches_text(Scenario(label="one", fillings=fillings, oaspl_db=None))
+    >>> from pidpanel.report.names import FilledPatch
+    >>> patches_text(ReportedScenario("heavy", (FilledPatch("A", "steel", 0.1),)))
     'A: steel, r = 0.1'
     """
     parts = []
@@ -132,11 +128,11 @@ def patches_text(scenario: Scenario) -> str:
     return "; ".join(parts)
 
 
-def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
+def patch_table(inputs: Inputs, scenarios: Sequence[ReportedScenario]) -> Table:
     """Return every filled patch of scenarios: its mass, its motion, and that of its elements."""
     labels = [scenario.label for scenario in scenarios]
     layouts = inputs.layouts[inputs.layouts["scenario"].isin(labels)]
-    unit = inputs.study.damping.level.by
+    unit = inputs.study.read_by
     read = {
         "patch": " C_e uses the mean motion of the patch; damping.level.by: element uses the "
         "motion of each element.",
@@ -145,7 +141,7 @@ def patch_table(inputs: Inputs, scenarios: Sequence[Scenario]) -> Table:
     }[unit]
     if not layouts["damping_read_at_g"].notna().any():
         read = ""
-    names = names_of(inputs.study)
+    names = inputs.study.names
     rows = [
         [
             names[row["scenario"]],
@@ -178,17 +174,17 @@ def _range(row: dict[str, Any]) -> str:
     return f"{number(low)} to {number(high)}" if np.isfinite(low) else "–"
 
 
-def _is_steady(inputs: Inputs, reading: str, scenario: Scenario) -> bool:
+def _is_steady(inputs: Inputs, reading: str, scenario: ReportedScenario) -> bool:
     psd = inputs.psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
     return bool(np.isfinite(psd).all())
 
 
 def _psd_picture(
-    inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
+    inputs: Inputs, reading: str, scenarios: Sequence[ReportedScenario], point: str, name: str
 ) -> Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
     selected = inputs.psd.sel(reading=reading, point=point)
-    bare = dict.fromkeys(s.bare.label for s in scenarios)
+    bare = dict.fromkeys(s.bare_label for s in scenarios)
     curves = [
         PsdCurve(
             "bare panel" if len(bare) == 1 else label,
@@ -198,7 +194,8 @@ def _psd_picture(
         )
         for label in bare
     ]
-    colours = dict(zip(inputs.study.layouts, itertools.cycle(style.PLACES), strict=False))
+    labels = [layout.label for layout in inputs.study.layouts]
+    colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):
         label, colour = scenario.label, colours[scenario.label]

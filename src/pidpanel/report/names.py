@@ -2,52 +2,71 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import pandas as pd
 
-from pidpanel.study import Scenario, Study
+from pidpanel.paths import SECTION
 
 
-def scenario_name(scenario: Scenario) -> str:
-    """Return a scenario without its sound level as a reader knows it.
+@dataclass(frozen=True)
+class FilledPatch:
+    """A patch and its damper."""
 
-    Examples
-    --------
-    >>> from pidpanel.study import Filling
-    >>> one = Filling(patch="PID-1", damper=None, fill_fraction=0.5)
-    >>> scenario_name(Scenario(label="PID-1_r0.5", fillings=(one,), oaspl_db=None))
-    'PID-1, r = 0.5'
-    >>> scenario_name(Scenario.bare_at(142.0))
-    'bare panel'
-    """
-    if scenario.is_bare:
-        return "bare panel"
-    parts = []
-    for filling in scenario.fillings:
-        fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-        damper = [] if filling.damper in (None, "coupon") else [str(filling.damper)]
-        parts.append(", ".join([filling.patch, *damper, *fill]))
-    named = "; ".join(parts)
-    return named if len(parts) == 1 else f"{scenario.label} ({named})"
+    patch: str
+    damper: str | None = None
+    fill_fraction: float | None = None
+
+    @property
+    def place(self) -> tuple[str, ...]:
+        """The patch, and the damper where it has a name of its own."""
+        return (self.patch,) if self.damper in (None, SECTION) else (self.patch, str(self.damper))
 
 
-def names_of(study: Study) -> dict[str, str]:
-    """Return the name of every scenario by its label, with its level where the study has several.
+@dataclass(frozen=True)
+class ReportedScenario:
+    """A scenario of a page."""
 
-    An explicit layout goes by its own name. A label remains where two scenarios would have one
-    name.
-    """
-    scenarios = study.all_scenarios()
-    several = len({scenario.oaspl_db for scenario in scenarios}) > 1
-    labels = {s.label for key in study.layouts for s in study.family_scenarios(key)}
-    names = {}
-    for scenario in scenarios:
-        level = f", {scenario.oaspl_db:g} dB" if several and scenario.oaspl_db is not None else ""
-        is_own = scenario.label in labels or len(scenario.fillings) > 1
-        names[scenario.label] = scenario.label if is_own else scenario_name(scenario) + level
-    used = list(names.values())
-    return {label: label if used.count(name) > 1 else name for label, name in names.items()}
+    label: str  # in the files of results
+    fillings: tuple[FilledPatch, ...] = ()
+    oaspl_db: float | None = None  # None for the level of the spectrum's table
+    bare_label: str = ""  # of the bare panel under the same sound
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether no patch is filled."""
+        return not self.fillings
+
+    @property
+    def patch(self) -> str:
+        """Names of the filled patches."""
+        return "+".join(filling.patch for filling in self.fillings)
+
+    @property
+    def fill_fraction(self) -> float:
+        """The fill of the only patch; NaN without one."""
+        fills = [filling.fill_fraction for filling in self.fillings]
+        return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
+
+    @property
+    def name(self) -> str:
+        """The scenario without its sound level as a reader knows it.
+
+        Examples
+        --------
+        >>> ReportedScenario("PID-1_r0.5", (FilledPatch("PID-1", fill_fraction=0.5),)).name
+        'PID-1, r = 0.5'
+        """
+        if self.is_bare:
+            return "bare panel"
+        parts = []
+        for filling in self.fillings:
+            fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
+            parts.append(", ".join([*filling.place, *fill]))
+        named = "; ".join(parts)
+        return named if len(parts) == 1 else f"{self.label} ({named})"
 
 
 def with_names(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:

@@ -10,31 +10,29 @@ from itertools import product
 import pandas as pd
 
 from pidpanel.report.answer import Candidate, PointResponse, alike, candidates_of, is_gain
+from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.rms import moving_points
 from pidpanel.report.scenario_list import list_scenarios
 from pidpanel.report.text import READINGS, number, value_text
-from pidpanel.study import Study
 
 
-def outcome(study: Study, summary: pd.DataFrame) -> list[str]:
+def outcome(study: ReportedStudy, summary: pd.DataFrame) -> list[str]:
     """Return the results, one sentence for each family and reading, and one for the layouts.
 
     A family without a steady response in a reading is left out; the warnings name it. One scenario
     is called better than another only where their reductions differ by more than their errors.
     """
     sentences = []
-    points = moving_points(summary, list(study.panel.points))
-    layouts = [study.family_scenarios(name)[0] for name in study.layouts]
-    compared = {study.families[name].title or f"Scenarios {name}": name for name in study.families}
-    for reading, (title, name) in product(study.readings, compared.items()):
-        scenarios = study.family_scenarios(name)
-        candidates = candidates_of(summary, reading, scenarios, points)
-        if points and len(candidates) == len(scenarios):
-            rows = _levels if study.families[name].varied == "oaspl_db" else _ranked
+    points = moving_points(summary, study.panel.points)
+    compared = {f.title or f"Scenarios {name}": f for name, f in study.families.items()}
+    for reading, (title, family) in product(study.readings, compared.items()):
+        candidates = candidates_of(summary, reading, family.scenarios, points)
+        if points and len(candidates) == len(family.scenarios):
+            rows = _levels if family.varied == "oaspl_db" else _ranked
             text = "; ".join(rows(candidates, point) for point in points)
             sentences.append(f"{title} ({READINGS[reading]}): {text}.")
     for reading in study.readings:
-        candidates = candidates_of(summary, reading, layouts, points)
+        candidates = candidates_of(summary, reading, study.layouts, points)
         if candidates:
             text = "; ".join(_ranked(candidates, point) for point in points)
             sentences.append(f"Layouts ({READINGS[reading]}): {text}.")

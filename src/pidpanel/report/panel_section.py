@@ -13,8 +13,8 @@ from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.html import Block, PageSection, Picture, Table
+from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.text import number, records, signed, unit
-from pidpanel.study import Study
 
 MODES_SHOWN = 9
 """Modes of which the shape is drawn."""
@@ -25,13 +25,6 @@ decimals (8e-5 of the lowest) and the panel is the paper's within that or it is 
 
 ROUNDING = 1e-9
 """Share of the largest entry of a matrix below which another is 0 but for rounding."""
-
-SUPPORTED = {
-    "simply_supported": "simply supported",
-    "simply_supported_soft": "simply supported (soft)",
-    "clamped": "clamped",
-    "free": "free",
-}
 
 MATRIX_NAMES = {
     "A": "A, forces per strain",
@@ -46,27 +39,23 @@ MATRIX_NAMES = {
 }
 
 
-def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
+def panel_text(panel: ReportedPanel, basis: PanelBasis, section: pd.DataFrame) -> str:
     """Return the panel in a sentence: size, mass, stiffness, damping, supports, modes."""
-    panel = study.panel
     length, width = np.ptp(basis.vertex_position, axis=0)
     value = section.set_index(["quantity", "row", "column"])["value"]
     size = f"{length:g} m × {width:g} m"
-    if panel.size is None:
+    if not panel.is_rectangle:
         size = f"{value['area', 0, 0]:.4g} m² within {size}"
     parts = [size, f"{value['mass_per_area', 0, 0]:.5g} kg/m²"]
-    if panel.section.kind == "thin":
+    if panel.section_kind == "thin":
         parts.append(f"D = {value['bending', 1, 1]:.6g} N m")
     else:
         parts += [
-            f"{panel.section.kind} section",
+            f"{panel.section_kind} section",
             f"D_x = {value['bending', 1, 1]:.5g} and D_y = {value['bending', 2, 2]:.5g} N m",
             f"S_x = {number(value['shear', 1, 1])} and S_y = {number(value['shear', 2, 2])} N/m",
         ]
-    parts += [f"ζ = {panel.damping_ratio:g}", supports_text(study)]
-    if panel.masses:
-        total = sum(mass.mass_kg for mass in panel.masses.values())
-        parts.append(f"{total:g} kg attached ({', '.join(panel.masses)})")
+    parts += panel.words
     modes = ~basis.is_residual
     rigid = int(np.sum(basis.natural_frequency[modes] == 0))
     counted = f"{modes.sum()} modes"
@@ -75,25 +64,8 @@ def panel_text(study: Study, basis: PanelBasis, section: pd.DataFrame) -> str:
     return f"{', '.join(parts)}; {counted} and {int(basis.is_residual.sum())} residual vectors"
 
 
-def supports_text(study: Study) -> str:
-    """Return how the panel is supported."""
-    supports = study.panel.support_input
-    text = SUPPORTED[supports.outline]
-    if supports.outline == "free":
-        text = "free along its edges"
-    for edge in supports.edges:
-        text += f", {SUPPORTED[edge.kind]} from {edge.from_m} to {edge.to_m} m"
-    if supports.holes != "free":
-        text += f", holes {SUPPORTED[supports.holes]}"
-    for kind, plural in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
-        names = [name for name, point in supports.points.items() if point.kind == kind]
-        if names:
-            text += f", {plural} at {', '.join(names)}"
-    return text
-
-
 def panel_section(
-    study: Study,
+    panel: ReportedPanel,
     basis: PanelBasis,
     modes: pd.DataFrame,
     section: pd.DataFrame,
@@ -108,12 +80,12 @@ def panel_section(
         {name: (x, y) for name, (x, y) in positions},
     )
     caption = f"Mesh of {len(basis.cells)} elements with the patches and the response points."
-    if study.panel.size is None:
+    if not panel.is_rectangle:
         caption += " Curved edges are drawn as straight segments."
     blocks: list[Block] = [_shapes(basis, modes), mode_table(modes, folded=True)]
     if is_papers_panel(modes, printed):
         blocks += paper_mode_tables(modes, printed)
-    if study.panel.section.kind != "thin":
+    if panel.section_kind != "thin":
         blocks.append(section_table(section))
     blocks.append(Picture("mesh", style.png(figure), caption))
     return PageSection("panel", "Panel", blocks)

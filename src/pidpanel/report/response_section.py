@@ -2,98 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pidpanel.arrays import Array
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.layouts_section import mass_table
+from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, Steps, nested_width
-from pidpanel.report.rms import band_rms_of, moving_points
+from pidpanel.report.rms import band_rms_of
 from pidpanel.report.text import READINGS, does_not_move, number
 from pidpanel.solve.bands import reduction, third_octaves
-from pidpanel.study import Scenario
-from pidpanel.study.damping import COUPLED
 
 EQUIVALENT_SINE = "Γ = √2 a_rms/g, the sine of equal rms, is an assumption."
 
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 """Where C_e is read, by ``damping.level.kind``."""
 
+ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
+"""What the rows of reductions differ in."""
 
-def response_section(inputs: Inputs, name: str) -> PageSection:
+
+def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
-    study, psd = inputs.study, inputs.psd
-    title = study.families[name].title or f"Scenarios: {name}"
-    readings = stable_readings(inputs, name)
+    name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
+    readings = stable_readings(inputs, family)
     if not readings:
         text = "No damping model gives a steady response, because C_e is negative."
-        return PageSection(f"response-{name}", title, [Paragraph(text)])
-    frequency = psd["frequency"].to_numpy()
-    text = acceleration_text(inputs, name, readings)
-    points = moving_points(inputs.summary, list(study.panel.points))
-    fixed = [point for point in study.panel.points if point not in points]
+        return PageSection(name, heading, [Paragraph(text)])
+    frequency = inputs.psd["frequency"].to_numpy()
+    text = acceleration_text(inputs, family, readings)
+    points = inputs.moving_points
+    fixed = [point for point in inputs.study.panel.points if point not in points]
     blocks: list[Block] = [Paragraph(f"{does_not_move(fixed)} {text}" if fixed else text)]
+    titles = {reading: reading_title(inputs, family, reading) for reading in readings}
     if points:
-        blocks.append(reduction_block(inputs, name, readings))
+        blocks.append(reduction_block(inputs, family, titles))
     for point in points:
         panels = [
             FigurePanel(
-                reading_title(inputs, name, reading),
-                acceleration_note(inputs, name, reading),
-                psd_curves(inputs, name, reading, point),
+                title,
+                acceleration_note(inputs, family, reading),
+                psd_curves(inputs, family, reading, point),
             )
-            for reading in readings
+            for reading, title in titles.items()
         ]
-        caption = (
-            f"One-sided acceleration PSD at point {point}; steps are at the edges of the sound's "
-            "bands."
-        )
-        figure = response_figures.psd_figure(frequency, panels)
         charts = [chart_of(panel.title, frequency, panel.curves) for panel in panels]
         steps = {
-            reading_title(inputs, name, reading): reduction_steps(inputs, name, reading, point)
-            for reading in readings
+            title: reduction_steps(inputs, family, reading, point)
+            for reading, title in titles.items()
         }
         pictures = [
-            Picture(f"psd_{name}_{point}", style.png(figure), caption, charts),
             Picture(
-                f"steps_{name}_{point}",
+                f"psd_{family.key}_{point}",
+                style.png(response_figures.psd_figure(frequency, panels)),
+                f"One-sided acceleration PSD at point {point}; steps are at the edges of the "
+                "sound's bands.",
+                charts,
+            ),
+            Picture(
+                f"steps_{family.key}_{point}",
                 style.png(response_figures.steps_figure(steps)),
                 f"Reduction of the rms acceleration at point {point} in third octaves.",
             ),
         ]
         blocks.append(Fold(f"Point {point}", pictures))
     if inputs.summary["added_mass_kg"].gt(0).any():
-        blocks.append(mass_table(inputs, study.family_scenarios(name), layouts=False))
-    blocks.append(Fold("Damping behind these responses", [damping_block(inputs, name, readings)]))
-    return PageSection(f"response-{name}", title, blocks)
+        blocks.append(mass_table(inputs, family.scenarios, layouts=False))
+    blocks.append(Fold("Damping behind these responses", [damping_block(inputs, family, titles)]))
+    return PageSection(name, heading, blocks)
 
 
-def reduction_steps(inputs: Inputs, name: str, reading: str, point: str) -> list[Steps]:
+def _reductions(
+    inputs: Inputs, family: ReportedFamily, reading: str, points: Sequence[str]
+) -> tuple[Array, Array]:
+    """Return centres [Hz] and reductions (n_scenarios, n_bands, n_points) [dB] of a family."""
+    scenarios = family.scenarios
+    centre, treated = band_rms_of(inputs.psd, reading, [s.label for s in scenarios], points)
+    _, bare = band_rms_of(inputs.psd, reading, [s.bare_label for s in scenarios], points)
+    return centre, reduction(bare, treated)
+
+
+def reduction_steps(
+    inputs: Inputs, family: ReportedFamily, reading: str, point: str
+) -> list[Steps]:
     """Return reductions of a family in third octaves at a point."""
-    scenarios = inputs.study.family_scenarios(name)
-    labels, bare = [s.label for s in scenarios], [s.bare.label for s in scenarios]
-    _, treated = band_rms_of(inputs.psd, reading, labels, [point])
-    _, untreated = band_rms_of(inputs.psd, reading, bare, [point])
-    gained = reduction(untreated, treated)[..., 0]
+    _, gained = _reductions(inputs, family, reading, [point])
     frequency = inputs.psd["frequency"].to_numpy()
     _, edge = third_octaves(frequency[0], frequency[-1])
     edges = np.append(edge[:, 0], edge[-1, 1])
-    styles = [_known_as(inputs, name, scenario) for scenario in scenarios]
     return [
-        Steps(label, colour, edges, values)
-        for (label, colour), values in zip(styles, gained, strict=True)
+        Steps(*_known_as(inputs, family, scenario), edges, values)
+        for scenario, values in zip(family.scenarios, gained[..., 0], strict=True)
     ]
 
 
-def stable_readings(inputs: Inputs, name: str) -> list[str]:
+def stable_readings(inputs: Inputs, family: ReportedFamily) -> list[str]:
     """Return the readings in which every scenario of a family has a response."""
-    labels = [s.label for s in inputs.study.family_scenarios(name)]
+    labels = [s.label for s in family.scenarios]
     psd = inputs.psd["acceleration_psd"]
     return [
         reading
@@ -102,33 +114,34 @@ def stable_readings(inputs: Inputs, name: str) -> list[str]:
     ]
 
 
-def _known_as(inputs: Inputs, name: str, scenario: Scenario) -> tuple[str, str]:
+def _known_as(
+    inputs: Inputs, family: ReportedFamily, scenario: ReportedScenario
+) -> tuple[str, str]:
     """Return the name of a scenario within its family, and its colour."""
-    study = inputs.study
-    varied = study.families[name].varied
+    varied = family.varied
     if varied == "fill_fraction":
         return f"r = {scenario.fill_fraction:g}", style.fill_colour(scenario.fill_fraction)
     if varied == "patch":
         place = str(scenario.patch)
-        return place, style.place_colour(place, list(study.panel.patches))
-    levels = [s.oaspl_db or 0.0 for s in study.family_scenarios(name)]
+        return place, style.place_colour(place, inputs.study.panel.patches)
+    levels = [s.oaspl_db or 0.0 for s in family.scenarios]
     level = scenario.oaspl_db or 0.0
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[PsdCurve]:
+def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str) -> list[PsdCurve]:
     """Return PSDs [(m/s²)²/Hz] of the bare panel at each sound level, then of the scenarios."""
-    scenarios = inputs.study.family_scenarios(name)
+    scenarios = family.scenarios
     psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point)
-    bare = list(dict.fromkeys(s.bare.label for s in scenarios))
-    levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    bare = list(dict.fromkeys(s.bare_label for s in scenarios))
+    levels = {s.bare_label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
     curves = [
         PsdCurve(levels[label] if len(bare) > 1 else "bare panel",
                  psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
         for label in bare
     ]  # fmt: skip
     for index, scenario in enumerate(scenarios):
-        label, colour = _known_as(inputs, name, scenario)
+        label, colour = _known_as(inputs, family, scenario)
         width = nested_width(index, len(scenarios))
         values = psd.sel(scenario=scenario.label).to_numpy()
         # no bands: those of several curves would hide them
@@ -137,49 +150,46 @@ def psd_curves(inputs: Inputs, name: str, reading: str, point: str) -> list[PsdC
     return curves
 
 
-def _accelerations(inputs: Inputs, name: str, reading: str) -> dict[str, float]:
+def _accelerations(inputs: Inputs, family: ReportedFamily, reading: str) -> dict[str, float]:
     """Return Γ at which the damping of each scenario was read; NaN where it depends on none."""
     rows = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
     read_at = rows.set_index("scenario")["damping_read_at_g"]
-    return {
-        _known_as(inputs, name, s)[0]: float(read_at[s.label])
-        for s in inputs.study.family_scenarios(name)
-    }
+    return {_known_as(inputs, family, s)[0]: float(read_at[s.label]) for s in family.scenarios}
 
 
-def refuted(inputs: Inputs, name: str, reading: str) -> list[str]:
+def refuted(inputs: Inputs, family: ReportedFamily, reading: str) -> list[str]:
     """Return the scenarios of a family in which coupled runs refute a reading."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return []
     table = inputs.coupled.verdict
     wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
-    scenarios = inputs.study.family_scenarios(name)
-    return [_known_as(inputs, name, s)[0] for s in scenarios if s.label in wrong]
+    scenarios = family.scenarios
+    return [_known_as(inputs, family, s)[0] for s in scenarios if s.label in wrong]
 
 
-def reading_title(inputs: Inputs, name: str, reading: str) -> str:
+def reading_title(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
     """Return the name of a reading over its figures, with how often it does not hold."""
-    wrong, count = len(refuted(inputs, name, reading)), len(inputs.study.family_scenarios(name))
+    wrong, count = len(refuted(inputs, family, reading)), len(family.scenarios)
     return READINGS[reading] + (f" – refuted in {wrong} of {count}" if wrong else "")
 
 
-def acceleration_note(inputs: Inputs, name: str, reading: str) -> str:
+def acceleration_note(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
     if reading == COUPLED:
         return "$C_e$ at the patch's own motion"
-    read_at = np.array(list(_accelerations(inputs, name, reading).values()))
+    read_at = np.array(list(_accelerations(inputs, family, reading).values()))
     if np.isnan(read_at).all():
         return "$C_e$ independent of Γ"
     low, high = number(read_at.min()), number(read_at.max())
-    kind = READ_AT[inputs.study.damping.level.kind]
+    kind = READ_AT[inputs.study.read_kind]
     return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
-def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str:
+def acceleration_text(inputs: Inputs, family: ReportedFamily, readings: Sequence[str]) -> str:
     """Return what a caption says of Γ, the dashes and the readings left out."""
     parts = []
     for reading in readings:
-        if wrong := refuted(inputs, name, reading):
+        if wrong := refuted(inputs, family, reading):
             parts.append(
                 f"{READINGS[reading]}: refuted by coupled runs for {', '.join(wrong)} (Which "
                 "damping model holds)."
@@ -187,17 +197,17 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
         if reading == COUPLED:
             parts.append(f"{READINGS[reading]}: C_e at the patch's own motion.")
             continue
-        read_at = _accelerations(inputs, name, reading)
+        read_at = _accelerations(inputs, family, reading)
         if all(np.isnan(gamma) for gamma in read_at.values()):
             parts.append(f"{READINGS[reading]}: C_e independent of Γ.")
             continue
-        kind = inputs.study.damping.level.kind
+        kind = inputs.study.read_kind
         motions = ", ".join(f"{number(gamma)} ({scenario})" for scenario, gamma in read_at.items())
         parts.append(
             f"{READINGS[reading]}: C_e at {READ_AT[kind]} (level.kind: {kind}), Γ = {motions}. "
             f"{EQUIVALENT_SINE}"
         )
-        labels = [s.label for s in inputs.study.family_scenarios(name)]
+        labels = [s.label for s in family.scenarios]
         if not all(inside_of(inputs.psd, reading, label).all() for label in labels):
             parts.append("Dashed: Γ or frequency outside the simulated range.")
     for reading in inputs.study.readings:
@@ -206,55 +216,53 @@ def acceleration_text(inputs: Inputs, name: str, readings: Sequence[str]) -> str
     return " ".join(parts)
 
 
-def reduction_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture:
-    """Return third-octave reductions of a family as maps."""
-    study = inputs.study
-    scenarios = study.family_scenarios(name)
-    points = moving_points(inputs.summary, list(study.panel.points))
-    gained = {}
-    titles = {reading: reading_title(inputs, name, reading) for reading in readings}
-    centre = np.empty(0)
-    for reading in readings:
-        labels, bare = [s.label for s in scenarios], [s.bare.label for s in scenarios]
-        centre, treated = band_rms_of(inputs.psd, reading, labels, points)
-        _, untreated = band_rms_of(inputs.psd, reading, bare, points)
-        for index, point in enumerate(points):
-            gained[point, titles[reading]] = reduction(untreated, treated)[..., index]
-    row_name = {
-        "fill_fraction": "fill fraction r",
-        "patch": "patch",
-        "oaspl_db": "sound level, dB",
-    }[study.families[name].varied]
+def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
+    """Return third-octave reductions of a family as maps, by reading."""
+    points = inputs.moving_points
+    gained: dict[tuple[str, str], Array] = {}
+    for reading, title in titles.items():
+        centre, values = _reductions(inputs, family, reading, points)
+        gained |= {(point, title): values[..., index] for index, point in enumerate(points)}
     rows = [
-        _known_as(inputs, name, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
+        _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB")
+        for s in family.scenarios
     ]
     figure = response_figures.reduction_figure(
-        centre, rows, gained, points, list(titles.values()), row_name
+        centre, rows, gained, points, list(titles.values()), ROW_NAMES[family.varied]
     )
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the "
         "same sound; positive (blue): less acceleration. Where the PSDs are dashed, these "
         "values use damping outside the simulated range."
     )
-    return Picture(f"reduction_{name}", style.png(figure), caption)
+    return Picture(f"reduction_{family.key}", style.png(figure), caption)
 
 
-def damping_block(inputs: Inputs, name: str, readings: Sequence[str]) -> Picture:
-    """Return C_e and m_a with which a family was computed."""
-    damping, mass = [], []
-    for reading in readings:
-        upper, lower = [], []
-        for scenario in inputs.study.family_scenarios(name):
-            label, colour = _known_as(inputs, name, scenario)
-            selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
-            row = inputs.psd.sel(selection)
-            inside = inside_of(inputs.psd, reading, scenario.label)
-            upper.append(PsdCurve(label, row["equivalent_damping"].to_numpy(), colour, inside, 1.1))
-            lower.append(PsdCurve(label, row["apparent_mass"].to_numpy(), colour, inside, 1.1))
-        title = reading_title(inputs, name, reading)
-        note = acceleration_note(inputs, name, reading)
-        damping.append(FigurePanel(title, note, upper))
-        mass.append(FigurePanel(title, note, lower))
-    figure = response_figures.damping_figure(inputs.psd["frequency"].to_numpy(), damping, mass)
+def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
+    """Return C_e and m_a with which a family was computed, by reading."""
+
+    def panels(quantity: str) -> list[FigurePanel]:
+        return [
+            FigurePanel(
+                title,
+                acceleration_note(inputs, family, reading),
+                [_damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios],
+            )
+            for reading, title in titles.items()
+        ]
+
+    figure = response_figures.damping_figure(
+        inputs.psd["frequency"].to_numpy(), panels("equivalent_damping"), panels("apparent_mass")
+    )
     caption = "Equivalent damping and apparent mass used for these responses."
-    return Picture(f"damping_{name}", style.png(figure), caption)
+    return Picture(f"damping_{family.key}", style.png(figure), caption)
+
+
+def _damping_curve(
+    inputs: Inputs, family: ReportedFamily, reading: str, scenario: ReportedScenario, quantity: str
+) -> PsdCurve:
+    selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
+    values = inputs.psd[quantity].sel(selection).to_numpy()
+    inside = inside_of(inputs.psd, reading, scenario.label)
+    label, colour = _known_as(inputs, family, scenario)
+    return PsdCurve(label, values, colour, inside, 1.1)

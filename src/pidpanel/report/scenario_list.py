@@ -14,17 +14,16 @@ def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) 
 
     Examples
     --------
-    >>> from pidpanel.study import Filling, Scenario
-    >>> def one(patch, fill):
-    ...     filling = Filling(patch=patch, damper=None, fill_fraction=fill)
-    ...     return Candidate(Scenario(label=f"{patch}{fill}", fillings=(filling,), oaspl_db=None),
-    ...                      1.0, 1.0, {}, ())
-    >>> some = [one("A", 0.7), one("A", 0.5), one("A", 0.9), one("B", 0.5)]
+    >>> from pidpanel.report.names import FilledPatch, ReportedScenario
+    >>> def candidate(patch, fill):
+    ...     filling = FilledPatch(patch, fill_fraction=fill)
+    ...     return Candidate(ReportedScenario(f"{patch}{fill}", (filling,)), 1.0, 1.0, {}, ())
+    >>> some = [candidate(*c) for c in (("A", 0.7), ("A", 0.5), ("A", 0.9), ("B", 0.5))]
     >>> list_scenarios(some, some)
     'A at r = 0.5 to 0.9, B at r = 0.5'
-    >>> list_scenarios(some, [*some, one("A", 0.6)])
+    >>> list_scenarios(some, [*some, candidate("A", 0.6)])
     'A at r = 0.5, 0.7 and 0.9, B at r = 0.5'
-    >>> list_scenarios([one("A", 0.5), one("B", 0.5)], some)
+    >>> list_scenarios([candidate("A", 0.5), candidate("B", 0.5)], some)
     'A and B at r = 0.5'
     """
     rivals = _fills([candidate for candidate in among if candidate not in candidates])
@@ -52,8 +51,8 @@ def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
     for candidate in candidates:
         fillings = candidate.scenario.fillings
         if len(fillings) == 1 and fillings[0].fill_fraction is not None:
-            damper = fillings[0].damper
-            key = fillings[0].patch + ("" if damper in (None, "coupon") else f" ({damper})")
+            patch, *dampers = fillings[0].place
+            key = patch + "".join(f" ({damper})" for damper in dampers)
             fills.setdefault(key, []).append(fillings[0].fill_fraction)
         else:
             fills.setdefault(candidate.scenario.label if len(fillings) > 1 else candidate.name, [])

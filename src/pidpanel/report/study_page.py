@@ -23,12 +23,11 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
-from pidpanel.report.names import names_of, with_names
+from pidpanel.report.names import with_names
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
 from pidpanel.report.response_section import response_section
-from pidpanel.report.rms import moving_points
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
@@ -41,7 +40,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     study = inputs.study
     answer = answer_of(study, inputs.summary)
     return Page(
-        title=study.title or study.name,
+        title=study.title,
         answer=headline(answer) if answer else NOTHING_MOVES,
         first=answer_blocks(inputs, answer) if answer else [],
         caveats=caveats(inputs, answer) if answer else [],
@@ -68,7 +67,7 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSec
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"] == "ok"]
     of_coupon = coupon_section(coupon, law=law)
-    paragraph = Paragraph(coupon_text(inputs.study.coupons[name], coupon.cases))
+    paragraph = Paragraph(coupon_text(coupon))
     sections = [replace(of_coupon, blocks=[paragraph, *of_coupon.blocks]), losses_section(good)]
     if name in inputs.damping:
         sections.append(damping_section(inputs.damping[name]))
@@ -77,40 +76,31 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSec
 
 def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
-    study, points = inputs.study, list(inputs.study.panel.points)
-    names = names_of(study)
+    study, points, names = inputs.study, inputs.study.panel.points, inputs.study.names
     summary = with_names(inputs.summary, names)
     # the paper states levels and no spectrum
-    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound.oaspl_db is not None
-    spectrum, of_response = study.sound.spectrum.name, study.response.frequency_hz
+    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound_level is not None
     sections = [
-        panel_section(study, inputs.basis, inputs.modes, inputs.section, inputs.printed),
-        sound_section(inputs.bands, spectrum, of_response, assumed=assumed),
+        panel_section(study.panel, inputs.basis, inputs.modes, inputs.section, inputs.printed),
+        sound_section(inputs.bands, study.spectrum, study.frequency, assumed=assumed),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     for name in tracked(list(inputs.coupons), "coupons of the page"):
         of_coupon = _coupon_sections(inputs, name, law)
         sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
     if inputs.coupled is not None:
-        moving = moving_points(inputs.summary, points)
-        sections.append(coupled_section(inputs.coupled, names, moving))
+        sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:
         sections.append(layouts_section(inputs))
-    families = tracked(list(study.families), "families of scenarios of the page")
-    sections += [response_section(inputs, name) for name in families]
+    families = tracked(list(study.families.values()), "families of scenarios of the page")
+    sections += [response_section(inputs, family) for family in families]
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.radiation is not None:
-        radiation = study.response.radiation
+        beside = with_names(inputs.radiation, names)
         sections.append(
-            radiation_section(
-                summary,
-                with_names(inputs.radiation, names),
-                radiation,
-                points,
-                air_mass=study.response.air_mass,
-            )
+            radiation_section(summary, beside, study.radiation, points, air_mass=study.air_mass)
         )
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))

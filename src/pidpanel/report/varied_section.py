@@ -13,7 +13,6 @@ from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import counted, records, value_text
-from pidpanel.study import CouponStudy
 
 LABELS = {
     "particles.friction": "friction coefficient μ, –",
@@ -35,14 +34,6 @@ ROWS_SHOWN = 6
 """Rows of a table that are shown without being asked for."""
 
 VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
-
-
-def varied_keys(study: CouponStudy) -> list[str]:
-    """Return the columns of ``coupon/cases.csv`` varied besides fill, frequency and Γ."""
-    if study.coupon is None:
-        return []
-    sizes = ["diameter_mm"] if len(study.coupon.sweep.diameter_mm) > 1 else []
-    return [*study.coupon.vary, *sizes]
 
 
 def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import band_rms, whole_third_octaves
-from pidpanel.study.damping import COUPLED
 
 LAW = "paper_corrected"
 

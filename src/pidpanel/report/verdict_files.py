@@ -11,13 +11,13 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.coupled import COUPLED
+from pidpanel.report.inputs import ReportedStudy
+from pidpanel.report.names import ReportedScenario
 from pidpanel.report.verdict import CoupledRun, Distance, distance
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
-from pidpanel.sound.from_study import spectrum_of
-from pidpanel.study import Scenario, Study
-from pidpanel.study.damping import COUPLED
 
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
 """Beside the readings: no damper, and its mass alone."""
@@ -32,7 +32,7 @@ that of the third octave that is furthest off in dB."""
 
 
 def write_verdict(
-    study: Study, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
+    study: ReportedStudy, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
 ) -> None:
     """Write how far each reading is from the coupled run, by scenario and point.
 
@@ -51,7 +51,7 @@ def write_verdict(
     summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
     psd = read_psd(psd_nc)
     rows = []
-    for scenario in study.all_scenarios():
+    for scenario in study.scenarios:
         of_run = summary[summary["scenario"] == scenario.label]
         if of_run.empty:
             continue
@@ -68,7 +68,7 @@ def write_verdict(
                 rows.append(
                     {
                         "scenario": scenario.label,
-                        "oaspl_db": scenario.oaspl_db or spectrum_of(study.sound).oaspl,
+                        "oaspl_db": scenario.oaspl_db or study.table_level,
                         "reading": reading,
                         "point": point,
                         "g_rms": coupled.rms * (1 + offset.rms),
@@ -85,11 +85,11 @@ def write_verdict(
 
 
 def _readings(
-    study: Study, psd: xr.Dataset, scenario: Scenario
+    study: ReportedStudy, psd: xr.Dataset, scenario: ReportedScenario
 ) -> Iterator[tuple[str, xr.DataArray]]:
     """Yield acceleration PSDs of a scenario by name: bare, dead weight and every reading."""
     first = study.readings[0]
-    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
+    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare_label)
     readings = [reading for reading in study.readings if reading != COUPLED]
     for reading in readings:
         dead = psd["dead_weight_acceleration_psd"].sel(reading=reading, scenario=scenario.label)
@@ -101,8 +101,8 @@ def _readings(
             yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
 
 
-def _distance(study: Study, frequency: Array, psd: Array, coupled: CoupledRun) -> Distance:
-    low, high = study.response.frequency_hz
+def _distance(study: ReportedStudy, frequency: Array, psd: Array, coupled: CoupledRun) -> Distance:
+    low, high = study.frequency
     _, edge = whole_third_octaves(low, high)  # as in the tables of the coupled runs
     return distance(
         float(root_mean_square(frequency, psd)), band_rms(frequency, psd, edge), coupled

@@ -14,9 +14,9 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.layouts_section import of_layouts
-from pidpanel.report.names import names_of, with_names
+from pidpanel.report.names import with_names
 from pidpanel.report.psds import inside_of
 from pidpanel.report.radiation_section import compared, radiation_finding
 from pidpanel.report.text import READINGS, number, percent, records
@@ -28,7 +28,6 @@ from pidpanel.response.trust import (
     POWER_BALANCE,
 )
 from pidpanel.solve.mesh_error import decibels
-from pidpanel.study import Study
 
 NAMED = 3
 """Scenarios that a warning names, those that it concerns most."""
@@ -57,19 +56,18 @@ def study_warnings(inputs: Inputs) -> list[str]:
     elif inputs.layouts["damping_read_at_g"].notna().any():
         lines.append(EQUIVALENT_SINE)
     if inputs.radiation is not None:
-        rows = with_names(compared(inputs.summary, inputs.radiation), names_of(study))
+        rows = with_names(compared(inputs.summary, inputs.radiation), study.names)
         bare = rows[rows["patch"] == "none"]
         # the others are in the section
         worst = [str(bare["point"].iloc[int(bare["acceleration_rms_g"].argmax())])]
-        response = study.response
-        lines.append(radiation_finding(rows, response.radiation, worst, air_mass=response.air_mass))
+        lines.append(radiation_finding(rows, study.radiation, worst, air_mass=study.air_mass))
     for name, coupon in inputs.coupons.items():
         lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
     return lines
 
 
 def response_warnings(
-    study: Study, summary: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
+    study: ReportedStudy, summary: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
 ) -> list[str]:
     """Return the limitations of the response."""
     good = summary[summary["status"] == "ok"]
@@ -80,9 +78,9 @@ def response_warnings(
     ]
 
 
-def _plate_warnings(study: Study, good: pd.DataFrame) -> list[str]:
+def _plate_warnings(study: ReportedStudy, good: pd.DataFrame) -> list[str]:
     """Where linear plate theory does not hold."""
-    names = names_of(study)
+    names = study.names
     warnings = []
     nonlinear = good[good["beyond_linear_plate"].astype(bool)]
     if len(nonlinear):
@@ -92,7 +90,7 @@ def _plate_warnings(study: Study, good: pd.DataFrame) -> list[str]:
         warnings.append(
             f"Linear plate theory does not hold in {left} of {all_} combinations of scenario "
             "and point: the rms displacement exceeds a tenth of the panel's thickness of "
-            f"{study.panel.section.thickness_mm:g} mm. The largest is "
+            f"{study.panel.thickness_mm:g} mm. The largest is "
             f"{worst['displacement_rms_mm']:.3g} mm ({names[worst['scenario']]}, point "
             f"{worst['point']}). A real panel becomes stiffer there through membrane stress, "
             "which is not modelled."
@@ -101,10 +99,10 @@ def _plate_warnings(study: Study, good: pd.DataFrame) -> list[str]:
 
 
 def _damping_warnings(
-    study: Study, good: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
+    study: ReportedStudy, good: pd.DataFrame, psd: xr.Dataset, layouts: pd.DataFrame
 ) -> list[str]:
     """Where C_e is extrapolated, or goes with several motions or with none."""
-    names = names_of(study)
+    names = study.names
     warnings = []
     for reading in dict.fromkeys(good["reading"]):
         rows = good[good["reading"] == reading].drop_duplicates("scenario")
@@ -146,9 +144,9 @@ def _damping_warnings(
     return warnings
 
 
-def _solution_warnings(study: Study, summary: pd.DataFrame) -> list[str]:
+def _solution_warnings(study: ReportedStudy, summary: pd.DataFrame) -> list[str]:
     """Where the power, the basis or the stability says that a solution is not right."""
-    good, names = summary[summary["status"] == "ok"], names_of(study)
+    good, names = summary[summary["status"] == "ok"], study.names
     warnings = []
     balance = good["power_balance_error"].max()
     if balance > POWER_BALANCE:
@@ -205,12 +203,12 @@ def _ranges_outside(psd: xr.Dataset, reading: str, scenario: str) -> str:
     return ", ".join(parts)
 
 
-def _extrapolated_share(study: Study, psd: xr.Dataset, reading: str, label: str) -> Array:
+def _extrapolated_share(study: ReportedStudy, psd: xr.Dataset, reading: str, label: str) -> Array:
     """Return the share of the change of mean square that is extrapolated, by point.
 
     ∫|S_bare − S| df over the lines outside the simulated range, divided by that over all lines.
     """
-    (bare,) = (s.bare.label for s in study.all_scenarios() if s.label == label)
+    (bare,) = (s.bare_label for s in study.scenarios if s.label == label)
     table = psd.sel(reading=reading).transpose(..., "frequency", "point")
     free, damped = (table["acceleration_psd"].sel(scenario=s).to_numpy() for s in (bare, label))
     change = np.abs(free - damped)

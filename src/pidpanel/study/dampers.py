@@ -160,9 +160,29 @@ class Damper(SectionModel):
         """Whether its damping depends on the fill of the patch."""
         if self.table is None:
             return self.kind in ("coupon", "law")
-        lines = self.table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
-        header = next((line for line in lines if line.partition("#")[0].strip()), "")
-        return "fill_fraction" in [name.strip() for name in header.partition("#")[0].split(",")]
+        return "fill_fraction" in _columns(self.table)
+
+    @property
+    def states_error(self) -> bool:
+        """Whether it comes with an error of its damping.
+
+        Examples
+        --------
+        >>> Damper(law="paper_corrected").states_error
+        False
+        >>> Damper(equivalent_damping_n_s_m3=0, apparent_mass_kg_m2=3).states_error  # dead weight
+        True
+        """
+        table = self.table or self.impedance
+        if table is not None:
+            return any("error" in column for column in _columns(table))
+        for value, error in (
+            (self.equivalent_damping_n_s_m3, self.equivalent_damping_error_n_s_m3),
+            (self.loss_factor, self.loss_factor_error),
+        ):
+            if value is not None:
+                return value == 0 or bool(error)
+        return self.coupon is not None
 
     def mass_of_rows(self, fill_fraction: float | None) -> float:
         """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""
@@ -213,3 +233,9 @@ class Damper(SectionModel):
 
     def _kinds(self) -> tuple[Kind, ...]:
         return tuple(name for name in ALLOWED if getattr(self, name) is not None)
+
+
+def _columns(table: Path) -> list[str]:
+    lines = table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
+    header = next((line for line in lines if line.partition("#")[0].strip()), "")
+    return [name.strip() for name in header.partition("#")[0].split(",")]

@@ -1,0 +1,372 @@
+"""The door of the report for studies: what a page tells of its study, and from where it reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.from_study import cases_at, cases_by_coupon
+from pidpanel.damping.coupled import COUPLED
+from pidpanel.damping.surface_cases import AXES
+from pidpanel.geometry.cells import SHAPES
+from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
+from pidpanel.provenance.digests import stamp
+from pidpanel.report import style
+from pidpanel.report.coupon_page import coupon_page
+from pidpanel.report.facts import files_step, run_step
+from pidpanel.report.inputs import (
+    CouponResults,
+    Inputs,
+    ReportedFamily,
+    ReportedPanel,
+    ReportedStudy,
+)
+from pidpanel.report.known_errors import PARTLY, without_errors
+from pidpanel.report.names import FilledPatch, ReportedScenario
+from pidpanel.report.read import read_by_point, read_coupled, read_damping, read_dataset, read_runs
+from pidpanel.report.study_page import study_page
+from pidpanel.report.text import counted, percent
+from pidpanel.report.write import write_page
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.study import CouponStudy, Scenario, Study, StudyError, load_any_study, load_study
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.panel import Panel
+from pidpanel.study.particles import Binary, Mono, Normal
+
+SAME_LEVEL = 0.05
+"""Difference of two levels below which they are written alike [dB]."""
+
+DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
+
+SUPPORTED = {
+    "simply_supported": "simply supported",
+    "simply_supported_soft": "simply supported (soft)",
+    "clamped": "clamped",
+    "free": "free",
+}
+
+
+def write_study_page(
+    study_file: Path, folder: Path, coupon: Path, file: Path, figures: Path
+) -> None:
+    """Write ``report.html`` and ``report/*`` of a study with a panel.
+
+    Parameters
+    ----------
+    study_file
+        The study.
+    folder, coupon
+        Its results, ``results/<study>``, and runs of the coupon, ``results/coupon``.
+    file, figures
+        The page, and the folder of its figures.
+
+    Raises
+    ------
+    StudyError
+        If the results are not those of the study.
+    """
+    inputs = read_inputs(load_study(study_file), folder, coupon)
+    steps = [run_step(study_file), files_step(inputs, folder)]
+    with style.context():
+        page = study_page(inputs, steps)
+    write_page(page, file, figures)
+
+
+def write_coupon_page(
+    study_file: Path, table: Path, coupon: Path, file: Path, figures: Path
+) -> None:
+    """Write the page and the figures of a study of a coupon alone.
+
+    Parameters are those of `write_study_page`, and ``table``, its ``coupon/cases.csv``.
+    """
+    study = load_any_study(study_file)
+    results = read_coupon(study, SECTION, table, coupon)
+    files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
+    steps = [run_step(study_file), (files, "")]
+    with style.context():
+        page = coupon_page(
+            study.title or study.name, study.assumptions, stamp(study), results, steps
+        )
+    write_page(page, file, figures)
+
+
+def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
+    """Read all that the page of a study with a panel is made from."""
+    response, panel = folder / "response", folder / "panel"
+    summary, psd = without_errors(
+        partly_known(study),
+        read_by_point(response / "summary.csv"),
+        read_dataset(response / "psd.nc"),
+    )
+    has_radiation = study.response.radiation_beside != "none"
+    return Inputs(
+        study=reported_study(study),
+        stamp=stamp(study),
+        summary=summary,
+        layouts=read_by_point(response / "layouts.csv"),
+        psd=psd,
+        modes=pd.read_csv(panel / "modes.csv"),
+        basis=read_basis(panel / "modes.nc"),
+        section=pd.read_csv(panel / "section.csv"),
+        bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
+        printed=pd.read_csv(PAPER_TABLE, comment="#"),
+        coupons={
+            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
+            for name in study.coupons
+        },
+        stress=read_by_point(response / "stress.csv"),
+        radiation=read_by_point(response / "radiation.csv") if has_radiation else None,
+        maps=read_dataset(response / "maps.nc"),
+        coupled=read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
+        if study.is_coupled
+        else None,
+        damping={
+            name: read_damping(
+                name,
+                folder,
+                study.coupons[name].cell.depth,
+                with_rounds=study.damping.tones is not None and name == SECTION,
+            )
+            for name in study.surfaces
+        },
+    )
+
+
+def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> CouponResults:
+    """Read what the coupon stage left of a damper; refuse a table of other cases."""
+    if damper not in study.coupons:
+        raise StudyError(f"{study.name}: no coupon named {damper!r}")
+    cases = {**cases_by_coupon(study)[damper], **_tones(study, damper, table)}
+    if unknown := sorted(set(pd.read_csv(table)["case"]) - set(cases)):
+        raise StudyError(
+            f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
+        )
+    words, accuracy = coupon_words(study.coupons[damper])
+    results = read_runs(table, cases, folder)
+    return replace(results, words=words, accuracy=accuracy, varied=varied_keys(study))
+
+
+def _tones(study: CouponStudy, damper: str, table: Path) -> dict[str, Case]:
+    """Return the cases of a table that are beside the sweep, where the study allows any."""
+    if not isinstance(study, Study) or study.damping.tones is None or damper != SECTION:
+        return {}
+    points = pd.read_csv(table)[list(AXES)].to_numpy(float).tolist()
+    tones = cases_at(study.coupons[damper], [(r, f, gamma) for r, f, gamma in points])
+    return {case.label: case for case in tones}
+
+
+def varied_keys(study: CouponStudy) -> list[str]:
+    """Return the columns of ``coupon/cases.csv`` varied besides fill, frequency and Γ."""
+    if study.coupon is None:
+        return []
+    sizes = ["diameter_mm"] if len(study.coupon.sweep.diameter_mm) > 1 else []
+    return [*study.coupon.vary, *sizes]
+
+
+def partly_known(study: Study) -> list[str]:
+    """Return the scenarios some of whose dampers state no error, by label.
+
+    What `PARTLY` find for them holds the errors of the others alone.
+    """
+    if not set(PARTLY) & set(study.readings):
+        return []
+    with_errors = {name for name, damper in study.all_dampers.items() if damper.states_error}
+    return [
+        scenario.label
+        for scenario in study.all_scenarios()
+        if any(filling.damper not in with_errors for filling in scenario.fillings)
+    ]
+
+
+def reported_study(study: Study) -> ReportedStudy:
+    """Return what a page tells of a study."""
+    families = {
+        name: ReportedFamily(
+            name,
+            family.title,
+            family.varied,
+            tuple(reported_scenario(s) for s in study.family_scenarios(name)),
+        )
+        for name, family in study.families.items()
+    }
+    response, level = study.response, study.damping.level
+    mass = "included" if response.damper_mass else "neglected"
+    return ReportedStudy(
+        name=study.name,
+        title=study.title or study.name,
+        assumptions=study.assumptions,
+        readings=study.readings,
+        scenarios=tuple(reported_scenario(s) for s in study.all_scenarios()),
+        families=families,
+        layouts=tuple(reported_scenario(study.family_scenarios(s)[0]) for s in study.layouts),
+        panel=_reported_panel(study.panel),
+        level=main_level(study),
+        table_level=spectrum_of(study.sound).oaspl,
+        sound_level=study.sound.oaspl_db,
+        sound=sound_text(study),
+        spectrum=study.sound.spectrum.name,
+        frequency=response.frequency_hz,
+        terms=f"{response.modal_damping} modal damping matrix; apparent mass of the damper {mass}",
+        radiation=response.radiation,
+        air_mass=response.air_mass,
+        read_at=read_at_text(study),
+        read_kind=level.kind,
+        read_by=level.by,
+        coupled_error=study.damping.coupled.relative_error,
+        surfaces=study.surfaces,
+    )
+
+
+def reported_scenario(scenario: Scenario) -> ReportedScenario:
+    """Return a scenario as a page names it."""
+    fillings = (FilledPatch(f.patch, f.damper, f.fill_fraction) for f in scenario.fillings)
+    return ReportedScenario(scenario.label, tuple(fillings), scenario.oaspl_db, scenario.bare.label)
+
+
+def _reported_panel(panel: Panel) -> ReportedPanel:
+    words = [f"ζ = {panel.damping_ratio:g}", supports_text(panel)]
+    if panel.masses:
+        total = sum(mass.mass_kg for mass in panel.masses.values())
+        words.append(f"{total:g} kg attached ({', '.join(panel.masses)})")
+    studied = StudiedPanel(panel)
+    return ReportedPanel(
+        patches=tuple(panel.patches),
+        points=tuple(panel.points),
+        words=tuple(words),
+        is_rectangle=panel.size is not None,
+        section_kind=panel.section.kind,
+        thickness_mm=panel.section.thickness_mm,
+        supports=studied.supports,
+        attachments=studied.attachments,
+    )
+
+
+def supports_text(panel: Panel) -> str:
+    """Return how the panel is supported."""
+    supports = panel.support_input
+    text = SUPPORTED[supports.outline]
+    if supports.outline == "free":
+        text = "free along its edges"
+    for edge in supports.edges:
+        text += f", {SUPPORTED[edge.kind]} from {edge.from_m} to {edge.to_m} m"
+    if supports.holes != "free":
+        text += f", holes {SUPPORTED[supports.holes]}"
+    for kind, plural in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
+        names = [name for name, point in supports.points.items() if point.kind == kind]
+        if names:
+            text += f", {plural} at {', '.join(names)}"
+    return text
+
+
+def main_level(study: Study) -> float | None:
+    """Return the level at which a study answers: its own if dampers are tried there.
+
+    Otherwise that of most scenarios, the highest of several.
+    """
+    study_level = study.sound.oaspl_db
+    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
+    if study_level in levels:
+        return study_level
+    table = spectrum_of(study.sound).oaspl
+    for level in levels:
+        if level is not None and abs(level - table) < SAME_LEVEL:
+            return level
+    return max(
+        levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
+    )
+
+
+def sound_text(study: Study) -> str:
+    """Return the sound in words: field, spectrum, level, where the pressure is that of."""
+    sound = study.sound
+    parts = [f"{sound.field} field", sound.spectrum.name]
+    if sound.oaspl_db is not None:
+        parts.append(f"{sound.oaspl_db:g} dB overall")
+    parts.append(f"pressure reference: {sound.pressure_reference}")
+    return ", ".join(parts)
+
+
+def read_at_text(study: Study) -> str:
+    """Return at which Γ the damping is read."""
+    level = study.damping.level
+    if study.readings == (COUPLED,):
+        return "the motion of each patch in the coupled runs"
+    if level.by == "element":
+        return "the acceleration of each element of a patch (level.by: element)"
+    if level.kind == "patch":
+        return "the acceleration of the patch (level.kind: patch)"
+    return f"Γ = {level.acceleration_g:g} from the study (level.kind: stated)"
+
+
+def coupon_words(coupon: Coupon) -> tuple[str, str]:
+    """Return material, e, μ, cell and gravity of a coupon, and the accuracy requested, in words."""
+    p = coupon.particles
+
+    def label(key: str, text: str) -> str:
+        if key not in coupon.vary:
+            return text
+        values = ", ".join(f"{value:g}" for value in coupon.vary[key])
+        return f"{text.partition(' = ')[0]} = {values} (varied)"
+
+    sizes = sorted(1e3 * d for d in coupon.diameters)
+    size = (
+        " and ".join(f"{d:g}" for d in sizes)
+        if len(sizes) < 3
+        else (f"{sizes[0]:g} to {sizes[-1]:g}")
+    )
+    parts = [
+        f"Particles of {size} mm{_spread(coupon)}",
+        label("particles.density_kg_m3", f"ρ = {p.density_kg_m3:g} kg/m³"),
+        label("particles.youngs_modulus_mpa", f"E = {p.youngs_modulus_mpa:g} MPa"),
+        label("particles.poissons_ratio", f"ν = {p.poissons_ratio:g}"),
+        label("particles.restitution", f"e = {p.restitution:g}{_wall(coupon, 'restitution')}"),
+        label("particles.friction", f"μ = {p.friction:g}{_wall(coupon, 'friction')}"),
+    ]
+    if p.rolling_friction or "particles.rolling_friction" in coupon.vary:
+        parts.append(label("particles.rolling_friction", f"μ_r = {p.rolling_friction:g}"))
+    if p.shell_mm is not None:
+        parts.append(f"hollow, shell of {p.shell_mm:g} mm")
+    cell = coupon.cell
+    count = "a varied number of" if "cell.count" in coupon.vary else f"{cell.count}"
+    across = "diameter" if cell.shape == "circle" else "wide"
+    word = "" if "cell.shape" in coupon.vary else f"{SHAPES[cell.shape].word} "
+    gravity = (
+        "gravity varied"
+        if {"gravity_g", "gravity_direction"} & set(coupon.vary)
+        else (
+            f"{coupon.gravity_g:g} g "
+            + DIRECTIONS.get(coupon.gravity_direction, f"along {coupon.gravity_direction}")
+        )
+    )
+    accuracy = coupon.accuracy
+    return (
+        f"{', '.join(parts)}; {count} {word}cell{'' if count == '1' else 's'}, "
+        f"{cell.across_flats_mm:g} mm {across}, {cell.depth_mm:g} mm deep; {gravity}.",
+        f"{counted(accuracy.seeds, 'packing')} per case, run until the standard error of C_e is "
+        f"{percent(accuracy.relative_error)} or for {accuracy.max_cycles} cycles",
+    )
+
+
+def _wall(coupon: Coupon, key: str) -> str:
+    """Return the constant of the walls where it differs."""
+    if f"walls.{key}" in coupon.vary:
+        return " (walls varied)"
+    wall = getattr(coupon.walls, key)
+    return "" if wall is None else f" (walls {wall:g})"
+
+
+def _spread(coupon: Coupon) -> str:
+    spread = coupon.particles.distribution
+    if isinstance(spread, Mono):
+        return ""
+    if isinstance(spread, Normal):
+        return f" ± {spread.deviation_mm:g} mm (normal)"
+    if isinstance(spread, Binary):
+        return f" and {spread.second_mm:g} mm ({percent(spread.second_share)} by number)"
+    return f" ± {spread.half_width_mm:g} mm (uniform)"
