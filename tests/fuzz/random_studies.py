@@ -8,7 +8,7 @@ import yaml
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
-from pidpanel.report.write import write_study_page
+from pidpanel.report.from_study import write_study_page
 from pidpanel.response.from_study import (
     PanelFiles,
     ResponseFiles,

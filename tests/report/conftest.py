@@ -18,6 +18,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import style
+from pidpanel.report.from_study import reported_study
 from pidpanel.report.inputs import Inputs
 from pidpanel.study import load_any_study, load_study
 from tests.jobs import RESPONSE, call, make_panel, make_sound, within
@@ -148,7 +149,7 @@ def section():
 def inputs(study, modes, basis, section, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
     return Inputs(
-        study=study,
+        study=reported_study(study),
         stamp=stamp(study),
         summary=summary,
         layouts=rows_of_patches(summary),
@@ -164,15 +165,27 @@ def inputs(study, modes, basis, section, bands, printed):
 
 
 @pytest.fixture(scope="session")
-def coupled(inputs, study_text, tmp_path_factory):
-    """The same with coupled runs as the only reading: C_e falls with frequency."""
+def reported(study):
+    """What a page tells of the study."""
+    return reported_study(study)
+
+
+@pytest.fixture(scope="session")
+def coupled_study(study_text, tmp_path_factory):
+    """The study with coupled runs as the only reading."""
     path = tmp_path_factory.mktemp("coupled") / "coupled.yaml"
     path.write_text(coupled_text(study_text))
-    study = load_study(path)
+    return load_study(path)
+
+
+@pytest.fixture(scope="session")
+def coupled(inputs, coupled_study):
+    """The inputs with coupled runs as the only reading: C_e falls with frequency."""
+    study = coupled_study
     summary, psd = responses(study, {("A_r0.5_150dB", "middle"): 6.0}, error_db=0.1)
     return replace(
         inputs,
-        study=study,
+        study=reported_study(study),
         summary=summary,
         layouts=rows_of_patches(summary),
         psd=psd,

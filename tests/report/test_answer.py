@@ -9,6 +9,7 @@ from coupled_study import coupled_results
 
 from pidpanel.report import answer, answer_section, answer_text
 from pidpanel.report.answer import PointResponse
+from pidpanel.report.from_study import main_level, reported_study
 from pidpanel.report.html import Picture
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import CARRIED, judged
@@ -20,15 +21,20 @@ SCALE = {("A_r0.1_150dB", p): 3.0 for p in POINTS} | {("A_r0.7_150dB", p): 2.8 f
 SCALE |= {("A_r0.9_150dB", p): 1.0 for p in POINTS} | {("B_r0.5_150dB", p): 0.5 for p in POINTS}
 
 
+def answer_of(study, summary, run=None):
+    """The answer to a summary with the doubts that its numbers raise."""
+    error = study.damping.coupled.relative_error
+    doubted = judged(scenarios_of(study), summary, run, error)
+    return answer.answer_of(reported_study(study), doubted)
+
+
 def answered(study, respond, error_db=0.2, **changes):
     summary, _ = respond(SCALE, error_db=error_db)
     summary = summary[summary["reading"] == "paper_corrected"].assign(**changes)
     one = study.model_copy(
         update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
     )
-    return answer.answer_of(
-        one, judged(scenarios_of(one), summary, None, one.damping.coupled.relative_error)
-    )
+    return answer_of(one, summary)
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
@@ -80,21 +86,21 @@ def test_a_point_on_a_support_takes_no_part(study, respond):
     of = summary["point"] == "middle"
     summary.loc[of & (summary["status"] == "ok"), "status"] = "held"
     summary.loc[of, ["acceleration_rms_g", "reduction_db"]] = 0.0
-    found = answer.answer_of(study, summary)
+    found = answer.answer_of(reported_study(study), summary)
     assert found.points == ("corner",)
     summary["status"] = summary["status"].replace("ok", "held")
-    assert answer.answer_of(study, summary) is None
+    assert answer.answer_of(reported_study(study), summary) is None
 
 
 def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
     # red: the first level of all
-    assert answer.main_level(study) == 150
+    assert main_level(study) == 150
     elsewhere = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": 120})})
     # the families without a level of their own follow the study
-    assert answer.main_level(elsewhere) == 120
+    assert main_level(elsewhere) == 120
     family = {"level": study.scenarios["level"]}
     alone = elsewhere.model_copy(update={"scenarios": family})
-    assert isinstance(alone, Study) and answer.main_level(alone) == 150
+    assert isinstance(alone, Study) and main_level(alone) == 150
 
 
 def test_measured_damping_answers_before_a_law():
@@ -108,7 +114,7 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
     found = answered(study, respond)
     many = [
         dataclasses.replace(
-            one, scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"})
+            one, scenario=dataclasses.replace(one.scenario, label=f"{one.scenario.label}_{i}")
         )
         for i in range(3)
         for one in found.candidates
@@ -135,45 +141,23 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
 
 
-def test_caveats_are_three_at_most_and_the_gravest_first(inputs, respond):
+def test_caveats_are_three_at_most_and_the_gravest_first(inputs, study, respond):
     # red: CAVEATS = 9; the order of `said`
     summary, psd = respond(SCALE, error_db=0.2)
     summary = summary.assign(beyond_linear_plate=True, outside_run_points_share=0.2, levels=3)
     summary["displacement_rms_mm"] = 7.0
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    said = answer_text.caveats(
-        one,
-        answer.answer_of(
-            inputs.study,
-            judged(
-                scenarios_of(inputs.study),
-                summary,
-                None,
-                inputs.study.damping.coupled.relative_error,
-            ),
-        ),
-    )
+    said = answer_text.caveats(one, answer_of(study, summary))
     assert len(said) == 3
     assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
     assert "extrapolated" in said[1] and "20 % of the lines" in said[1]
 
 
-def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, respond):
+def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study, respond):
     # red: the last candidate drawn; the bare panel not the first curve
     summary, psd = respond(SCALE, error_db=0.2)
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    picture = answer_section.psd_block(
-        one,
-        answer.answer_of(
-            inputs.study,
-            judged(
-                scenarios_of(inputs.study),
-                summary,
-                None,
-                inputs.study.damping.coupled.relative_error,
-            ),
-        ),
-    )
+    picture = answer_section.psd_block(one, answer_of(study, summary))
     assert isinstance(picture, Picture)
     (chart,) = picture.charts
     assert [curve.label.split(":")[0] for curve in chart.curves] == ["bare panel", "A, r = 0.1"]
@@ -209,14 +193,10 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     }
 
 
-def test_coupled_runs_answer_as_any_reading_does(coupled):
+def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
     # red: "coupled" not the first of PREFERRED; without " in one time integration"
-    study = coupled.study
     assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
-    found = answer.answer_of(
-        study,
-        judged(scenarios_of(study), coupled.summary, None, study.damping.coupled.relative_error),
-    )
+    found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
     table = answer_section.answer_table(coupled, found)
@@ -228,23 +208,15 @@ def test_coupled_runs_answer_as_any_reading_does(coupled):
 
 
 def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_trusted(
-    coupled, respond_to
+    coupled, coupled_study, respond_to
 ):
     # red: TOO_FAR = 1; the first point alone
     # 2 % are wanted, so that 4 % are too much: 0.34 dB are 4.0 %
     for error_db, known in ((0.34, True), (0.36, False)):
-        summary, _ = respond_to(coupled.study, {}, error_db=error_db)
+        summary, _ = respond_to(coupled_study, {}, error_db=error_db)
         of = summary["point"] == "middle"
         summary.loc[of, "acceleration_rms_error_g"] /= 10
-        found = answer.answer_of(
-            coupled.study,
-            judged(
-                scenarios_of(coupled.study),
-                summary,
-                None,
-                coupled.study.damping.coupled.relative_error,
-            ),
-        )
+        found = answer_of(coupled_study, summary)
         doubts = {one.doubts for one in found.candidates}
         expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
         assert doubts == {expected}
@@ -252,20 +224,12 @@ def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_tru
         assert any("more than twice the requested 2.0 %" in line for line in said) != known
 
 
-def test_what_was_not_run_itself_is_not_trusted(coupled):
+def test_what_was_not_run_itself_is_not_trusted(coupled, coupled_study):
     # red: `in run` for `not in run`
     label = "A_r0.1_150dB"
-    results = coupled_results(coupled.study, carried=[label])
+    results = coupled_results(coupled_study, carried=[label])
     run = set(results.summary["scenario"])
-    found = answer.answer_of(
-        coupled.study,
-        judged(
-            scenarios_of(coupled.study),
-            coupled.summary,
-            run,
-            coupled.study.damping.coupled.relative_error,
-        ),
-    )
+    found = answer_of(coupled_study, coupled.summary, run)
     doubts = {one.scenario.label: one.doubts for one in found.candidates}
     assert doubts.pop(label) == (CARRIED,) and set(doubts.values()) == {()}
     said = answer_text.caveats(dataclasses.replace(coupled, coupled=results), found)
@@ -278,4 +242,4 @@ def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):
     table = round(spectrum_of(none).oaspl, 1)
     family = study.scenarios["level"].model_copy(update={"oaspl_db": (table - 10, table, 170.0)})
     one = study.model_copy(update={"sound": none, "scenarios": {"level": family}})
-    assert answer.main_level(one) == table
+    assert main_level(one) == table

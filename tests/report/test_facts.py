@@ -5,14 +5,15 @@ import dataclasses
 import pytest
 
 from pidpanel.report import facts
+from pidpanel.report.from_study import reported_study, sound_text
 from pidpanel.report.inputs import CouponResults
 
 
 def test_the_level_of_the_sound_is_named_where_the_study_sets_it(study):
     # red: `if sound.oaspl_db` always taken
-    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in facts.sound_text(study)
+    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in sound_text(study)
     own = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": None})})
-    assert "overall" not in facts.sound_text(own)
+    assert "overall" not in sound_text(own)
 
 
 def test_the_largest_error_of_the_power_balance_is_named(inputs):
@@ -25,11 +26,11 @@ def test_the_largest_error_of_the_power_balance_is_named(inputs):
 
 
 @pytest.mark.parametrize("acts", [True, False])
-def test_a_neglected_apparent_mass_is_named(inputs, acts):
+def test_a_neglected_apparent_mass_is_named(inputs, study, acts):
     # red: the two words exchanged
-    response = inputs.study.response.model_copy(update={"damper_mass": acts})
-    study = inputs.study.model_copy(update={"response": response})
-    rows = dict(facts.study_facts(dataclasses.replace(inputs, study=study)))
+    response = study.response.model_copy(update={"damper_mass": acts})
+    told = reported_study(study.model_copy(update={"response": response}))
+    rows = dict(facts.study_facts(dataclasses.replace(inputs, study=told)))
     assert rows["Response"].endswith("included" if acts else "neglected")
 
 
@@ -45,12 +46,12 @@ def test_a_study_outside_the_project_is_named_by_its_whole_path(tmp_path):
     assert command == f"pidpanel run {tmp_path / 'mine.yaml'}"
 
 
-def test_only_files_that_are_there_are_named(study, tmp_path):
+def test_only_files_that_are_there_are_named(inputs, tmp_path):
     # red: `is_file` left out; damping/surface.nc named for a study of a law
     for name in ("panel/modes.csv", "response/psd.nc", "damping/surface.nc"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    text, _ = facts.files_step(study, tmp_path)
+    text, _ = facts.files_step(inputs, tmp_path)
     assert "in results/trial: panel/modes.csv, response/psd.nc; figures" in text
 
 

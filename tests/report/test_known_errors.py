@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.known_errors import partly_known, with_known_errors
+from pidpanel.report.from_study import partly_known
+from pidpanel.report.known_errors import without_errors
 from pidpanel.study import load_study
 
 DAMPERS = """
@@ -30,12 +31,12 @@ def mixed(tmp_path_factory, study_text):
 
 @pytest.mark.parametrize("reading", ["stated", "coupled"])
 def test_a_damper_without_an_error_leaves_none_to_its_scenario(mixed, respond_to, reading):
-    # red: with_known_errors that returns what it is given; PARTLY without its second
+    # red: without_errors that returns what it is given; PARTLY without its second
     assert partly_known(mixed) == ["both"]
     summary, psd = respond_to(mixed, {}, error_db=0.1)
     summary["reading"] = reading
     psd = psd.assign_coords(reading=[reading])
-    frame, curves = with_known_errors(mixed, summary, psd)
+    frame, curves = without_errors(partly_known(mixed), summary, psd)
     error = frame.set_index(["scenario", "point"])["acceleration_rms_error_g"]
     assert np.isnan(error["both", "middle"]) and error["sure", "middle"] > 0
     of = curves["acceleration_psd_log_error"].sel(reading=reading, point="middle")

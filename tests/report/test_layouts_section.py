@@ -13,6 +13,7 @@ from pidpanel.report import (
     summary_section,
     warnings,
 )
+from pidpanel.report.from_study import reported_study
 from pidpanel.report.outcome import outcome
 from pidpanel.report.rms import moving_points
 from pidpanel.study import load_study
@@ -50,7 +51,11 @@ def told(inputs, with_layouts, respond_to):
         for patch, fill, gamma, share in (("A", 0.5, 20.0, 0.0), ("B", 0.3, 8.0, 0.25))
     ]  # fmt: skip
     return dataclasses.replace(
-        inputs, study=with_layouts, summary=summary, psd=psd, layouts=pd.DataFrame(rows)
+        inputs,
+        study=reported_study(with_layouts),
+        summary=summary,
+        psd=psd,
+        layouts=pd.DataFrame(rows),
     )
 
 
@@ -163,7 +168,7 @@ def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):
     section = layouts_section.layouts_section(on_support)
     assert not any("corner" in picture.name for picture in section.pictures)
     assert any(getattr(b, "text", "").startswith("Point corner does not") for b in section.blocks)
-    labels = [scenario.label for scenario in study.all_scenarios()]
+    labels = [scenario.label for scenario in study.scenarios]
     rows = summary_section.response_table(summary, labels, ["middle", "corner"]).rows
     assert all("does not move" in row for row in rows if row[1] == "corner")
     said = warnings.response_warnings(study, summary, on_support.psd, on_support.layouts)

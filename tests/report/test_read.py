@@ -11,6 +11,7 @@ from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
+from pidpanel.report.from_study import read_coupon
 from pidpanel.report.read import read_coupled, read_damping
 from pidpanel.study import StudyError, load_study
 
@@ -60,10 +61,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_the_damping_of_a_study_is_read_whole(dem, folder):
-    # red: the depth in mm; law.csv and forms.csv exchanged
-    found = read_damping(dem, "coupon", folder)
-    assert found.depth == pytest.approx(0.03)
+def test_the_damping_of_a_study_is_read_whole(folder):
+    # red: law.csv and forms.csv exchanged
+    found = read_damping("coupon", folder, 0.03, with_rounds=True)
     assert len(found.cases) == len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
     assert "held_out_rms" in found.comparison.columns
@@ -72,31 +72,29 @@ def test_the_damping_of_a_study_is_read_whole(dem, folder):
     assert value == pytest.approx(0.6 * 150, rel=0.04)
 
 
-def test_rounds_are_read_where_the_study_has_tones(dem, folder):
+def test_rounds_are_read_where_the_study_has_tones(folder):
     # red: rounds always read, and a file missed
-    assert [one.round for one in read_damping(dem, "coupon", folder).rounds] == [0, 1]
-    without = dem.damping.model_copy(update={"tones": None})
+    rounds = read_damping("coupon", folder, 0.03, with_rounds=True).rounds
+    assert [one.round for one in rounds] == [0, 1]
     (folder / "design" / "round0.json").unlink()
-    assert read_damping(dem.model_copy(update={"damping": without}), "coupon", folder).rounds == ()
+    assert read_damping("coupon", folder, 0.03, with_rounds=False).rounds == ()
 
 
-def test_damping_from_cases_needs_the_section_of_the_coupon(dem, folder):
+def test_cases_need_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
     with pytest.raises(StudyError, match="dem: no coupon named"):
-        read_damping(dem.model_copy(update={"coupon": None}), "coupon", folder)
+        read_coupon(dem.model_copy(update={"coupon": None}), "coupon", folder, folder)
 
 
 @pytest.mark.parametrize("others", [True, False])
-def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled, tmp_path, others):
+def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled_study, tmp_path, others):
     # red: `> 0` for `> 1`
-    found = coupled_results(coupled.study)
+    found = coupled_results(coupled_study)
     for name in ("summary", "impedance"):
         getattr(found, name).assign(patch="1").to_csv(tmp_path / f"{name}.csv", index=False)
     for name in ("psd", "verdict"):
         pd.DataFrame({"scenario": ["2"], "point": ["3"]}).to_csv(tmp_path / f"{name}.csv")
-    readings = ("coupled", "paper_corrected") if others else ("coupled",)
-    damping = coupled.study.damping.model_copy(update={"readings": readings})
-    read = read_coupled(coupled.study.model_copy(update={"damping": damping}), tmp_path)
+    read = read_coupled(tmp_path, with_verdict=others)
     assert (read.verdict is not None) == others
     # names that look like numbers stay names
     assert set(read.impedance["patch"]) == {"1"} and read.psd["scenario"][0] == "2"

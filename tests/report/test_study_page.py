@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from pidpanel.report import facts, html, response_section, style
+from pidpanel.report import html, response_section, style
+from pidpanel.report.from_study import reported_study
 from pidpanel.report.study_page import study_page
 
 
@@ -46,39 +47,46 @@ def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, re
     # red: EQUIVALENT_SINE left out
     summary, psd = respond({}, read_at=312.0, inside=0.75)
     read = dataclasses.replace(inputs, summary=summary, psd=psd)
-    caption = response_section.acceleration_text(read, "fill", ["paper_corrected"])
+    caption = response_section.acceleration_text(
+        read, read.study.families["fill"], ["paper_corrected"]
+    )
     assert "C_e at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
     assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
     assert "Dashed: Γ or frequency outside the simulated range." in caption
-    note = response_section.acceleration_note(read, "fill", "paper_corrected")
+    note = response_section.acceleration_note(read, read.study.families["fill"], "paper_corrected")
     assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
 
 
-def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, respond):
+def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, study, respond):
     # red: READ_AT["patch"] for both kinds
     summary, psd = respond({}, read_at=30.0)
-    damping = inputs.study.damping.model_copy(
-        update={"level": type(inputs.study.damping.level)(kind="stated", acceleration_g=30.0)}
-    )
+    level = type(study.damping.level)(kind="stated", acceleration_g=30.0)
+    damping = study.damping.model_copy(update={"level": level})
     stated = dataclasses.replace(
         inputs,
-        study=inputs.study.model_copy(update={"damping": damping}),
+        study=reported_study(study.model_copy(update={"damping": damping})),
         summary=summary,
         psd=psd,
     )
     assert (
         "a stated acceleration (level.kind: stated), Γ = 30"
-        in response_section.acceleration_text(stated, "fill", ["paper_corrected"])
+        in response_section.acceleration_text(
+            stated, stated.study.families["fill"], ["paper_corrected"]
+        )
     )
-    assert facts.read_at_text(stated.study) == "Γ = 30 from the study (level.kind: stated)"
+    assert stated.study.read_at == "Γ = 30 from the study (level.kind: stated)"
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
     # red: the scenarios sorted by name
-    curves = response_section.psd_curves(inputs, "fill", "paper_corrected", "middle")
+    curves = response_section.psd_curves(
+        inputs, inputs.study.families["fill"], "paper_corrected", "middle"
+    )
     assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
     assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
-    levels = response_section.psd_curves(inputs, "level", "paper_corrected", "middle")
+    levels = response_section.psd_curves(
+        inputs, inputs.study.families["level"], "paper_corrected", "middle"
+    )
     assert [c.label for c in levels] == [
         "bare panel, 140 dB",
         "bare panel, 150 dB",
@@ -92,6 +100,8 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
     # red: an empty figure
     psd = inputs.psd.copy(deep=True)
     psd["acceleration_psd"][:, 1:] = np.nan
-    section = response_section.response_section(dataclasses.replace(inputs, psd=psd), "fill")
+    section = response_section.response_section(
+        dataclasses.replace(inputs, psd=psd), inputs.study.families["fill"]
+    )
     (block,) = section.blocks
     assert "No damping model gives a steady response" in block.text

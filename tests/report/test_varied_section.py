@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from pidpanel.report.coupon_figures import varied_figure
+from pidpanel.report.from_study import varied_keys
 from pidpanel.report.varied_section import (
     comparison,
     varied_findings,
-    varied_keys,
     varied_section,
 )
 from pidpanel.study import CouponStudy

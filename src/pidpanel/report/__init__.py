@@ -1,7 +1,8 @@
 """What came out, for people: one self-contained page of text, figures and tables.
 
-From files to a page: `write` (one function a page), `read`, `inputs` and `evidence` (what the
-stages left, as records), `study_page` and `coupon_page` (which parts a page has, in which order),
+From files to a page: `from_study` (the only reader of the study, one function a page), `read`,
+`inputs` and `evidence` (what the stages left, as records), `study_page` and `coupon_page` (which
+parts a page has, in which order), `write`,
 `comparison` and `comparison_page` (two studies), `html` and `charts` (the page as text).
 
 What a page says first: `answer` (scenarios against the bare panel, and which of them are apart),
