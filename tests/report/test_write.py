@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from pidpanel.report import read
+from pidpanel.report import from_study, read
 from pidpanel.study import StudyError, load_any_study
 from tests.jobs import call
 
@@ -59,14 +59,14 @@ def test_the_page_has_its_parts_in_order(table):
 
 
 def test_names_that_look_like_numbers_stay_names(table):
-    # red: _read_by_point without its dtype
+    # red: read_by_point without its dtype
     folder = table[1]
     for name in ("summary.csv", "stress.csv", "radiation.csv"):
         text = (
             (folder / "response" / name).read_text().replace("centre", "007").replace("Edge", "012")
         )
         (folder / "numbered.csv").write_text(text)
-        frame = read._read_by_point(folder / "numbered.csv")
+        frame = read.read_by_point(folder / "numbered.csv")
         assert set(frame["point"]) == {"007", "012"}, name
 
 
@@ -91,7 +91,9 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
     text = (folder / "cases.csv").read_text()
     (folder / "others.csv").write_text(text.replace(case.label, "r0.4_f200Hz"))
     with pytest.raises(StudyError, match=r"others\.csv: r0\.4_f200Hz: not a case of cell as it is"):
-        read.read_coupon(load_any_study(file), "coupon", folder / "others.csv", folder / "runs")
+        from_study.read_coupon(
+            load_any_study(file), "coupon", folder / "others.csv", folder / "runs"
+        )
 
 
 # --------------------------------------------------------------------------- verification
