@@ -127,9 +127,10 @@ def test_one_level_has_no_figure_over_the_level(verdict):
     assert "picture" in [block.kind for block in verdict_section(verdict, ["a"]).blocks]
 
 
-def test_figures_say_how_often_coupled_runs_refute_a_reading(study, inputs):
+def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):
     # red: rows of another reading, or "open", taken for "no" in refuted
-    labels = [one.label for one in study.family_scenarios("fill")]
+    family = inputs.study.families["fill"]
+    labels = [scenario.label for scenario in family.scenarios]
     rows = [
         (labels[0], "paper_corrected", "no"),
         (labels[0], "paper_corrected", "yes"),
@@ -139,10 +140,10 @@ def test_figures_say_how_often_coupled_runs_refute_a_reading(study, inputs):
     verdict = pd.DataFrame(rows, columns=["scenario", "reading", "holds"])
     coupled = CoupledResults(*[pd.DataFrame()] * 3, verdict)
     told = dataclasses.replace(inputs, coupled=coupled)
-    title = response_section.reading_title(told, "fill", "paper_corrected")
+    title = response_section.reading_title(told, family, "paper_corrected")
     assert title.endswith("– refuted in 1 of 3")
-    assert "refuted" not in response_section.reading_title(inputs, "fill", "paper_corrected")
+    assert "refuted" not in response_section.reading_title(inputs, family, "paper_corrected")
     alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 3))
-    assert "refuted" not in response_section.reading_title(alone, "fill", "paper_corrected")
-    said = response_section.acceleration_text(told, "fill", ["paper_corrected"])
+    assert "refuted" not in response_section.reading_title(alone, family, "paper_corrected")
+    said = response_section.acceleration_text(told, family, ["paper_corrected"])
     assert "refuted by coupled runs for r = 0.1 (" in said
