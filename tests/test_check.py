@@ -11,6 +11,10 @@ import pytest
 import yaml
 
 from pidpanel.check import check_machine, checked_study
+from pidpanel.cli import main
+from pidpanel.panel.from_study import resolved_masses
+from pidpanel.report.answer_text import massless_text
+from pidpanel.report.from_study import reported_study
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 
@@ -201,3 +205,28 @@ def test_a_study_of_the_coupon_alone_imports_no_panel():
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout == "[]\n"
+
+
+def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, capsys):
+    # red: no line in study_overview, no sentence in response_warnings
+    table = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n30,0.2,10\n2000,0.2,10\n"
+    (tmp_path / "steel.csv").write_text(table)
+    values = changed("l_panel", ("damping",), {"readings": ["stated"]})
+    values["dampers"] = {"bed": {"table": "steel.csv"}}
+    values["panel"]["mesh"]["size_m"] = 0.06
+    values["scenarios"] = {"s": {"layout": {"arm": {"damper": "bed"}}}}
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    assert main(["check", str(path)]) == 0
+    assert re.search(
+        r"particles of bed have no mass in the computation; dampers\.bed\.apparent_mass: particles",
+        capsys.readouterr().out,
+    )
+    study = checked_study(path)
+    assert massless_text(reported_study(study))[0].startswith("The particles of bed have no mass")
+    values["dampers"]["bed"]["apparent_mass"] = "particles"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    assert main(["check", str(path)]) == 0
+    assert "no mass" not in capsys.readouterr().out
+    assert massless_text(reported_study(checked_study(path))) == []
+    assert resolved_masses(checked_study(path)) == {"arm": 10.0}

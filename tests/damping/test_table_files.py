@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pidpanel.columns import MOST_FAULTS
+from pidpanel.damping.from_study import read_table
 from pidpanel.damping.table_files import COLUMNS, TableError, read_columns
 from pidpanel.paths import PROJECT
 from pidpanel.study.dampers import ALLOWED, Damper
@@ -261,3 +262,29 @@ def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
     assert len(read_columns(tmp_path / "lab.csv")[F]) == 4
     for column in COLUMNS:
         assert f"`{column}`" in page
+
+
+def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(tmp_path):
+    # red: no bound in `_faults_of_mass`, so that 357 times was accepted
+    path = tmp_path / "steel.csv"
+    head = f"{F},{C},apparent_mass_kg_m2,particle_mass_per_area_kg_m2\n"
+    path.write_text(head + "100,500,357,1\n")
+    with pytest.raises(TableError, match=r"apparent mass of 357 kg/m²: at most 10 times"):
+        read_columns(path)
+    path.write_text(head + "100,500,80,10\n")  # of particles in resonance with their gap
+    assert read_columns(path)["apparent_mass_kg_m2"] == [80]
+
+
+def test_the_particles_of_a_table_can_act_with_their_own_mass(tmp_path):
+    # red: apparent_mass left out of `read_table`
+    path = tmp_path / "steel.csv"
+    path.write_text(f"{F},{C},particle_mass_per_area_kg_m2\n100,500,10\n200,500,10\n")
+    frequency = np.array([120.0])
+    masses = [
+        read_table(path, apparent_mass=way)(frequency, 0.5, 1.0).apparent_mass.item()
+        for way in (None, "particles")
+    ]
+    assert masses == [0.0, pytest.approx(10.0)]
+    path.write_text(f"{F},{C}\n100,500\n200,500\n")
+    with pytest.raises(TableError, match="particle_mass_per_area_kg_m2: missing"):
+        read_table(path, apparent_mass="particles")

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from pidpanel.study.dampers import ALLOWED, Damper
+from pidpanel.study.dampers import ALLOWED, Damper, mass_in_table
 from pidpanel.study.damping import Damping
 from pidpanel.study.explaining import mistakes_of
 
@@ -13,7 +13,7 @@ PARTICLES, PATCH = "particle_mass_per_area_kg_m2", "patch_mass_per_area_kg_m2"
 KINDS = {
     "coupon": {"coupon": {"sweep": SWEEP}},
     "law": {"law": "paper_corrected"},
-    "table": {"table": "lab.csv", "interpolation": "linear"},
+    "table": {"table": "lab.csv", "interpolation": "linear", "apparent_mass": "particles"},
     "impedance": {"impedance": "z.csv", "interpolation": "log"},
     C: {C: 2000, M: 3, "equivalent_damping_error_n_s_m3": 100, "apparent_mass_error_kg_m2": 0.1,
         PARTICLES: 4},
@@ -96,3 +96,57 @@ def test_a_table_asks_for_a_fill_only_where_it_has_fills(tmp_path, header, asked
     file = tmp_path / "lab.csv"
     file.write_text(f"{header}\n")
     assert Damper.model_construct(table=file).is_of_a_fill == asked
+
+
+STEEL = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n100,0.1,10\n1000,0.1,10\n"
+
+
+@pytest.mark.parametrize(
+    ("damper", "is_massless"),
+    [
+        ({"table": STEEL}, True),
+        ({"table": STEEL, "apparent_mass": "particles"}, False),
+        ({"table": STEEL.replace("factor", "factor ")}, True),
+        ({"equivalent_damping_n_s_m3": 800, "particle_mass_per_area_kg_m2": 10}, True),
+        ({"equivalent_damping_n_s_m3": 800, "apparent_mass_kg_m2": 0.0,
+          "particle_mass_per_area_kg_m2": 10}, False),
+        ({"equivalent_damping_n_s_m3": 800}, False),
+        ({"law": "paper_corrected"}, False),
+    ],
+)  # fmt: skip
+def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, tmp_path):
+    # red: no `is_massless`; apparent_mass left out of it
+    if "table" in damper:
+        (tmp_path / "lab.csv").write_text(damper["table"])
+        damper = {**damper, "table": tmp_path / "lab.csv"}
+    assert Damper(**damper).is_massless is is_massless
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"apparent_mass_kg_m2": 357, "particle_mass_per_area_kg_m2": 1}, "more than 10 times"),
+        ({"apparent_mass_kg_m2": 1, "apparent_mass": "particles"}, "not allowed beside"),
+        ({"apparent_mass": "particles"}, "requires particle_mass_per_area_kg_m2"),
+    ],
+)
+def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(values, says):
+    # red: no bound of the apparent mass
+    assert any(says in told for _, told in mistakes({C: 800, **values}))
+
+
+def test_the_mass_of_a_table_is_that_of_the_rows_about_a_fill(tmp_path):
+    # red: all rows, whatever the fill; Im Z without ω
+    rows = "fill_fraction,frequency_hz,equivalent_damping_n_s_m3,apparent_mass_kg_m2\n"
+    rows += "0.2,100,1,2\n0.5,100,1,5\n0.9,100,1,9\n"
+    (tmp_path / "lab.csv").write_text(rows)
+    (tmp_path / "z.csv").write_text(
+        "frequency_hz,impedance_real_n_s_m3,impedance_imag_n_s_m3\n100,50,1885\n200,50,1885\n"
+    )
+    found = [mass_in_table(tmp_path / "lab.csv", fill, None) for fill in (0.1, 0.2, 0.4, 0.95)]
+    assert found == [2, 2, 5, 9]
+    assert mass_in_table(tmp_path / "z.csv", None, None) == pytest.approx(3.0, rel=1e-3)
+    (tmp_path / "steel.csv").write_text(STEEL)
+    assert [mass_in_table(tmp_path / "steel.csv", 0.5, way) for way in (None, "particles")] == [
+        0, 10,
+    ]  # fmt: skip

@@ -133,6 +133,9 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line(
             "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
         )
+    for name, key in study.massless_dampers.items():
+        source = name or "the table"
+        yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
     yield _line("sound", _of_sound(study))
 
 

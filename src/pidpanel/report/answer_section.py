@@ -43,6 +43,9 @@ def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
         response = answer.response(candidate)
         bare = candidate.scenario.is_bare
         mass = ["0", "0"] if bare else [number(candidate.mass, 2), number(candidate.share, 2)]
+        dampers = {filling.damper for filling in candidate.scenario.fillings}
+        if dampers & set(inputs.study.massless):
+            mass[0] += " (not in the computation)"
         rms = [_rms(candidate.responses[point]) for point in points]
         gain = ["", ""]
         if not bare:

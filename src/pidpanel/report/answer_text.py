@@ -16,7 +16,7 @@ from pidpanel.report.answer import (
     are_apart,
     is_gain,
 )
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.scenario_list import list_scenarios
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
@@ -194,6 +194,7 @@ def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
         sentences.append("The damping has no stated error, so neither have the results.")
     if answer.candidates and not all(math.isfinite(c.mass) for c in answer.candidates):
         sentences.append(f"{READINGS[answer.reading]} does not include the mass of the particles.")
+    sentences += massless_text(inputs.study)
     if answer.candidates and reads_dem(inputs, answer.reading):
         sentences.append(
             "C_e is measured at single frequencies. Under broadband sound it is lower at high "
@@ -207,6 +208,15 @@ def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
             "(response.radiation_beside)."
         )
     return sentences
+
+
+def massless_text(study: ReportedStudy) -> list[str]:
+    """Return a sentence for each damper whose particles have no mass in the computation."""
+    return [
+        f"The particles of {name or 'the table'} have no mass in the computation: its data have no "
+        f"apparent mass. With {key} they have their own; resonances are then lower."
+        for name, key in study.massless.items()
+    ]
 
 
 def reads_dem(inputs: Inputs, reading: str) -> bool:

@@ -220,6 +220,7 @@ def reported_study(study: Study) -> ReportedStudy:
         read_by=level.by,
         coupled_error=study.damping.coupled.relative_error,
         surfaces=study.surfaces,
+        massless=study.massless_dampers,
     )
 
 

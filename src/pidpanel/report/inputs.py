@@ -70,6 +70,9 @@ class ReportedStudy:
     read_by: str  # ``damping.level.by``
     coupled_error: float  # requested of coupled runs [1]
     surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
+    # dampers whose particles have no mass in the computation, and the key that changes it; None
+    # for a table for all patches
+    massless: Mapping[str | None, str] = field(default_factory=dict)
 
     @property
     def has_dampers(self) -> bool:

@@ -14,6 +14,7 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
+from pidpanel.report.answer_text import massless_text
 from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.layouts_section import of_layouts
 from pidpanel.report.names import with_names
@@ -72,6 +73,7 @@ def response_warnings(
     """Return the limitations of the response."""
     good = summary[summary["status"] == "ok"]
     return [
+        *massless_text(study),
         *_plate_warnings(study, good),
         *_damping_warnings(study, good, psd, layouts),
         *_solution_warnings(study, summary),

@@ -55,6 +55,13 @@ ALLOWED: Mapping[Kind, tuple[str, ...]] = {
 """Kinds of a damper, by the key that makes it one, and the keys that may stand beside it."""
 
 
+def is_massless_table(table: Path) -> bool:
+    """Return whether a table has a mass of the particles and no apparent mass."""
+    names = _columns(table)
+    acts = {"apparent_mass_kg_m2", "impedance_imag_n_s_m3"} & set(names)
+    return "particle_mass_per_area_kg_m2" in names and not acts
+
+
 def mass_in_table(file: Path, fill_fraction: float | None, weighs_as: WeighsAs | None) -> float:
     """Return the largest m_a of a table about a fill fraction [kg/m²]; 0 where it cannot be read.
 
@@ -183,6 +190,17 @@ class Damper(SectionModel):
             if value is not None:
                 return value == 0 or bool(error)
         return self.coupon is not None
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether particles of a stated mass act without any."""
+        if self.apparent_mass is not None or self.coupon is not None or self.law is not None:
+            return False
+        file = self.table or self.impedance
+        if file is not None:
+            return is_massless_table(file)
+        has_mass = self.particle_mass_per_area_kg_m2 is not None
+        return has_mass and self.apparent_mass_kg_m2 is None
 
     def mass_of_rows(self, fill_fraction: float | None) -> float:
         """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""

@@ -12,7 +12,7 @@ from pidpanel.study.base import as_tuple
 from pidpanel.study.coupled import mistakes_of_coupled
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
-from pidpanel.study.dampers import Damper
+from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Panel
@@ -83,6 +83,24 @@ class Study(CouponStudy):
         named = {filling.damper for filling in fillings}
         used = tuple(name for name in self.all_dampers if name in named)
         return used if {"stated", COUPLED} & set(self.readings) else ()
+
+    @property
+    def massless_dampers(self) -> dict[str | None, str]:
+        """Dampers whose particles weigh nothing in the computation, and the key that changes it.
+
+        None stands for the table of all patches.
+        """
+        if not self.response.damper_mass:
+            return {}
+        massless: dict[str | None, str] = {
+            name: f"dampers.{name}.apparent_mass: particles"
+            for name in self.used_dampers
+            if self.all_dampers[name].is_massless
+        }
+        table = self.damping.table
+        if table is not None and self.damping.apparent_mass is None and is_massless_table(table):
+            massless[None] = "damping.apparent_mass: particles"
+        return massless
 
     @property
     def stated_dampers(self) -> tuple[str, ...]:
