@@ -43,6 +43,8 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "reduction_error_db": np.nan if scenario.is_bare else error_db,
                         "damping_read_at_g": np.nan if scenario.patch is None else read_at,
                         "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
+                        "extrapolated_share": 0.0 if scenario.patch is None else 1 - inside,
+                        "data_missing": "" if scenario.patch is None else "dem to 61 g",
                         "levels": 1,
                         "beyond_linear_plate": False,
                         "power_balance_error": 1e-9,

@@ -129,12 +129,14 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
 
 def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs):
     # red: trust that is always "yes"
-    found = answered(study, respond, levels=2, outside_run_points_share=0.12)
+    found = answered(study, respond, levels=2, extrapolated_share=0.12)
     table = answer_section.answer_table(inputs, found)
     assert len(table.rows) <= 6
     for row in table.rows[1:]:
         assert len(row) == len(table.columns)
-        assert row[-1] == "no: 12 % of lines extrapolated, several solutions"
+        assert row[-1] == (
+            "no: 12 % of the change extrapolated, extend dem to 61 g, several solutions"
+        )
     good = answer_section.answer_table(inputs, answered(study, respond))
     assert [row[-1] for row in good.rows] == ["yes"] * len(good.rows)
     # g rms ± error (3σ), and dB ± error
@@ -144,13 +146,17 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
 def test_caveats_are_three_at_most_and_the_gravest_first(inputs, study, respond):
     # red: CAVEATS = 9; the order of `said`
     summary, psd = respond(SCALE, error_db=0.2)
-    summary = summary.assign(beyond_linear_plate=True, outside_run_points_share=0.2, levels=3)
+    summary = summary.assign(beyond_linear_plate=True, extrapolated_share=0.2, levels=3)
+    summary["data_missing"] = "dem to 61 g"
     summary["displacement_rms_mm"] = 7.0
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
     said = answer_text.caveats(one, answer_of(study, summary))
     assert len(said) == 3
     assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
-    assert "extrapolated" in said[1] and "20 % of the lines" in said[1]
+    assert (
+        "extrapolated" in said[1]
+        and "up to 20 % of the change in mean square; extend dem to 61 g" in said[1]
+    )
 
 
 def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study, respond):
@@ -168,9 +174,9 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
 
 def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
     # red: any(doubts) for all(doubts); _untrusted left out; NO_ERROR among its doubts
-    said = answer_text.headline(answered(study, respond, outside_run_points_share=0.12))
-    assert said.endswith(" Caution: 12 % of lines extrapolated.")
-    found = answered(study, respond, outside_run_points_share=0.12)
+    said = answer_text.headline(answered(study, respond, extrapolated_share=0.12))
+    assert said.endswith(" Caution: 12 % of the change extrapolated, extend dem to 61 g.")
+    found = answered(study, respond, extrapolated_share=0.12)
     first, second, *rest = found.candidates
     partly = dataclasses.replace(
         found, candidates=(first, dataclasses.replace(second, doubts=()), *rest)

@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.response.from_study import (
     PanelFiles,
     ResponseFiles,
@@ -101,3 +102,15 @@ def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_
     study = load_study(write_study(tmp_path, "table", table_values()))
     with pytest.raises(ValueError, match="the file of the air is required"):
         read_panel_in_sound(study, upstream._replace(air=None), "one_side")
+
+
+def test_the_error_contains_what_single_tones_leave_out(summary_of):
+    # red: model_error_db of the bare panel in place of dead weight; with_model_error left out
+    found = summary_of("model", lambda values: None)
+    rows = found[found["added_mass_kg"] > 0]
+    effect = rows["reduction_db"] - rows["dead_weight_reduction_db"]
+    assert rows["model_error_db"].to_numpy() == pytest.approx(
+        SINGLE_TONES.of_effect * effect.abs().to_numpy(), rel=1e-4
+    )
+    assert (rows["reduction_error_db"] >= rows["model_error_db"]).all()
+    assert (rows["model_error_db"] > 0).all()

@@ -7,11 +7,12 @@ import pytest
 
 from pidpanel.paths import WORKFLOW
 from pidpanel.response.from_study import scenarios_of
-from pidpanel.response.trust import doubts, doubts_in, doubts_of_runs, judged, source_of
+from pidpanel.response.trust import LARGEST_ERROR, doubts, doubts_in, judged, source_of
 from pidpanel.study import load_study
 
 GOOD = {
-    "beyond_linear_plate": False, "outside_run_points_share": 0.0, "levels": 1,
+    "beyond_linear_plate": False, "extrapolated_share": 0.0, "data_missing": "steel to 61 g",
+    "levels": 1,
     "motion_residual": 0.0, "basis_error": 1e-3, "reduction_error_db": 0.1,
     "acceleration_rms_g": 10.0, "acceleration_rms_error_g": 0.3, "status": "ok",
 }  # fmt: skip
@@ -22,41 +23,49 @@ GOOD = {
     [
         ({}, []),
         ({"beyond_linear_plate": 1}, ["not linear"]),
-        ({"outside_run_points_share": 0.004}, ["1 % of lines extrapolated"]),
+        ({"extrapolated_share": 0.04}, []),
+        (
+            {"extrapolated_share": 0.12},
+            ["12 % of the change extrapolated, extend steel to 61 g"],
+        ),
         ({"levels": 2}, ["several solutions"]),
         ({"motion_residual": 2e-3}, ["motion not converged"]),
         ({"basis_error": 6e-3}, ["basis too small"]),
-        ({"reduction_error_db": math.nan}, ["no stated error"]),
+        ({"acceleration_rms_error_g": math.nan}, ["no stated error"]),
+        ({"acceleration_rms_error_g": 1.2}, ["known to ± 12 % only"]),
     ],
 )
 def test_each_doubt_has_its_limit(changed, said):
     # red: any limit a hundred times as large
-    assert doubts([{**GOOD, **changed}], is_bare=False) == said
+    assert doubts([{**GOOD, **changed}], LARGEST_ERROR) == said
+
+
+def test_the_bare_panel_needs_no_error():
+    # red: NO_ERROR of every row without one
+    assert doubts([{**GOOD, "acceleration_rms_error_g": math.nan}], math.inf) == []
 
 
 def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
-    # red: TOO_FAR = 1; `is_carried` left out
-    assert doubts_of_runs([GOOD], 0.02, is_carried=False) == []
-    assert doubts_of_runs([GOOD], 0.01, is_carried=False) == [
-        "known to ± 3 % only (more damping.coupled.runs)"
-    ]
-    assert doubts_of_runs([GOOD], 0.01, is_carried=True) == [
-        "carried from another level", "known to ± 3 % only",
-    ]  # fmt: skip
+    # red: TOO_FAR = 1; LARGEST_ERROR for coupled runs
+    study = load_study(WORKFLOW / "studies" / "launch.yaml")
+    row = {**GOOD, "reading": "coupled", "scenario": "PID-1_r0.5_136.7dB", "point": "326"}
+    for wanted, said in ((0.02, ""), (0.01, "known to ± 3 % only (more damping.coupled.runs)")):
+        found = judged(scenarios_of(study), pd.DataFrame([row]), None, wanted)
+        assert found["doubts"].tolist() == [said]
 
 
 def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
     # red: the doubts of another scenario; the row of an unstable scenario left out
     study = load_study(WORKFLOW / "studies" / "launch.yaml")
     accuracy = study.damping.coupled.relative_error
-    labels = ["bare", "PID-1_r0.5", "PID-1_r0.9"]
+    labels = ["bare_136.7dB", "PID-1_r0.5_136.7dB", "PID-1_r0.9_136.7dB"]
     rows = [
         {**GOOD, "reading": "coupled", "scenario": label, "point": point}
         for label in labels
         for point in ("326", "189")
     ]
     rows[4]["status"] = rows[5]["status"] = "unstable"
-    found = judged(scenarios_of(study), pd.DataFrame(rows), {"PID-1_r0.9"}, accuracy)
+    found = judged(scenarios_of(study), pd.DataFrame(rows), {"PID-1_r0.9_136.7dB"}, accuracy)
     assert found["trusted"].tolist() == ["yes", "yes", "no", "no", "no", "no"]
     assert found["doubts"].tolist()[2:] == ["carried from another level"] * 2 + ["unstable"] * 2
     assert set(found["damping_source"][:2]) == {"none"}

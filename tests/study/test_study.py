@@ -170,6 +170,6 @@ def test_a_family_takes_the_level_of_the_sound_unless_it_has_its_own():
 
 def test_a_scenario_at_the_level_of_its_table_has_no_level_in_its_name():
     # red: level_suffix that returns f"_{oaspl_db}dB" always
-    scenario = load_study(STUDIES / "launch.yaml").family_scenarios("fill")[1]
-    assert scenario.label == "PID-1_r0.3"
+    scenario = load_study(STUDIES / "l_panel.yaml").family_scenarios("location")[1]
+    assert scenario.label == "corner_r0.5"
     assert scenario.bare.label == "bare"

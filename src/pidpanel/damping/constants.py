@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.damping.broadband import EXACT
 from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
 
 
@@ -47,6 +48,7 @@ class ConstantDamper:
     apparent_mass_error: float = 0.0
     weight: float | None = None
     depends_on_acceleration = False
+    broadband_error = EXACT
 
     @property
     def nodes(self) -> Array | None:

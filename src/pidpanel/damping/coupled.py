@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
+from pidpanel.damping.broadband import EXACT
 from pidpanel.damping.readings import DampingValues, Point
 
 COUPLED = "coupled"
@@ -101,6 +102,7 @@ class CoupledDamping(BandDamping):
     weight: float
     with_mass: bool = True
     depends_on_acceleration = False
+    broadband_error = EXACT
 
     @property
     def nodes(self) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
+from pidpanel.damping.broadband import PAPER_LAW
 from pidpanel.damping.readings import DampingError, DampingValues, Point
 
 FREQUENCY_RANGE = (5.0, 2000.0)
@@ -100,6 +101,7 @@ class PaperLaw:
     """
 
     depends_on_acceleration = False
+    broadband_error = PAPER_LAW
     nodes = None
 
     def __init__(self, *, printed: bool) -> None:

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.damping.broadband import BroadbandError
 
 
 class DampingError(ValueError):
@@ -48,6 +49,11 @@ class DampingReading(Protocol):
 
     depends_on_acceleration: bool
     """Whether C_e or m_a changes with Γ."""
+
+    @property
+    def broadband_error(self) -> BroadbandError:
+        """Error under broadband motion."""
+        ...
 
     @property
     def nodes(self) -> Array | None:

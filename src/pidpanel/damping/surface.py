@@ -38,6 +38,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping import sides
+from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingError, DampingValues, Point
 from pidpanel.damping.sides import NODE_STEP, Mixture, Prospect, Sides, even_steps
@@ -91,6 +92,7 @@ class DampingSurface:
         self.damping = damping
         self.mass = mass if with_mass else None
         self.jump = jump
+        self.broadband_error = SINGLE_TONES
         has_mass = with_mass and np.isfinite(bed.mass_per_fill)
         self._rest_mass = bed.mass_per_fill if has_mass else 0.0
         axes = cases[list(AXES)].to_numpy(float)

@@ -21,6 +21,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
 from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
 from pidpanel.damping.sides import NODE_STEP
@@ -79,6 +80,7 @@ class TableReading:
         values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
+        self.broadband_error = SINGLE_TONES if self.depends_on_acceleration else EXACT
         errors = names[1::2] if with_mass else names[1:2]
         has_errors = any(columns[name].any() for name in errors if name in columns)
         self.nodes = _nodes(frequency) if has_errors else None

@@ -9,6 +9,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.answer import (
     Candidate,
     PointResponse,
@@ -20,7 +21,14 @@ from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.scenario_list import list_scenarios
 from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
-from pidpanel.response.trust import CARRIED, EXTRAPOLATED, KNOWN_TO, NO_ERROR, NOT_LINEAR
+from pidpanel.response.trust import (
+    CARRIED,
+    EXTRAPOLATED,
+    KNOWN_TO,
+    LARGEST_ERROR,
+    NO_ERROR,
+    NOT_LINEAR,
+)
 from pidpanel.solve.bands import reduction
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
@@ -40,7 +48,8 @@ def headline(answer: StudyAnswer) -> str:
 def _untrusted(answer: StudyAnswer) -> str:
     """Say why the result is not to be trusted, where none of its numbers is."""
     candidates = answer.best or (answer.bare,)
-    doubts = [[doubt for doubt in c.doubts if doubt != NO_ERROR] for c in candidates]
+    # errors stand beside the numbers
+    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in candidates]
     return f" Caution: {', '.join(doubts[0])}." if all(doubts) else ""
 
 
@@ -156,14 +165,16 @@ def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
     if outside:
         sentences.append(
             f"{_name_scenarios(outside, answer)}: damping partly extrapolated beyond its data "
-            f"({_extrapolated(inputs, answer)} of the lines)."
+            f"({_extrapolated(inputs, outside)})."
         )
     for doubt, text in (
         (CARRIED, "not run; C_e and m_a are interpolated from coupled runs at other levels"),
         (
             KNOWN_TO,
-            "the error of g rms is more than twice the requested "
-            f"{percent(study.coupled_error, 1)}",
+            f"the error of g rms is more than twice the requested {percent(study.coupled_error, 1)}"
+            if answer.reading == COUPLED
+            else f"the error of g rms is more than {percent(LARGEST_ERROR)}; coupled runs know it "
+            "better",
         ),
         (
             "several solutions",
@@ -234,13 +245,15 @@ def _name_scenarios(some: Sequence[Candidate], answer: StudyAnswer) -> str:
     return f"{len(some)} of {count} scenarios"
 
 
-def _extrapolated(inputs: Inputs, answer: StudyAnswer) -> str:
-    rows = inputs.summary[inputs.summary["reading"] == answer.reading]
-    labels = [c.scenario.label for c in answer.candidates]
-    share = rows.loc[rows["scenario"].isin(labels), "outside_run_points_share"]
-    extrapolated = np.maximum(share[share > 0].to_numpy(), 0.01)
-    low, high = percent(extrapolated.min()), percent(extrapolated.max())
-    return low if low == high else f"{low.removesuffix(' %')} to {high}"
+def _extrapolated(inputs: Inputs, outside: Sequence[Candidate]) -> str:
+    """Say of how much of the change in mean square that holds, and how to mend it."""
+    labels = [candidate.scenario.label for candidate in outside]
+    rows = inputs.summary[inputs.summary["scenario"].isin(labels)]
+    worst = rows.iloc[int(rows["extrapolated_share"].argmax())]
+    return (
+        f"up to {percent(worst['extrapolated_share'])} of the change in mean square; "
+        f"extend {worst['data_missing']}"
+    )
 
 
 def _air(inputs: Inputs, answer: StudyAnswer) -> str:

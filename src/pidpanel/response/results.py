@@ -15,6 +15,8 @@ from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels
+from pidpanel.response.extrapolation import extrapolation_of
+from pidpanel.response.model_error import decibels, model_error_of, with_model_error
 from pidpanel.response.panel import PanelInSound
 from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
@@ -195,17 +197,29 @@ class _Rows:
             return
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
-        error = standard_errors(case, response)
+        model_error = model_error_of(case, response)
+        error = with_model_error(standard_errors(case, response), model_error)
         if case.model == COUPLED:
             # those of the runs have more than the errors of C_e and m_a
             error = (self._tabulation.coupled_errors or {}).get(case.scenario.label, error)
         if error is not None:
             self.errors[key] = error
         by_patch = patch_rows(panel, case, response)
+        beyond = extrapolation_of(case.dampers, response, panel.frequency)
+        bare, damped = (each.response.acceleration_psd for each in (case.bare, response))
+        shares = beyond.share_of_change(bare, damped, panel.frequency).tolist()
         self.summary += [
-            {**row, "basis_error": basis_error, "mesh_error": line, "mesh_error_rms": rms}
-            for row, line, rms in zip(
-                self._summary_rows(case, response, error), mesh.line, mesh.rms, strict=True
+            {
+                **row,
+                "basis_error": basis_error,
+                "mesh_error": mesh.line[point],
+                "mesh_error_rms": mesh.rms[point],
+                "model_error_db": 0.0 if model_error is None else decibels(model_error, point),
+                "extrapolated_share": share,
+                "data_missing": beyond.missing,
+            }
+            for point, (row, share) in enumerate(
+                zip(self._summary_rows(case, response, error), shares, strict=True)
             )
         ]
         self.layouts += [{**_names(case), **row} for row in by_patch]

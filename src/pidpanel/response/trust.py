@@ -26,11 +26,17 @@ MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
 
 COARSE_MESH = "mesh too coarse"
 
+EXTRAPOLATED_SHARE = 0.05
+"""Share of the change in mean square that may rest on damping a factor of two beyond its data."""
+
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 CARRIED, KNOWN_TO = "carried from another level", "known to"
 
 TOO_FAR = 2.0
 """Standard error of a coupled g rms over the wanted one, from which it is doubted [1]."""
+
+LARGEST_ERROR = 0.1
+"""Relative standard error of g rms from which another damping model is doubted: 0.9 dB [1]."""
 
 BETWEEN = "; "
 """Between the doubts of a scenario."""
@@ -70,22 +76,25 @@ def judged(
         Wanted relative standard error of coupled rms accelerations [1].
     """
     by_label = {scenario.label: scenario for scenario in scenarios}
-    said: dict[Hashable, list[str]] = {}
+    reasons: dict[Hashable, list[str]] = {}
     for key, rows in summary.groupby(["reading", "scenario"], sort=False):
         reading, scenario = str(key[0]), by_label[str(key[1])]
-        found = [{str(k): v for k, v in row.items()} for row in rows.to_dict("records")]
-        moving = [row for row in found if row["status"] == "ok"]
+        point_rows = [{str(k): v for k, v in row.items()} for row in rows.to_dict("records")]
+        moving = [row for row in point_rows if row["status"] == "ok"]
         if not moving:
-            said[key] = [str(found[0]["status"])]
+            reasons[key] = [str(point_rows[0]["status"])]
             continue
-        said[key] = doubts(moving, is_bare=scenario.is_bare)
         if reading == COUPLED and scenario.is_coupled:
             is_carried = run is not None and scenario.label not in run
-            said[key] += doubts_of_runs(moving, coupled_accuracy, is_carried=is_carried)
+            remedy = "" if is_carried else " (more damping.coupled.runs)"
+            reasons[key] = doubts(moving, TOO_FAR * coupled_accuracy, remedy)
+            reasons[key] += [CARRIED] * is_carried
+        else:
+            reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR)
     keys = list(zip(summary["reading"], summary["scenario"], strict=True))
     return summary.assign(
-        trusted=["no" if said[key] else "yes" for key in keys],
-        doubts=[BETWEEN.join(said[key]) for key in keys],
+        trusted=["no" if reasons[key] else "yes" for key in keys],
+        doubts=[BETWEEN.join(reasons[key]) for key in keys],
         damping_source=[source_of(str(reading), by_label[str(label)]) for reading, label in keys],
     )
 
@@ -95,33 +104,41 @@ def source_of(reading: str, scenario: ResponseScenario) -> str:
     return NONE if scenario.is_bare else SOURCES.get(reading, STATED)
 
 
-def doubts(rows: Sequence[dict[str, Any]], *, is_bare: bool) -> list[str]:
+def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "") -> list[str]:
     """Return why the numbers of a scenario are not to be trusted; nothing where they are.
 
     Parameters
     ----------
     rows
         Its rows in ``response/summary.csv``, a moving point each.
-    is_bare
-        Whether it is the bare panel, whose damping has no error.
+    largest_error
+        Largest relative standard error of its rms accelerations [1]; inf for the bare panel, which
+        has none.
+    remedy
+        For a larger error.
     """
-    first, said = rows[0], []
+    first, reasons = rows[0], []
     if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):
-        said.append(NOT_LINEAR)
-    if first["outside_run_points_share"] > 0:
-        share = max(first["outside_run_points_share"], 0.01)
-        said.append(f"{100 * share:.0f} % of lines {EXTRAPOLATED}")
+        reasons.append(NOT_LINEAR)
+    share = max(row["extrapolated_share"] for row in rows)
+    if share > EXTRAPOLATED_SHARE:
+        more = f"extend {first['data_missing']}"
+        reasons.append(f"{100 * share:.0f} % of the change {EXTRAPOLATED}, {more}")
     if first["levels"] > 1:
-        said.append("several solutions")
+        reasons.append("several solutions")
     if first["motion_residual"] > MOTION_RESIDUAL:
-        said.append("motion not converged")
+        reasons.append("motion not converged")
     if first.get("basis_error", 0.0) > BASIS_ERROR:
-        said.append("basis too small")
+        reasons.append("basis too small")
     if largest(rows, "mesh_error") > MESH_ERROR or largest(rows, "mesh_error_rms") > MESH_RMS:
-        said.append(COARSE_MESH)
-    if not is_bare and not math.isfinite(first.get("reduction_error_db", math.nan)):
-        said.append(NO_ERROR)
-    return said
+        reasons.append(COARSE_MESH)
+    if math.isfinite(largest_error):
+        error = max((_relative_error(row) for row in rows), default=0.0)
+        if not math.isfinite(error):
+            reasons.append(NO_ERROR)
+        elif error > largest_error:
+            reasons.append(f"{KNOWN_TO} ± {100 * error:.2g} % only{remedy}")
+    return reasons
 
 
 def largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
@@ -129,29 +146,10 @@ def largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
     return max((row.get(column, 0.0) for row in rows), default=0.0)
 
 
-def doubts_of_runs(rows: Sequence[dict[str, Any]], wanted: float, *, is_carried: bool) -> list[str]:
-    """Return the doubts about the coupled runs of a scenario.
-
-    Parameters
-    ----------
-    rows
-        As of `doubts`.
-    wanted
-        Wanted relative standard error of its rms accelerations [1].
-    is_carried
-        Whether it was not run itself.
-    """
-    errors = [
-        row.get("acceleration_rms_error_g", math.nan) / row["acceleration_rms_g"]
-        for row in rows
-        if row["acceleration_rms_g"] > 0
-    ]
-    error = max((error for error in errors if math.isfinite(error)), default=0.0)
-    said = [CARRIED] if is_carried else []
-    if error > TOO_FAR * wanted:
-        more = "" if is_carried else " (more damping.coupled.runs)"
-        said.append(f"{KNOWN_TO} ± {100 * error:.2g} % only{more}")
-    return said
+def _relative_error(row: Mapping[str, Any]) -> float:
+    """Return that of the rms acceleration [1]; 0 where nothing moves."""
+    rms = row["acceleration_rms_g"]
+    return row.get("acceleration_rms_error_g", math.nan) / rms if rms > 0 else 0.0
 
 
 def doubts_in(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -162,5 +160,5 @@ def doubts_in(row: Mapping[str, Any]) -> tuple[str, ...]:
     >>> doubts_in({"doubts": "not linear; several solutions"}), doubts_in({"doubts": math.nan})
     (('not linear', 'several solutions'), ())
     """
-    said = row.get("doubts")
-    return tuple(said.split(BETWEEN)) if isinstance(said, str) and said else ()
+    reasons = row.get("doubts")
+    return tuple(reasons.split(BETWEEN)) if isinstance(reasons, str) and reasons else ()

@@ -84,7 +84,7 @@ class Coupled(SectionModel):
     ``runs``.
     """
 
-    relative_error: RelativeError = 0.03
+    relative_error: RelativeError = 0.02
     """Requested relative standard error of every rms acceleration."""
     duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
     """Evaluated duration of each run [s]."""

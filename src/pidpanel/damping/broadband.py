@@ -1,0 +1,35 @@
+"""Errors of damping models where a panel moves at all frequencies at once.
+
+C_e from single tones is read at the sine with the rms acceleration of the patch. Under sound low
+frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
+panel. The errors are counted against coupled runs of 22 scenarios of the paper's panel with
+acrylic and steel (`benchmarks/single_tones.py`, docs/damping_models.md).
+"""
+
+from typing import NamedTuple
+
+
+class BroadbandError(NamedTuple):
+    """Standard error of ln g rms that a damping model has under broadband motion.
+
+    Attributes
+    ----------
+    of_effect
+        Share of the effect of the damping on ln g rms [1].
+    of_rms
+        Part that does not depend on the effect [1].
+    """
+
+    of_effect: float
+    of_rms: float
+
+
+EXACT = BroadbandError(0.0, 0.0)
+"""Coupled runs, whose errors contain it, and dampers that are linear."""
+
+SINGLE_TONES = BroadbandError(0.4, 0.0)
+"""C_e from single tones: reductions are 10 % too small to 60 % too large, 30 % too large on
+average."""
+
+PAPER_LAW = BroadbandError(0.0, 0.2)
+"""The paper's law, which does not depend on the motion."""

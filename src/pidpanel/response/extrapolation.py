@@ -1,0 +1,112 @@
+"""How much of a scenario's change rests on damping beyond its data, and how far beyond."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.readings import DampingReading
+from pidpanel.response.dampers import PatchDamper
+from pidpanel.solve.layout import LayoutResponse
+
+FAR = math.log(2.0)
+"""Distance beyond the data, in ln Γ or ln f, at which a line counts as fully extrapolated."""
+
+STEPS = FAR * np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
+"""Changes of ln Γ that are tried to reach the data."""
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """Damping of a scenario beyond its data.
+
+    Attributes
+    ----------
+    weight
+        (nf,) 0 within the data, 1 from a factor of two beyond them in Γ or f, linear in ln between.
+    missing
+        What the data would have to cover, such as ``"acrylic to 61 g"``; empty within them.
+    """
+
+    weight: Array
+    missing: str
+
+    def share_of_change(self, bare: Array, damped: Array, frequency: Array) -> Array:
+        """Return ∫ w |S_bare − S| df over ∫ |S_bare − S| df, (n_points,).
+
+        Parameters
+        ----------
+        bare, damped
+            (nf, n_points) PSDs without and with dampers.
+        frequency
+            (nf,) [Hz].
+        """
+        change = np.abs(bare - damped)
+        part = np.trapezoid(self.weight[:, None] * change, frequency, axis=0)
+        whole = np.trapezoid(change, frequency, axis=0)
+        share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+        return share
+
+
+def extrapolation_of(
+    dampers: Sequence[PatchDamper], response: LayoutResponse, frequency: Array
+) -> Extrapolation:
+    """Return where the damping of a response is extrapolated.
+
+    Parameters
+    ----------
+    dampers
+        In the order of the loads of ``response``.
+    response
+        The response.
+    frequency
+        (nf,) its lines [Hz].
+    """
+    weight, missing = np.zeros(len(frequency)), {}
+    for damper, gamma, inside in zip(
+        dampers, response.acceleration_g, response.inside, strict=True
+    ):
+        if inside.all():
+            continue
+        by_motion = _distance_in_motion(
+            damper.model, frequency, damper.fill_fraction, gamma, inside
+        )
+        distance = np.minimum(by_motion, _distance_in_frequency(frequency, inside))
+        outside = frequency[~inside]
+        weight = np.maximum(weight, np.minimum(distance / FAR, 1.0))
+        reach = f"{gamma:.3g} g" if np.isfinite(gamma) else ""
+        if not np.isfinite(by_motion).all():
+            reach += f" at {outside.min():.3g} to {outside.max():.3g} Hz"
+        if not np.isfinite(distance).any():
+            reach += f" and r = {damper.fill_fraction:g}"
+        missing[damper.source] = f"{damper.source} to {reach}"
+    return Extrapolation(weight, " and ".join(missing.values()))
+
+
+def _distance_in_motion(
+    model: DampingReading, frequency: Array, fill: float, gamma: float, inside: Flags
+) -> Array:
+    """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of two reaches them."""
+    distance = np.where(inside, 0.0, np.inf)
+    if not model.depends_on_acceleration or not np.isfinite(gamma):
+        return distance
+    for step in STEPS:
+        for sign in (-1, 1):
+            reached = model(frequency, fill, float(gamma * np.exp(sign * step))).inside
+            distance = np.where(reached, np.minimum(distance, step), distance)
+    return distance
+
+
+def _distance_in_frequency(frequency: Array, inside: Flags) -> Array:
+    """|Δ ln f| (nf,) to the nearest line within the data; inf without any."""
+    if not inside.any():
+        return np.full(len(frequency), np.inf)
+    known = np.log(frequency[inside])
+    after = np.clip(np.searchsorted(known, np.log(frequency)), 1, max(len(known) - 1, 1))
+    nearest = np.stack([known[after - 1], known[np.minimum(after, len(known) - 1)]])
+    distance: Array = np.abs(np.log(frequency) - nearest).min(axis=0)
+    return distance

@@ -1,0 +1,68 @@
+"""Damping beyond its data, weighted by what rests on it and by how far beyond it is."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pidpanel.damping.table_files import read_columns
+from pidpanel.damping.tables import TableReading
+from pidpanel.response.dampers import PatchDamper
+from pidpanel.response.extrapolation import FAR, Extrapolation, extrapolation_of
+
+LINES = np.geomspace(20, 200, 181)
+
+
+@pytest.fixture
+def damper(tmp_path):
+    """A table from 20 to 100 Hz and 1 to 50 g, on the first patch."""
+    path = tmp_path / "table.csv"
+    rows = [f"{f},{gamma},{1000 / gamma}" for f in (20, 100) for gamma in (1, 50)]
+    path.write_text(
+        "frequency_hz,acceleration_g,equivalent_damping_n_s_m3\n" + "\n".join(rows) + "\n"
+    )
+    return PatchDamper(0, 0, "lab", TableReading(read_columns(path), "log"), 1.0)
+
+
+@dataclasses.dataclass
+class Response:
+    acceleration_g: np.ndarray
+    inside: np.ndarray
+
+
+def extrapolated(damper, gamma):
+    inside = damper.model(LINES, 1.0, gamma).inside
+    return extrapolation_of([damper], Response(np.array([gamma]), inside[None]), LINES)
+
+
+def test_a_line_counts_by_its_distance_from_the_data(damper):
+    # red: weight of 1 for every line outside; distance in f left out
+    assert not extrapolated(damper, 20.0).weight[LINES <= 100].any()
+    little = extrapolated(damper, 50 * 1.01)
+    inside = LINES <= 100
+    assert little.weight[inside] == pytest.approx(0.02)  # the first step that reaches the data
+    assert extrapolated(damper, 200.0).weight[inside] == pytest.approx(1.0)
+    in_motion = extrapolated(damper, 20.0)
+    nearest = LINES[inside][-1]
+    expected = np.minimum(np.log(LINES[~inside] / nearest) / FAR, 1)
+    assert in_motion.weight[~inside] == pytest.approx(expected)
+
+
+def test_what_the_data_would_have_to_cover_is_named(damper):
+    # red: the range of the lines inside
+    assert extrapolated(damper, 20.0).missing.startswith("lab to 20 g at 10")
+    assert extrapolated(damper, 20.0).missing.endswith(" to 200 Hz")
+    whole = extrapolation_of([damper], Response(np.array([30.0]), np.ones((1, 181), bool)), LINES)
+    assert whole.missing == "" and not whole.weight.any()
+
+
+def test_the_share_is_that_of_the_change_in_mean_square():
+    # red: |S_bare − S| replaced by S
+    weight = np.where(LINES > 100, 0.5, 0.0)
+    bare = np.ones((181, 2))
+    damped = np.stack([np.where(LINES > 100, 0.2, 1.0), np.where(LINES > 100, 1.0, 0.2)], axis=1)
+    share = Extrapolation(weight, "").share_of_change(bare, damped, LINES)
+    assert share == pytest.approx([0.5, 0.0], abs=0.01)
+    assert Extrapolation(weight, "").share_of_change(bare, bare, LINES).tolist() == [0, 0]
+    assert math.isclose(FAR, math.log(2))

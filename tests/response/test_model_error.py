@@ -1,0 +1,55 @@
+"""Errors of damping models under broadband motion."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pidpanel.damping.broadband import EXACT, PAPER_LAW, SINGLE_TONES
+from pidpanel.response.model_error import decibels, model_error_of, with_model_error
+from pidpanel.solve.uncertainty import StandardErrors
+
+PSD = np.array([[8.0, 2.0], [8.0, 0.0]])
+
+
+def response(psd):
+    rms = np.sqrt(psd.sum(axis=0))
+    return SimpleNamespace(response=SimpleNamespace(acceleration_psd=psd, acceleration_rms=rms))
+
+
+def case(*errors, dead=None):
+    dampers = [SimpleNamespace(model=SimpleNamespace(broadband_error=error)) for error in errors]
+    return SimpleNamespace(dampers=dampers, dead_weight=dead, bare=response(4 * PSD))
+
+
+def test_the_error_of_single_tones_is_a_share_of_the_effect_of_the_damping():
+    # red: the bare panel where dead weight is known; ln of g rms twice
+    error = model_error_of(case(SINGLE_TONES, EXACT), response(PSD))
+    share = SINGLE_TONES.of_effect
+    assert error.log_psd == pytest.approx(share * np.log(4) * np.array([[1, 1], [1, 0]]))
+    assert error.log_rms == pytest.approx([share * np.log(2)] * 2)
+    assert decibels(error, 0) == pytest.approx(share * 6.0206, rel=1e-4)
+    beside_dead = model_error_of(case(SINGLE_TONES, dead=response(PSD)), response(PSD))
+    assert not beside_dead.log_psd.any() and not beside_dead.log_rms.any()
+
+
+def test_the_error_of_the_law_does_not_depend_on_its_effect():
+    # red: of_rms taken for that of a PSD
+    error = model_error_of(case(PAPER_LAW), response(PSD))
+    assert error.log_psd == pytest.approx(2 * PAPER_LAW.of_rms)
+    assert error.log_rms == pytest.approx(PAPER_LAW.of_rms)
+
+
+def test_linear_dampers_and_the_bare_panel_have_none():
+    # red: of zeros for None
+    assert model_error_of(case(EXACT), response(PSD)) is None
+    assert model_error_of(case(), response(PSD)) is None
+
+
+def test_both_errors_are_independent():
+    # red: their sum
+    first, second = (StandardErrors(np.full((1, 1), e), np.full(1, e), np.ones(1)) for e in (3, 4))
+    both = with_model_error(first, second)
+    assert both.log_psd.item() == both.log_rms.item() == pytest.approx(5)
+    assert with_model_error(None, second) is second and with_model_error(first, None) is first
+    assert with_model_error(None, None) is None
