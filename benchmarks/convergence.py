@@ -19,8 +19,9 @@ import yaml
 from coupled_scenarios import made_panel
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import from_study
-from pidpanel.coupled.from_study import ScenarioRuns, coupled_scenarios
+from pidpanel.coupled import scenario_runs
+from pidpanel.coupled.from_study import coupled_scenarios
+from pidpanel.coupled.scenario_runs import ScenarioRuns
 from pidpanel.paths import WORKFLOW
 
 VARIANTS = {
@@ -50,10 +51,10 @@ def main() -> None:
     level, fill = (float(sys.argv[k]) if len(sys.argv) > k else v for k, v in ((3, 122), (4, 0.5)))
     for variant in VARIANTS[kind]:
         keys = dict(variant)
-        from_study.STEP_RAYLEIGH = keys.pop("step_rayleigh", from_study.STEP_RAYLEIGH)
+        scenario_runs.STEP_RAYLEIGH = keys.pop("step_rayleigh", scenario_runs.STEP_RAYLEIGH)
         name = "_".join(f"{key}{value}" for key, value in variant.items())
-        panel = made_panel(folder, "convergence", study_of(level, fill, keys))
-        coupled = coupled_scenarios(panel.study)["one"]
+        study, panel = made_panel(folder, "convergence", study_of(level, fill, keys))
+        coupled = coupled_scenarios(study)["one"]
         records = folder / f"{level:g}dB_r{fill:g}_{name}"
         records.mkdir(exist_ok=True)
         runs = ScenarioRuns(panel, coupled, folder / "results" / "coupon", records)

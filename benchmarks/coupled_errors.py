@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.coupled import pieces, sound_record
+from pidpanel.coupled import force_record, pieces
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.integration import Integration, PanelShapes
@@ -30,6 +30,7 @@ from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.source import PatchParts
 from pidpanel.study.coupon import Coupon
@@ -75,8 +76,7 @@ def panel(cells: int) -> CoupledPanel:
         modal=MODAL,
         points=shapes_at(*POINTS.T),
         patches=[patch],
-        spectrum=lambda f: np.full(f.shape, PRESSURE),
-        modal_force=lambda f: np.broadcast_to(0.05 * (np.eye(n) + 0.5), (len(f), n, n)),
+        excitation=ModalForce(lambda f: np.full(f.shape, PRESSURE), 0.05 * (np.eye(n) + 0.5)),
     )
 
 
@@ -97,12 +97,11 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
     first = int(np.ceil(LOW * period * ROW_S))
     lines = np.arange(first, int(HIGH * period * ROW_S) + 1) / (period * ROW_S)
     whole, intervals = panel(cells), INTERVALS * 2**halvings
-    amplitude = sound_record.draw_modal_force(
-        lines, whole.spectrum(lines), whole.modal_force, np.array([LOW, HIGH]),
-        np.random.default_rng(seed),
+    amplitude = force_record.draw_modal_force(
+        lines, whole.excitation, np.array([LOW, HIGH]), np.random.default_rng(seed),
     )  # fmt: skip
-    held = amplitude * sound_record.before_hold(lines, ROW_S)[:, None]
-    force = sound_record.samples(held, first, period)[np.arange(-settled, period + 1) % period]
+    held = amplitude * force_record.before_hold(lines, ROW_S)[:, None]
+    force = force_record.samples(held, first, period)[np.arange(-settled, period + 1) % period]
     bare = amplitude * np.exp(-2j * np.pi * lines * settled * ROW_S)[:, None]
     bare = bare / whole.stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
@@ -115,7 +114,7 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
         force, ROW_S / intervals, 1, intervals, settled,
     )  # fmt: skip
     found = pieces.integrated(
-        f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose)], folder / name
+        f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose.parent)], folder / name
     )
     kept = SettledRecord(
         lines, amplitude, first, rows, settled, found.interval, found.at_cells, found.at_points,

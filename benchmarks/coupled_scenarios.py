@@ -24,14 +24,11 @@ import pandas as pd
 import yaml
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled.from_study import (
-    CoupledFiles,
-    ExcitedPanel,
-    ScenarioRuns,
-    coupled_scenarios,
-)
+from pidpanel.coupled.excited_panel import ExcitedPanel
+from pidpanel.coupled.from_study import CoupledFiles, coupled_scenarios, read_excited_panel
+from pidpanel.coupled.scenario_runs import ScenarioRuns
 from pidpanel.paths import WORKFLOW
-from pidpanel.study import load_study
+from pidpanel.study import Study, load_study
 
 ACRYLIC = [
     (1, 0.1, 125), (1, 0.1, 142), (1, 0.2, 147), (1, 0.3, 119), (1, 0.3, 131), (1, 0.4, 136.7),
@@ -69,16 +66,16 @@ def scenarios() -> dict[str, object]:
 
 
 @cache
-def studied(folder: Path) -> ExcitedPanel:
-    """Return the panel of the study of all scenarios."""
+def studied(folder: Path) -> tuple[Study, ExcitedPanel]:
+    """Return the study of all scenarios and its panel."""
     values = yaml.safe_load((WORKFLOW / "studies" / "layouts.yaml").read_text())
     values["response"] = {"frequency_hz": [30, 2000], "damper_mass": True}
     values["damping"] = {"coupled": {"runs": 8}}
     return made_panel(folder, "errors", {**values, "scenarios": scenarios()})
 
 
-def made_panel(folder: Path, name: str, values: dict[str, object]) -> ExcitedPanel:
-    """Return the panel of a study, meshed and solved in a folder where it is not there yet."""
+def made_panel(folder: Path, name: str, values: dict[str, object]) -> tuple[Study, ExcitedPanel]:
+    """Return a study and its panel, meshed and solved in a folder where it is not there yet."""
     folder.mkdir(parents=True, exist_ok=True)
     path, made = folder / f"{name}.yaml", folder / "results" / name
     path.write_text(yaml.safe_dump(values, sort_keys=False))
@@ -87,15 +84,16 @@ def made_panel(folder: Path, name: str, values: dict[str, object]) -> ExcitedPan
     workflow = ["-s", str(WORKFLOW / "Snakefile"), "-d", str(folder), "--configfile", str(path)]
     snakemake = str(Path(sys.executable).with_name("snakemake"))
     subprocess.run([snakemake, *targets, "-q", "all", "-j2", *workflow], check=True)
-    return ExcitedPanel.read(load_study(str(path)), CoupledFiles(*files, None))
+    study = load_study(str(path))
+    return study, read_excited_panel(study, CoupledFiles(*files, None))
 
 
 def runs_of(folder: Path, label: str) -> ScenarioRuns:
     """Return the runs of a scenario."""
-    panel = studied(folder)
+    study, panel = studied(folder)
     records = folder / "records" / label
     records.mkdir(parents=True, exist_ok=True)
-    coupled = coupled_scenarios(panel.study)[label]
+    coupled = coupled_scenarios(study)[label]
     return ScenarioRuns(panel, coupled, folder / "results" / "coupon", records)
 
 
@@ -116,7 +114,7 @@ def told(folder: Path, label: str, count: int) -> pd.DataFrame:
         found = runs.estimate([runs.record(number)])
         acceleration = (2 * np.pi * found.frequency[:, None]) ** 4 * found.psd
         g_rms = np.sqrt(np.trapezoid(acceleration, found.frequency, axis=0)) / STANDARD_GRAVITY
-        for point, name in enumerate(runs.studied.panel.basis.point_names):
+        for point, name in enumerate(runs.excited.basis.point_names):
             error = found.log_error[point] / 2
             rows.append(
                 {
@@ -150,7 +148,7 @@ def main() -> None:
     """Make the records and print the table."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "build/coupled_scenarios").resolve()
     count = int(sys.argv[2]) if len(sys.argv) > 2 else 2
-    labels = list(coupled_scenarios(studied(folder).study))
+    labels = list(coupled_scenarios(studied(folder)[0]))
     wanted = [(label, number) for number in range(1, count + 1) for label in labels]
     with ProcessPoolExecutor(2) as pool:
         jobs = [pool.submit(make, folder, *one) for one in wanted]

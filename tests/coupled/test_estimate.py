@@ -12,6 +12,7 @@ from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.variants import EXPONENT
 from pidpanel.solve.bands import band_rms, whole_third_octaves
+from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.source import PatchParts
 
@@ -64,8 +65,7 @@ def made(plate, edges, damping):
         modal=ModalBasis(frequency, shapes.modal_mass, shapes.damping_ratio),
         points=shapes.at_points,
         patches=patches,
-        spectrum=np.ones_like,
-        modal_force=lambda f: np.broadcast_to(force, (len(f), *force.shape)),
+        excitation=ModalForce(np.ones_like, force),
     )
     return SimpleNamespace(root=root, stiffness=plate.stiffness, damping=damping, panel=panel)
 
@@ -171,8 +171,8 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
     omega = 2 * np.pi * patch.impedance.frequency
     apart = np.abs(patch.impedance.value.imag / omega - MASS) / patch.apparent_mass_error
     assert apart.max() < 4
-    assert patch.own.psd == pytest.approx(np.full(12, OWN), rel=0.2)
-    assert np.abs(patch.own.psd - OWN).max() < 4 * OWN * patch.own_error.max()
+    assert patch.own_force.psd == pytest.approx(np.full(12, OWN), rel=0.2)
+    assert np.abs(patch.own_force.psd - OWN).max() < 4 * OWN * patch.own_force_error.max()
     load = OWN * CELL_AREA * coupled.panel.patches[0].overlap
     wanted = closed_form(coupled, coupled.panel.points, load)
     total = np.log(mean_square(noisy.psd) / mean_square(wanted))

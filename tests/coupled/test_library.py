@@ -116,7 +116,7 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
 
     balance = in_child(work, "balance", silence_s=120, cpu_limit_s=120).balance
     assert abs(balance.error) < 0.002
-    assert 0.02 < balance.particles / balance.sound < 0.9
+    assert 0.02 < balance.particles / balance.excitation < 0.9
 
 
 def test_an_error_of_liggghts_has_its_words(bed, tmp_path):

@@ -56,7 +56,7 @@ def test_motion_is_that_of_all_equations(plate, damped):
 def test_psds_are_those_of_all_equations(plate, damped, kind):
     # of three dampers at once: none, one, and one with a force of its own
     # red: flat.conj() → flat in _quadratic; `psds[k, lines] +=` → `psds[:, lines] +=`;
-    # `closed` not transposed in _rows; `sound(lines)` → that of the first lines
+    # `closed` not transposed in _rows; `excitation(lines)` → that of the first lines
     rng = np.random.default_rng(4)
     sound, own = hermitian(rng, plate.count, kind), hermitian(rng, plate.count, float)
     found = damped.receptances.psds(
@@ -73,14 +73,14 @@ def test_psds_are_those_of_all_equations(plate, damped, kind):
 
 
 def test_without_sound_the_own_force_moves_the_panel_alone(plate, damped):
-    # red: `if sound is not None` → `if True`
+    # red: `if excitation is not None` → `if True`
     own = hermitian(np.random.default_rng(5), plate.count, complex)
     (found,) = damped.receptances.psds([damped.load], None, [lambda lines: own[lines]])
     assert found == pytest.approx(wanted_psd(damped.full, damped.seen, own), rel=1e-9)
 
 
 def test_of_no_damper_the_panel_is_bare(plate, damped):
-    # as `CoupledPanel.bare_psd` asks; red: `inverse = self.inverse[lines, None]` → its real part
+    # red: `inverse = self.inverse[lines, None]` → its real part
     frequency = damped.receptances.frequency
     bare = Receptances.compute(
         frequency, plate.stiffness(frequency), np.zeros((plate.count, 0)), damped.seen

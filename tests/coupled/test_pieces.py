@@ -29,7 +29,7 @@ def run(bed, plate, monkeypatch):
     start = np.stack([np.zeros(plate.count), rng.standard_normal(plate.count)])
     cells = np.full(8, packing.cell_area)
     whole = Integration(plate.shapes, plate.area, cells, force, step, SUBSTEPS, INTERVALS, 50)
-    started = pieces.started(found, MODULUS, folder / "bed.json")
+    started = pieces.started(found, MODULUS, folder)
     of_row = pieces.cpu_per_row(whole, [started.spheres])
     monkeypatch.setattr(pieces, "PIECE_S", 100 * of_row)
     return lambda where: pieces.integrated("run", whole, start, [started], where)

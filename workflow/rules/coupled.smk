@@ -13,7 +13,7 @@ RUNS.add_beds(bed for scenario in COUPLED_SCENARIOS.values() for bed in scenario
 
 def coupled_values(label):
     """What the study says of the runs of a scenario."""
-    return values_digest(depends_on(STUDY, COUPLED_SCENARIOS[label]))
+    return values_digest(depends_on(STUDY, COUPLED_SCENARIOS[label].name))
 
 
 rule coupled_scenario:
@@ -48,10 +48,6 @@ rule coupled_scenario:
 
 rule coupled:
     input:
-        modes=PANEL["modes"],
-        modal_force=SOUND["modal_force"],
-        plate=PANEL["plate"],
-        air=AIR,
         estimates=[results(f"coupled/{name}.nc") for name in COUPLED_SCENARIOS],
         request=request(
             *COUPLED.values(),

@@ -1,14 +1,14 @@
 """The panel and its particles in one time integration: the truth beside every reading.
 
 All shapes of the panel and the spheres of some cells of every filled patch move together, each
-station of a patch with its own motion, under modal forces drawn from the sound field. What the
+station of a patch with its own motion, under modal forces drawn from the excitation. What the
 panel does then is compared with what it would do under the same forces with a linear damper, and
 what such a damper is, C_e, m_a and the force of the bed that is its own, is found in the same run.
 
 `stations`
     Places of a patch that stand for it.
-`sound_record`
-    Modal forces with the cross-PSDs of the field.
+`force_record`
+    Modal forces with the cross-PSDs of an excitation.
 `panel_motion`
     The shapes, exactly, from one impulse to the next.
 `integration`
@@ -16,13 +16,15 @@ what such a damper is, C_e, m_a and the force of the bed that is its own, is fou
 `linear`
     The same panel with linear dampers, over frequency.
 `identification`
-    C_e, m_a and the bed's own force from records, with the sound as instrument.
+    C_e, m_a and the bed's own force from records, with the excitation as instrument.
 `estimation`
     Third octaves and rms of the whole patch from those of the run, with errors.
 `beds`, `process`
     The spheres of a run in LIGGGHTS as a library, and the process around it.
-`record_files`, `tables`, `results`
-    What runs leave, and what they tell.
+`scenario`, `excited_panel`, `scenario_runs`
+    Settings, the panel with the patches of a scenario, and its runs.
+`record_files`, `estimate_files`, `tables`
+    What runs leave.
 `from_study`
     The runs of a study, and their files.
 """

@@ -1,4 +1,4 @@
-"""A panel in its sound with filled patches, of which some cells are simulated."""
+"""A panel under its excitation with filled patches, of which some cells are simulated."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.solve.model import ModalBasis
+from pidpanel.solve import layouts
+from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.layout import DamperLayout
+from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.source import PatchParts, own_force_load
 
 Impedance = Callable[[Array], Complexes]
@@ -68,7 +71,7 @@ class CoupledPatch:
 
 @dataclass(frozen=True)
 class CoupledPanel:
-    """The panel in its sound with the patches of a scenario.
+    """The panel under its excitation with the patches of a scenario.
 
     Attributes
     ----------
@@ -76,17 +79,16 @@ class CoupledPanel:
         (p, n) the shapes at the points [1].
     patches
         Filled ones, in the order of the cells of a record.
-    spectrum
-        S_p over frequency [Pa²/Hz].
-    modal_force
-        G over frequency [m⁴].
     """
 
     modal: ModalBasis
     points: Array
     patches: Sequence[CoupledPatch]
-    spectrum: Callable[[Array], Array]
-    modal_force: Callable[[Array], Array | Complexes]
+    excitation: Excitation
+
+    def load(self, frequency: Array) -> Array | Complexes:
+        """Return the cross-PSD of the modal forces (nf, n, n) [N²/Hz]."""
+        return self.excitation.spectrum(frequency)[:, None, None] * self.excitation(frequency)
 
     def stiffness(self, frequency: Array) -> Complexes:
         """Return Z₀ (nf, n) [N/m] at (nf,) [Hz]."""
@@ -97,19 +99,6 @@ class CoupledPanel:
         """Cells of each patch."""
         ends = np.cumsum([0] + [len(patch.area) for patch in self.patches]).tolist()
         return [slice(first, last) for first, last in pairwise(ends)]
-
-    def bare_psd(self, shape: Array, frequency: Array) -> Array:
-        """Return the PSDs (nf, s) [m²/Hz] of motions of the bare panel with the shapes (s, n)."""
-        none = Receptances.compute(
-            frequency, self.stiffness(frequency), np.zeros((shape.shape[1], 0)), shape
-        )
-        sound = self.spectrum(frequency)[:, None, None]
-        (psd,) = none.psds(
-            [np.zeros((len(frequency), 0), complex)],
-            lambda lines: sound[lines] * self.modal_force(frequency[lines]),
-            [None],
-        )
-        return np.asarray(psd)
 
     @property
     def at_cells(self) -> Array:
@@ -131,3 +120,14 @@ def cell_load(panel: CoupledPanel, frequency: Array, impedances: Sequence[Impeda
         ],
         axis=1,
     )
+
+
+def bare_psd(modal: ModalBasis, excitation: Excitation, shape: Array, frequency: Array) -> Array:
+    """Return the PSDs (nf, s) [m²/Hz] of motions of the bare panel with the shapes (s, n)."""
+    n = shape.shape[1]
+    patches = Patches(np.zeros((0, n, n)), np.zeros(0))
+    panel = ModalPanel(modal, patches, frequency, shape, frequency)
+    (bare,) = layouts(panel, excitation, [DamperLayout(())])
+    if isinstance(bare, UnstableDamping):
+        raise bare
+    return bare.response.displacement_psd

@@ -50,7 +50,7 @@ class PatchEstimate:
     ----------
     equivalent_damping_error, apparent_mass_error
         (bands,) standard errors [N s/m³], [kg/m²].
-    own_error
+    own_force_error
         (bands,) relative standard error of the PSD of the own force on the whole patch [1].
     common_error
         Relative standard error of all C_e together, from the motion of the records to that of the
@@ -60,8 +60,8 @@ class PatchEstimate:
     impedance: BandImpedance
     equivalent_damping_error: Array
     apparent_mass_error: Array
-    own: OwnForce
-    own_error: Array
+    own_force: OwnForce
+    own_force_error: Array
     common_error: float
 
 
@@ -176,19 +176,19 @@ class _PatchFit:
     ----------
     patch, sums, centre
         The patch, its sums with the instrument, and (bands,) [Hz].
-    own, lines
+    force_sums, lines
         (segments, bands, cells, cells) Re Σ n_j n_k* and (segments, bands) lines in them.
     """
 
     patch: CoupledPatch
     sums: ImpedanceSums
     centre: Array
-    own: Array
+    force_sums: Array
     lines: Array
 
     @property
     def cells(self) -> int:
-        return self.own.shape[2]
+        return self.force_sums.shape[2]
 
     def impedances_of_fewer_cells(self) -> list[BandImpedance]:
         """Return Z with each cell of each run left out in turn."""
@@ -199,7 +199,7 @@ class _PatchFit:
         """Fit the own force, without the segments or the cells whose weight is 0."""
         used_segments = slice(None) if segments is None else segments > 0
         used_cells = np.ones(self.cells, bool) if cells is None else cells > 0
-        sums = self.own[used_segments].sum(axis=0)[:, used_cells][:, :, used_cells]
+        sums = self.force_sums[used_segments].sum(axis=0)[:, used_cells][:, :, used_cells]
         distance = self.patch.distance[used_cells][:, used_cells]
         return fitted_own_force(sums, self.lines[used_segments].sum(axis=0), self.centre, distance)
 
@@ -269,7 +269,7 @@ def _mean_squares(
         variants.frequency,
         variants.centre,
         impedances,
-        [fit.own for fit in fits],
+        [fit.force_sums for fit in fits],
         fits[0].lines,
     )
     linear = [run.predicted_squares(run.linear_motion(impedances), edge) for run in runs]
@@ -359,6 +359,7 @@ def _patch_estimate(
 ) -> PatchEstimate:
     by_cell = [fewer.value for fewer in fit.impedances_of_fewer_cells()]
     ratios = fit.ratios(unit="segments")
+    no_error = np.zeros(len(fit.centre))
 
     def error(part: Callable[[Complexes], Array]) -> Array:
         variance = (part(carried.deviation) ** 2).sum(axis=1)
@@ -370,7 +371,7 @@ def _patch_estimate(
         impedance=carried,
         equivalent_damping_error=error(np.real),
         apparent_mass_error=error(np.imag) / (2 * np.pi * carried.frequency),
-        own=force,
-        own_error=np.sqrt(_jackknife_variance(ratios)) if ratios else np.zeros(len(fit.centre)),
+        own_force=force,
+        own_force_error=np.sqrt(_jackknife_variance(ratios)) if ratios else no_error,
         common_error=abs(np.log(factor)) * EXPONENT_ERROR / EXPONENT,
     )

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.provenance import durable
@@ -42,87 +40,67 @@ class SimulatedBed(NamedTuple):
 
 def write_estimate(
     path: Path,
-    found: ScenarioEstimate,
+    estimate: ScenarioEstimate,
     beds: Sequence[SimulatedBed],
     points: Sequence[str],
     runs: int,
     attributes: Mapping[str, str],
 ) -> None:
-    """Write the estimate of a scenario."""
-    by_patch, by_point = ("patch", "band"), ("band", "point")
-    z = [patch.impedance for patch in found.patches]
-
-    def stacked(values: Sequence[ArrayLike]) -> Array:
-        return np.stack([np.asarray(one, dtype=np.float64) for one in values])
-
+    """Write the estimate of a scenario from so many runs to a ``.nc`` file."""
     dataset = xr.Dataset(
-        {
-            "impedance_frequency": (
-                by_patch, stacked([one.frequency for one in z]), {"units": "Hz"},
-            ),
-            "equivalent_damping": (
-                by_patch, stacked([one.value.real for one in z]), {"units": "N s m-3"},
-            ),
-            "equivalent_damping_error": (
-                by_patch,
-                stacked([one.equivalent_damping_error for one in found.patches]),
-                {"units": "N s m-3"},
-            ),
-            "apparent_mass": (
-                by_patch,
-                stacked([one.value.imag / (2 * np.pi * one.frequency) for one in z]),
-                {"units": "kg m-2"},
-            ),
-            "apparent_mass_error": (
-                by_patch,
-                stacked([one.apparent_mass_error for one in found.patches]),
-                {"units": "kg m-2"},
-            ),
-            "own_force_psd": (
-                by_patch, stacked([one.own.psd for one in found.patches]), {"units": "Pa2 Hz-1"},
-            ),
-            "own_force_coherence": (
-                by_patch, stacked([one.own.coherence for one in found.patches]), {"units": "1"},
-            ),
-            "own_force_error": (
-                by_patch, stacked([one.own_error for one in found.patches]), {"units": "1"},
-            ),
-            "common_error": (
-                ("patch",), np.array([one.common_error for one in found.patches]), {"units": "1"},
-            ),
-            "own_force_length": (
-                ("patch",), np.array([one.own.length for one in found.patches]), {"units": "m Hz"},
-            ),
-            "cell_area": (("patch",), np.array([bed.cell_area for bed in beds]), {"units": "m2"}),
-            "mass_per_area": (
-                ("patch",), np.array([bed.mass_per_area for bed in beds]), {"units": "kg m-2"},
-            ),
-            "youngs_modulus": (
-                ("patch",), np.array([bed.modulus for bed in beds]), {"units": "Pa"},
-            ),
-            "displacement_psd": (("frequency", "point"), found.psd, {"units": "m2 Hz-1"}),
-            "linear_displacement_psd": (
-                ("frequency", "point"), found.linear_psd, {"units": "m2 Hz-1"},
-            ),
-            "displacement_psd_log_error": (
-                ("frequency", "point"), found.log_psd_error, {"units": "1"},
-            ),
-            "band_log_error": (by_point, found.log_band_error, {"units": "1"}),
-            "band_residual": (by_point, found.band_residual, {"units": "1"}),
-            "log_error": (("point",), found.log_error, {"units": "1"}),
-            "residual": (("point",), found.residual, {"units": "1"}),
-            "recorded": (("point",), found.recorded, {"units": "m2 s-4"}),
-        },
+        {**_patch_variables(estimate, beds), **_point_variables(estimate)},
         coords={
-            "band": ("band", found.centre, {"units": "Hz"}),
-            "frequency": ("frequency", found.frequency, {"units": "Hz"}),
+            "band": ("band", estimate.centre, {"units": "Hz"}),
+            "frequency": ("frequency", estimate.frequency, {"units": "Hz"}),
             "patch": ("patch", [bed.patch for bed in beds]),
             "point": ("point", list(points)),
         },
         attrs={**attributes, "runs": runs},
-    )  # fmt: skip
+    )
     with durable.replacing(path) as draft:
         dataset.to_netcdf(draft, engine="scipy")
+
+
+def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -> dict[str, Any]:
+    """Values by patch, and by band where there is one for each."""
+    rows = [
+        {
+            "impedance_frequency": (patch.impedance.frequency, "Hz"),
+            "equivalent_damping": (patch.impedance.value.real, "N s m-3"),
+            "equivalent_damping_error": (patch.equivalent_damping_error, "N s m-3"),
+            "apparent_mass": (patch.impedance.apparent_mass, "kg m-2"),
+            "apparent_mass_error": (patch.apparent_mass_error, "kg m-2"),
+            "own_force_psd": (patch.own_force.psd, "Pa2 Hz-1"),
+            "own_force_coherence": (patch.own_force.coherence, "1"),
+            "own_force_error": (patch.own_force_error, "1"),
+            "common_error": (patch.common_error, "1"),
+            "own_force_length": (patch.own_force.length, "m Hz"),
+            "cell_area": (bed.cell_area, "m2"),
+            "mass_per_area": (bed.mass_per_area, "kg m-2"),
+            "youngs_modulus": (bed.modulus, "Pa"),
+        }
+        for patch, bed in zip(estimate.patches, beds, strict=True)
+    ]
+    variables = {}
+    for name, (_, units) in rows[0].items():
+        values = np.array([row[name][0] for row in rows], dtype=np.float64)
+        variables[name] = (("patch", "band")[: values.ndim], values, {"units": units})
+    return variables
+
+
+def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
+    """Values by point, and by line or band where there is one for each."""
+    by_line, by_band, by_point = ("frequency", "point"), ("band", "point"), ("point",)
+    return {
+        "displacement_psd": (by_line, estimate.psd, {"units": "m2 Hz-1"}),
+        "linear_displacement_psd": (by_line, estimate.linear_psd, {"units": "m2 Hz-1"}),
+        "displacement_psd_log_error": (by_line, estimate.log_psd_error, {"units": "1"}),
+        "band_log_error": (by_band, estimate.log_band_error, {"units": "1"}),
+        "band_residual": (by_band, estimate.band_residual, {"units": "1"}),
+        "log_error": (by_point, estimate.log_error, {"units": "1"}),
+        "residual": (by_point, estimate.residual, {"units": "1"}),
+        "recorded": (by_point, estimate.recorded, {"units": "m2 s-4"}),
+    }
 
 
 def read_estimate(path: Path) -> xr.Dataset:

@@ -134,12 +134,17 @@ class BandImpedance:
     value: Complexes
     deviation: Complexes
 
+    @property
+    def apparent_mass(self) -> Array:
+        """(bands,) m_a [kg/m²]."""
+        return self.value.imag / (2 * np.pi * self.frequency)
+
     def __call__(self, frequency: Array) -> Complexes:
         """Return Z (nf,) at frequencies [Hz]."""
         lowest = self.frequency[0] / 2
         place, nodes = np.log(np.maximum(frequency, lowest)), np.log(self.frequency)
         damping = np.interp(place, nodes, self.value.real)
-        mass = np.interp(place, nodes, self.value.imag / (2 * np.pi * self.frequency))
+        mass = np.interp(place, nodes, self.apparent_mass)
         return damping + 2j * np.pi * frequency * mass
 
     def scaled(self, factor: float) -> BandImpedance:

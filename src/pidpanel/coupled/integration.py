@@ -9,9 +9,9 @@ The impulse at t_j is that of the walls up to t_j + Δ/2 less what was applied b
 interval ahead is taken at the force of t_j, and what it turns out to be enters the next impulse,
 so that no momentum is lost. With one step to an interval both sides obey the same leapfrog rule.
 
-Energy: the work of the sound equals the loss in the modes, the work of the walls on the particles
-and the gain of the panel. Each is computed separately: ∫ f q̇ dt, ∫ c q̇² dt, Σ P_j (w_{j+1} −
-w_{j−1})/2Δ with the motion that the particles see, and the energies at both ends.
+Energy: the work of the excitation equals the loss in the modes, the work of the walls on the
+particles and the gain of the panel. Each is computed separately: ∫ f q̇ dt, ∫ c q̇² dt,
+Σ P_j (w_{j+1} − w_{j−1})/2Δ with the motion that the particles see, and the energies at both ends.
 """
 
 from __future__ import annotations
@@ -77,15 +77,15 @@ class Balance:
         Work of the walls on the particles.
     """
 
-    sound: float
+    excitation: float
     modes: float
     particles: float
     gain: float
 
     @property
     def error(self) -> float:
-        """Missing energy over the work of the sound [1]."""
-        return (self.sound - self.modes - self.particles - self.gain) / self.sound
+        """Missing energy over the work of the excitation [1]."""
+        return (self.excitation - self.modes - self.particles - self.gain) / self.excitation
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class State:
         (c,) impulse of the walls on the particles since the start, and what of it the panel has
         received [N s].
     energies
-        (4,) sums of the balance: work on the particles twice [J], work of the sound over an
+        (4,) sums of the balance: work on the particles twice [J], work of the excitation over an
         interval of a row [J], loss over the duration of a row [W], energy at its start [J].
     """
 
@@ -244,30 +244,27 @@ class Integration:
         mass, omega = panel.modal_mass, panel.angular_frequency
         direct, cross = free_motion(omega, panel.damping_ratio, interval)
         damping = 2 * panel.damping_ratio * omega * mass
-        shape = np.ascontiguousarray(panel.at_cells.T)  # (n, c)
-        cells = shape.shape[1]
-        ratio = self.patch_area / self.cell_area
+        shape, ratio = np.ascontiguousarray(panel.at_cells.T), self.patch_area / self.cell_area
+        cells = len(ratio)
         velocity_per_impulse = np.ascontiguousarray(shape * ratio / mass[:, None])
         # Simpson's rule in every row: a tone of a tenth of the rate of rows to 3e-5
         simpson = {0: 1 / 3, per_row // 2: 2 / 3}
-        count = end - state.row
-        at_cells, impulse = np.empty((count, cells)), np.empty((count, cells))
-        at_points = np.empty((count, len(panel.at_points)))
+        widths = (cells, len(panel.at_points), cells)
+        rows = Rows(*(np.empty((end - state.row, width)) for width in widths))
         parts = _slices(particles, cells)
         shapes = state.shapes.copy()
         q, velocity = shapes
         w, previous = state.displacement.copy(), state.previous.copy()
         total, applied = state.impulse.copy(), state.applied.copy()
-        work, sound, lost, start_energy = state.energies.tolist()
-        ahead = np.empty(cells)
-        velocity_per_force = interval / mass
+        work, supplied, lost, start_energy = state.energies.tolist()
+        ahead, velocity_per_force = np.empty(cells), interval / mass
         for index, row in enumerate(range(state.row, end)):
             if row == self.settled:
-                work = sound = lost = 0.0
+                work = supplied = lost = 0.0
                 start_energy = energy(mass, omega, shapes)
-            at_points[index] = panel.at_points @ q
-            at_cells[index] = w
-            impulse[index] = total
+            rows.at_points[index] = panel.at_points @ q
+            rows.at_cells[index] = w
+            rows.impulse[index] = total
             push = self.force[row] * velocity_per_force
             change = (self.force[row + 1] - self.force[row]) * (velocity_per_force / per_row)
             for step in range(per_row):
@@ -282,7 +279,7 @@ class Integration:
                 velocity -= velocity_per_impulse @ due
                 if step in simpson:
                     mean_velocity = (mean_velocity + velocity) / 2
-                    sound += simpson[step] * float((mass * push) @ mean_velocity)
+                    supplied += simpson[step] * float((mass * push) @ mean_velocity)
                     lost += simpson[step] * float(damping @ mean_velocity**2)
                 swapped = cross * shapes[::-1]
                 shapes *= direct
@@ -295,16 +292,13 @@ class Integration:
                     total[part] += patch.advance(kick[part], self.substeps)
                 previous, w = w, following
             progress(row)
-        energies = np.array([work, sound, lost, start_energy])
-        return (
-            Rows(at_cells, at_points, impulse),
-            State(end, shapes, w, previous, total, applied, energies),
-        )
+        energies = np.array([work, supplied, lost, start_energy])
+        return rows, State(end, shapes, w, previous, total, applied, energies)
 
     def record(self, rows: Rows, state: State) -> Record:
         """Return the record of all rows and of the state at the last of them."""
         duration = self.intervals_per_row * self.interval
-        work, sound, lost, start_energy = state.energies.tolist()
+        work, supplied, lost, start_energy = state.energies.tolist()
         panel = self.panel
         return Record(
             interval=duration,
@@ -312,7 +306,7 @@ class Integration:
             at_points=rows.at_points,
             impulse=rows.impulse / self.cell_area,
             balance=Balance(
-                sound=sound * self.intervals_per_row,
+                excitation=supplied * self.intervals_per_row,
                 modes=lost * duration,
                 particles=0.5 * work,
                 gain=energy(panel.modal_mass, panel.angular_frequency, state.shapes) - start_energy,

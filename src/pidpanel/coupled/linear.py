@@ -74,15 +74,15 @@ class Receptances:
     def psds(
         self,
         loads: Sequence[Complexes],
-        sound: Callable[[slice], Array | Complexes] | None,
+        excitation: Callable[[slice], Array | Complexes] | None,
         forces: Sequence[Callable[[slice], Array] | None],
     ) -> Array:
         """Return the PSDs (dampers, nf, s) [m²/Hz] of the motions Wᵀq, for several dampers."""
         psds = np.zeros((len(loads), len(self.frequency), len(self.observed)))
         for lines in _chunks(len(self.frequency)):
             rows = np.stack([self._rows(load[lines], lines) for load in loads], axis=1)
-            if sound is not None:
-                psds[:, lines] += _quadratic(rows, sound(lines)).swapaxes(0, 1)
+            if excitation is not None:
+                psds[:, lines] += _quadratic(rows, excitation(lines)).swapaxes(0, 1)
             for k, force in enumerate(forces):
                 if force is not None:
                     psds[k, lines] += _quadratic(rows[:, k], force(lines))

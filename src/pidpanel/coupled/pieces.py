@@ -48,25 +48,12 @@ class StartedBed(NamedTuple):
     spheres: int
 
 
-def started(bed: Bed, modulus: float, file: Path) -> StartedBed:
-    """Return a bed in the store of packings and beds.
-
-    Parameters
-    ----------
-    bed, modulus
-        The bed and the modulus of its contacts [Pa].
-    file
-        Its ``bed.json``.
-
-    Raises
-    ------
-    RunFailed
-        If it could not be made.
-    """
-    outcome = bed_in_store(bed, file)
+def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
+    """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
+    outcome = bed_in_store(bed, folder / "bed.json")
     if outcome.found is None:
         raise RunFailed(outcome.status, outcome.message)
-    return StartedBed(bed, modulus, file.parent, outcome.found.spheres)
+    return StartedBed(bed, modulus, folder, outcome.found.spheres)
 
 
 def integrated(

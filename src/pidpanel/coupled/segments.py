@@ -1,4 +1,4 @@
-"""A record in segments, and a linear panel under the same sound beside it."""
+"""A record in segments, and a linear panel under the same excitation beside it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
+from pidpanel.coupled.force_record import samples
 from pidpanel.coupled.impedance import ImpedanceSums
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.own_force import own_force_sums
-from pidpanel.coupled.sound_record import samples
 from pidpanel.coupled.spectra import Segments, band_sums, pressure_segments, segment_spectra
 
 SEGMENT_S = 0.5
@@ -25,15 +25,15 @@ PERIODS = 5.0
 
 @dataclass(frozen=True)
 class SettledRecord:
-    """A record with its sound.
+    """A record with its modal forces.
 
     Attributes
     ----------
     frequency, amplitude
-        (nf,) of the tones of the sound [Hz] and (nf, n) their modal forces [N].
+        (nf,) of the tones [Hz] and (nf, n) their modal forces [N].
     first, rows, settled
-        Number of the first tone in periods of the sound, rows of the record, and the first row
-        that counts: from there the sound has one period.
+        Number of the first tone in periods of the forces, rows of the record, and the first row
+        that counts: from there the forces have one period.
     interval
         Time between rows [s].
     at_cells, at_points, impulse
@@ -58,7 +58,7 @@ class SettledRecord:
 
 
 class RecordSegments:
-    """Spectra of the segments of one record, and of a linear panel under the same sound."""
+    """Spectra of the segments of one record, and of a linear panel under the same forces."""
 
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band

@@ -1,4 +1,4 @@
-"""The response of a panel to its sound and to the own force of its particles, and its changes.
+"""The response of a panel to its excitation and to the own force of its particles, and its changes.
 
 All is in closed form and linear in changes of C_e, m_a and own force.
 """
@@ -77,11 +77,10 @@ class Variants:
                 changed = z.copy()
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
-        sound = panel.spectrum(frequency)[:, None, None]
         observed = np.concatenate([panel.points, panel.at_cells])
         psds = Receptances.compute(frequency, panel.stiffness(frequency), felt, observed).psds(
             [values[owner].T for values, _ in sets],
-            lambda lines: sound[lines] * panel.modal_force(frequency[lines]),
+            lambda lines: panel.load(frequency[lines]),
             [
                 None if load is None else interpolated_load(frequency, centre, load)
                 for _, load in sets

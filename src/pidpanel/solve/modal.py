@@ -203,17 +203,7 @@ def bare_panels(
     if isinstance(air_stiffness, SmoothStiffness):
         air_stiffness = PanelInAir(frequency, basis, air_stiffness)
     for lines in chunks_of_lines(count, n):
-        moved: MovedPanel
-        if air_stiffness is None:
-            moved = (ShapesInVacuum if of_shapes else InVacuum)(
-                basis.dynamic_stiffness(frequency[lines]), observed
-            )
-        elif isinstance(air_stiffness, PanelInAir):
-            moved = InAir(air_stiffness.motion(frequency[lines], observed), observed)
-        else:
-            air = matrices_at(air_stiffness, frequency, lines, n)
-            stiffness = dense_stiffness(frequency[lines], basis, air)
-            moved = InAir(np.linalg.solve(stiffness, observed[None]), observed)
+        moved = _moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
         psd = moved.psd(modal_force, frequency, lines)
         level = spectrum[lines, None, None]
         for point in range(n_points):
@@ -237,6 +227,25 @@ def bare_panels(
         )
         for index, patches in enumerate(carriers)
     ]
+
+
+def _moved_panel(
+    frequency: Array,
+    lines: slice,
+    basis: ModalBasis,
+    observed: Array,
+    air_stiffness: MatrixInput | PanelInAir | None,
+    of_shapes: bool,
+) -> MovedPanel:
+    """Return the panel on some lines, with the motions W of which the first may be the shapes."""
+    if air_stiffness is None:
+        form = ShapesInVacuum if of_shapes else InVacuum
+        return form(basis.dynamic_stiffness(frequency[lines]), observed)
+    if isinstance(air_stiffness, PanelInAir):
+        return InAir(air_stiffness.motion(frequency[lines], observed), observed)
+    air = matrices_at(air_stiffness, frequency, lines, len(observed))
+    stiffness = dense_stiffness(frequency[lines], basis, air)
+    return InAir(np.linalg.solve(stiffness, observed[None]), observed)
 
 
 def patch_motions_in_vacuum(

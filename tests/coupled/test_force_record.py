@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.sound_record import before_hold, draw_modal_force, force_nodes, samples
+from pidpanel.coupled.force_record import before_hold, draw_modal_force, force_nodes, samples
+from pidpanel.solve.excitation import ModalForce
 
 
 def field(complex_valued):
@@ -28,8 +29,8 @@ def test_drawn_forces_have_the_cross_psds_of_the_field(complex_valued):
     modal_force = field(complex_valued)
     frequency = np.linspace(149.9, 150.1, 40001)
     nodes = np.array([140.0, 160.0])
-    psd = np.full(frequency.shape, 3.0)
-    drawn = draw_modal_force(frequency, psd, modal_force, nodes, np.random.default_rng(1))
+    excitation = ModalForce(lambda f: np.full(f.shape, 3.0), modal_force)
+    drawn = draw_modal_force(frequency, excitation, nodes, np.random.default_rng(1))
     step = frequency[1] - frequency[0]
     found = drawn.T @ drawn.conj() / (2 * step * len(frequency))
     ends = modal_force(nodes)

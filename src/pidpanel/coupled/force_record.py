@@ -1,4 +1,4 @@
-"""Modal forces of a sound field as a record: a sum of tones with the field's cross-PSDs.
+"""Modal forces as a record: a sum of tones with the cross-PSDs of an excitation.
 
 Phases are drawn, sizes are not: over its period a record then has the mean square that the field
 has on average, in each resonance. With drawn sizes too, the rms velocity of a patch with a fill of
@@ -7,11 +7,10 @@ has on average, in each resonance. With drawn sizes too, the rms velocity of a p
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.excitation import Excitation
 
 NODE_SPACING = 0.2
 """Spacing of the nodes of G over 1/L in wavenumber, L the diameter of the panel: linear between
@@ -28,9 +27,9 @@ RIDGE = 1e-6
 far below the 0.2 % of the nodes."""
 
 
-def force_nodes(low: float, high: float, speed_of_sound: float, diameter: float) -> Array:
+def force_nodes(low: float, high: float, wave_speed: float, diameter: float) -> Array:
     """Return frequencies between which G is taken as linear, from ``low`` to ``high`` [Hz]."""
-    widest = NODE_SPACING * speed_of_sound / (2 * np.pi * diameter)
+    widest = NODE_SPACING * wave_speed / (2 * np.pi * diameter)
     nodes = [low]
     while nodes[-1] < high:
         nodes.append(nodes[-1] + min(widest, NODE_RATIO * nodes[-1]))
@@ -40,8 +39,7 @@ def force_nodes(low: float, high: float, speed_of_sound: float, diameter: float)
 
 def draw_modal_force(
     frequency: Array,
-    spectrum: Array,
-    modal_force: Callable[[Array], Array | Complexes],
+    excitation: Excitation,
     nodes: Array,
     rng: np.random.Generator,
 ) -> Complexes:
@@ -68,9 +66,9 @@ def draw_modal_force(
     step = float(frequency[1] - frequency[0])
     amplitude: Complexes | None = None
     upper = np.clip(np.searchsorted(nodes, frequency, side="right"), 1, len(nodes) - 1)
-    factor_below: Array | Complexes = _factor(modal_force(nodes[:1])[0])
+    factor_below: Array | Complexes = _factor(excitation(nodes[:1])[0])
     for index in range(1, len(nodes)):
-        factor_above = _factor(modal_force(nodes[index : index + 1])[0])
+        factor_above = _factor(excitation(nodes[index : index + 1])[0])
         lines = upper == index
         part = (frequency[lines] - nodes[index - 1]) / (nodes[index] - nodes[index - 1])
         part = np.clip(part, 0, 1)[:, None]
@@ -81,7 +79,7 @@ def draw_modal_force(
         factor_below = factor_above
     if amplitude is None:
         raise ValueError("one node of the modal force: two or more are needed")
-    return amplitude * np.sqrt(2 * spectrum * step)[:, None]
+    return amplitude * np.sqrt(2 * excitation.spectrum(frequency) * step)[:, None]
 
 
 def _factor(matrix: Array | Complexes) -> Array | Complexes:

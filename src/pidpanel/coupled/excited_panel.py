@@ -1,0 +1,151 @@
+"""The panel of a study under its excitation, with the patches of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, bare_psd
+from pidpanel.coupled.loaded_shapes import LinearDamper, LoadedShapes, loaded_shapes
+from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings
+from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
+from pidpanel.coupled.stations import stations_of
+from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.solve.basis_error import basis_shapes, modal_basis
+from pidpanel.solve.excitation import Excitation, ModalForce
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.panel import deflection_at_points
+from pidpanel.solve.source import PatchParts
+from pidpanel.sound.radiation import Air
+
+LINES_PER_BANDWIDTH = 3.0
+"""Of rms values within 1e-3."""
+
+PARTS = 64
+"""Parts of a patch over which the own force is summed."""
+
+
+@dataclass(frozen=True)
+class ExcitedPanel:
+    """The panel of a study under its excitation.
+
+    Attributes
+    ----------
+    excitation
+        At the level of the study.
+    air
+        The air that the panel moves; None where it is left out.
+    """
+
+    settings: RunSettings
+    basis: PanelBasis
+    plate: StoredPlate
+    excitation: Excitation
+    air: Air | None
+
+    @cached_property
+    def modal(self) -> ModalBasis:
+        """The shapes with the damping ratio of the bare panel."""
+        return modal_basis(
+            self.basis, self.settings.damping_ratio, self.settings.frequency_range[1]
+        )
+
+    @cached_property
+    def coarse_frequency(self) -> Array:
+        """(nf,) lines that give rms values within 1e-3 [Hz]."""
+        return frequency_grid(
+            *self.settings.frequency_range,
+            self.settings.damping_ratio,
+            lines_per_bandwidth=LINES_PER_BANDWIDTH,
+        )
+
+    @property
+    def diameter(self) -> float:
+        """Of the panel [m]."""
+        return float(np.hypot(*np.ptp(self.basis.vertex_position, axis=0)))
+
+    @cached_property
+    def _vectors(self) -> Array:
+        none = np.zeros((len(self.plate.shapes), 0))
+        return basis_shapes(self.basis, self.plate, none).vectors
+
+    def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
+        """Return a patch with its simulated cells of an area [m²]."""
+        basis, settings = self.basis, self.settings
+        index = basis.patch_names.index(name)
+        per_cell = len(self.plate.quadrature_weight) // len(basis.cells)
+        elements = np.flatnonzero(basis.cell_in_patch[index])
+        rows = (elements[:, None] * per_cell + np.arange(per_cell)).ravel()
+        position, weight = self.plate.quadrature_position[rows], self.plate.quadrature_weight[rows]
+
+        def shape(points: Index) -> Array:
+            return shapes.shape(np.asarray(self.plate.at_quadrature[rows[points]] @ self._vectors))
+
+        stations = stations_of(position, weight, settings.stations)
+        parts = stations_of(position, weight, min(PARTS, len(weight)))
+        cells = settings.cells // settings.stations
+        return CoupledPatch(
+            shape=np.repeat(shape(stations.point), cells, axis=0),
+            area=np.repeat(stations.area / cells, cells),
+            position=np.repeat(position[stations.point], cells, axis=0),
+            cell_area=cell_area,
+            overlap=np.asarray(shapes.square(basis.patch_overlap[index])),
+            parts=PatchParts(shape(parts.point), parts.area, position[parts.point]),
+        )
+
+    def shapes(self, scenario: CoupledScenario) -> LoadedShapes:
+        """Return the shapes of the panel with what of a scenario is not integrated."""
+        dampers = [self._linear(damper, scenario.factor) for damper in scenario.dampers]
+        return loaded_shapes(self.modal, self.settings.frequency_range, self.air, dampers)
+
+    def _linear(self, damper: GivenDamper, factor: float) -> LinearDamper:
+        """Return C_e and m_a of a damper at the motion of the bare patch."""
+        index = self.basis.patch_names.index(damper.patch)
+        overlap, area = self.basis.patch_overlap[index], patch_areas(self.basis)[index]
+        square, vector = np.linalg.eigh(overlap)  # D = E Eᵀ
+        frequency, columns = self.coarse_frequency, vector * np.sqrt(np.maximum(square, 0.0))
+        psd = bare_psd(self.modal, self.excitation, columns.T, frequency).sum(axis=1) / area
+        mean_square = np.trapezoid((2 * np.pi * frequency) ** 4 * psd, frequency)
+        gamma = float(np.sqrt(2 * factor * mean_square)) / STANDARD_GRAVITY
+
+        def values(frequency: Array) -> tuple[Array, Array]:
+            damping = damper.model(frequency, damper.fill_fraction, gamma)
+            return damping.equivalent_damping, damping.apparent_mass
+
+        return LinearDamper(overlap, values)
+
+    def with_patches(self, scenario: CoupledScenario) -> CoupledPanel:
+        """Return the panel with the patches of a scenario, at its level."""
+        shapes, excitation = self.shapes(scenario), self.excitation
+        return CoupledPanel(
+            modal=shapes.modal,
+            points=shapes.shape(deflection_at_points(self.basis)),
+            patches=[
+                self.patch(patch.name, patch.beds[0].packing.cell_area, shapes)
+                for patch in scenario.patches
+            ],
+            excitation=ModalForce(
+                lambda frequency: scenario.factor * excitation.spectrum(frequency),
+                lambda frequency: shapes.square(excitation(frequency)),
+                excitation.support_psd,
+            ),
+        )
+
+    def moduli(self, scenario: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
+        """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""
+        frequency, omega = self.coarse_frequency, 2 * np.pi * self.coarse_frequency
+        moduli = []
+        for simulated, patch in zip(scenario.patches, panel.patches, strict=True):
+            psds = bare_psd(panel.modal, panel.excitation, patch.shape, frequency)
+            psd = psds @ patch.area / patch.area.sum()
+            squares = [float(np.trapezoid(omega**k * psd, frequency)) for k in (2, 4)]
+            particle = simulated.youngs_modulus, simulated.beds[0], RmsMotion(*np.sqrt(squares))
+            modulus = self.settings.youngs_modulus or softened_modulus(*particle)
+            moduli.append(Softened(modulus, softening_bias(*particle, modulus)))
+        return moduli
