@@ -245,19 +245,18 @@ class Integration:
         direct, cross = free_motion(omega, panel.damping_ratio, interval)
         damping = 2 * panel.damping_ratio * omega * mass
         shape, ratio = np.ascontiguousarray(panel.at_cells.T), self.patch_area / self.cell_area
-        cells = len(ratio)
         velocity_per_impulse = np.ascontiguousarray(shape * ratio / mass[:, None])
         # Simpson's rule in every row: a tone of a tenth of the rate of rows to 3e-5
         simpson = {0: 1 / 3, per_row // 2: 2 / 3}
-        widths = (cells, len(panel.at_points), cells)
+        widths = (len(ratio), len(panel.at_points), len(ratio))
         rows = Rows(*(np.empty((end - state.row, width)) for width in widths))
-        parts = _slices(particles, cells)
+        parts = _slices(particles, len(ratio))
         shapes = state.shapes.copy()
         q, velocity = shapes
         w, previous = state.displacement.copy(), state.previous.copy()
         total, applied = state.impulse.copy(), state.applied.copy()
         work, supplied, lost, start_energy = state.energies.tolist()
-        ahead, velocity_per_force = np.empty(cells), interval / mass
+        ahead, velocity_per_force = np.empty(len(ratio)), interval / mass
         for index, row in enumerate(range(state.row, end)):
             if row == self.settled:
                 work = supplied = lost = 0.0
@@ -292,8 +291,8 @@ class Integration:
                     total[part] += patch.advance(kick[part], self.substeps)
                 previous, w = w, following
             progress(row)
-        energies = np.array([work, supplied, lost, start_energy])
-        return rows, State(end, shapes, w, previous, total, applied, energies)
+        sums = np.array([work, supplied, lost, start_energy])
+        return rows, State(end, shapes, w, previous, total, applied, sums)
 
     def record(self, rows: Rows, state: State) -> Record:
         """Return the record of all rows and of the state at the last of them."""
