@@ -1,5 +1,11 @@
-"""Puts Snakefile, workflow, templates and profiles into the package that a wheel installs."""
+"""Puts Snakefile, workflow, templates and profiles into the package that a wheel installs.
 
+A release sets ``PIDPANEL_URL`` to the address of its repository and tag, such as
+``https://host/owner/pidpanel/blob/v0.1.0``: links and figures of the README then work elsewhere.
+"""
+
+import os
+import re
 from pathlib import Path
 from shutil import copytree, ignore_patterns
 
@@ -25,4 +31,16 @@ class WithProject(build_py):
         self.copy_file("Snakefile", str(project / "Snakefile"))
 
 
-setup(cmdclass={"build_py": WithProject})
+def readme(url: str) -> str:
+    """Return the README, with its relative links below an address if there is one."""
+    text = Path(__file__).with_name("README.md").read_text(encoding="utf-8")
+    return re.sub(r"\]\((?!https?:|#)", f"]({url.rstrip('/')}/", text) if url else text
+
+
+URL = os.environ.get("PIDPANEL_URL", "")
+setup(
+    cmdclass={"build_py": WithProject},
+    long_description=readme(URL),
+    long_description_content_type="text/markdown",
+    project_urls={"Source": URL.split("/blob/")[0], "Documentation": URL} if URL else {},
+)

@@ -6,6 +6,11 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
+import pidpanel
+from pidpanel import cli
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -38,6 +43,24 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
         }
         assert copied == own
     assert (tmp_path / "lib" / "pidpanel" / "py.typed").is_file()
+
+
+def test_links_of_the_readme_hold_elsewhere_once_a_release_names_its_address(tmp_path):
+    # red: readme() that returns the text itself; images left out
+    command = [sys.executable, "setup.py", "-q", "egg_info", "--egg-base", tmp_path]
+    address = "https://host.example/owner/pidpanel/blob/v0.1.0"
+    subprocess.run(command, cwd=ROOT, check=True, env={**os.environ, "PIDPANEL_URL": address})
+    said = (tmp_path / "pidpanel.egg-info" / "PKG-INFO").read_text()
+    assert "![Acceleration PSD" in said and f"]({address}/docs/launch.png)" in said
+    assert "](docs/" not in said and f"Project-URL: Source, {address.split('/blob/')[0]}" in said
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    # red: the attribute left out of __getattr__
+    assert {"Model", "__version__"} <= set(dir(pidpanel))
+    with pytest.raises(SystemExit):
+        cli.main(["--version"])
+    assert capsys.readouterr().out == f"pidpanel {pidpanel.__version__}\n"
 
 
 def test_the_source_distribution_has_what_the_wheel_is_made_of():

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import re
 import subprocess
@@ -94,6 +95,11 @@ class Model:
 
     def __repr__(self) -> str:
         return f"<pidpanel model {self.study.name!r} in {str(self.folder)!r}>"
+
+    def _repr_html_(self) -> str:
+        """Return name and title, and the summary of the responses once they are computed."""
+        head = f"<p><b>{html.escape(self.study.name)}</b>: {html.escape(self.study.title)}</p>"
+        return head + (self.summary().to_html(index=False) if "summary.csv" in self._stages else "")
 
     @property
     def results(self) -> Path:

@@ -53,7 +53,7 @@ def loaded_modes(
     damping = np.sum(modal.damping[:, None] * shape**2, axis=0)
     ratio = np.divide(damping, 2 * omega, out=np.full(omega.shape, np.inf), where=omega > 0)
     moved = np.array([np.sum(shape * (D @ shape), axis=0) for D in overlap])
-    share = (mass_per_area + mass)[:, None] * moved.reshape(len(mass), -1)
+    share = (mass_per_area + mass)[:, None] * moved.reshape(len(mass), len(omega))
     return LoadedModes(omega / (2 * np.pi), ratio, share)
 
 
