@@ -133,8 +133,8 @@ def _mesh_errors(
             [panel.shift_of_wave(one, extra) for one in modes.frequency.tolist()]
             for extra in (0.0, *on_patch.tolist())
         ]
-        bare, *patches = np.array(of_wave).reshape(1 + len(mass), -1)
-        shift[is_bare] = shift_of_modes(f, modes, bare, np.array(patches).reshape(len(mass), -1))
+        bare, patches = np.split(np.array(of_wave), [1])
+        shift[is_bare] = shift_of_modes(f, modes, bare[0], patches)
     spectrum = panel.excitation.spectrum(f)
     errors: list[MeshError | None] = []
     for case in cases:
