@@ -7,7 +7,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1] / "src" / "pidpanel"
 # grows until it is all that the package has
 DONE = ("api.py", "check.py", "cli", "columns.py", "coupled", "damping", "geometry/polygon.py", "panel",
-        "report", "response", "sampling", "solve", "sound", "study", "workflow")  # fmt: skip
+        "progress.py", "report", "response", "sampling", "solve", "sound", "study", "text_files.py",
+        "workflow")  # fmt: skip
 ODD = frozenset(
     """one own found of at on under beyond alone few held told said asked taught solved widened
     agreeing beside rests made left_out seen wanted anew others other both each every with_ without_

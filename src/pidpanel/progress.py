@@ -25,24 +25,24 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
 
 
 def tracked(
-    items: Sequence[T], what: str, seconds_between_lines: float = SECONDS_BETWEEN_LINES
+    items: Sequence[T], noun: str, seconds_between_lines: float = SECONDS_BETWEEN_LINES
 ) -> Iterator[T]:
-    """Yield items, and say on stderr how many are done where they take long.
+    """Yield items, and print to stderr how many are done where they take long.
 
     Parameters
     ----------
     items
-        To be worked on, each about as long as another.
-    what
-        They are, in the plural.
+        To be worked on, of about equal cost.
+    noun
+        Their name in the plural.
     seconds_between_lines
         Shortest time between two lines [s].
     """
-    begun = told = time.monotonic()
+    start = last = time.monotonic()
     for done, item in enumerate(items):
-        now = time.monotonic()
-        if done and now - told >= seconds_between_lines:
-            told = now
-            left = time_left(now - begun, done, len(items))
-            print(f"{done} of {len(items)} {what}, {left} left", file=sys.stderr, flush=True)
+        time_now = time.monotonic()
+        if done and time_now - last >= seconds_between_lines:
+            last = time_now
+            left = time_left(time_now - start, done, len(items))
+            print(f"{done} of {len(items)} {noun}, {left} left", file=sys.stderr, flush=True)
         yield item

@@ -21,14 +21,14 @@ class TextFileError(ValueError):
         super().__init__(says if line is None else f"line {line}: {says}")
 
 
-def read_text(path: Path, most: int = LARGEST) -> str:
+def read_text(path: Path, limit: int = LARGEST) -> str:
     """Read a text in UTF-8, with or without its mark.
 
     Parameters
     ----------
     path
         A file.
-    most
+    limit
         Bytes that it may have.
 
     Raises
@@ -37,13 +37,13 @@ def read_text(path: Path, most: int = LARGEST) -> str:
         If there is no such file, it is no file, cannot be read, is too large or is no such text.
     """
     try:
-        found = path.stat()
-        if stat.S_ISDIR(found.st_mode):
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
             raise TextFileError("is a folder; must be a file")
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(status.st_mode):
             raise TextFileError("must be a file")
-        if found.st_size > most:
-            raise TextFileError(f"has {_bytes(found.st_size)}; allowed are {_bytes(most)}")
+        if status.st_size > limit:
+            raise TextFileError(f"has {_bytes(status.st_size)}; allowed are {_bytes(limit)}")
         data = path.read_bytes()
     except OSError as error:
         raise TextFileError(f"cannot be read: {error.strerror or error}") from None
@@ -77,8 +77,8 @@ def decoded(data: bytes) -> str:
     except UnicodeDecodeError as error:
         line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
         letter = bytes([byte]).decode("latin-1")
-        meant = f"is {letter} in Latin-1" if letter.isprintable() else "is not text"
-        says = f"must be text in UTF-8; the byte 0x{byte:02x} {meant}"
+        reading = f"is {letter} in Latin-1" if letter.isprintable() else "is not text"
+        says = f"must be text in UTF-8; the byte 0x{byte:02x} {reading}"
         raise TextFileError(says, line) from None
 
 

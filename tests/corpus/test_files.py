@@ -190,7 +190,7 @@ def test_a_file_that_may_not_be_read_is_told(written, folder, bases):
 
 
 def test_a_file_that_is_too_large_is_told(written, folder, bases):
-    # red: no `most` in read_text
+    # red: no `limit` in read_text
     path = folder / "huge.csv"
     with path.open("wb") as file:
         file.truncate(30_000_000)

@@ -63,16 +63,16 @@ def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
     spheres = evidence.DrawnSpheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
     drawn = []
 
-    def picture(positions, diameters, speed, limits, *, count, **_):
-        drawn.append((positions, speed, count))
-        return np.zeros((4, 4, 3), np.uint8)
+    def film(positions, diameters, speed, limits, cells):
+        drawn.append((positions[0], speed[0], cells))
+        return [np.zeros((4, 4, 3), np.uint8)]
 
-    monkeypatch.setattr(coupon_section.pictures, "spheres_picture", picture)
+    monkeypatch.setattr(coupon_section.pictures, "spheres_film", film)
     caption = coupon_section.particles_picture(spheres).caption
-    ((positions, speed, count),) = drawn
-    assert count == len(positions) == 5
+    ((positions, speed, cells),) = drawn
+    assert cells.count == len(positions) == 5
     assert speed.tolist() == [0, 1, 2, 3, 4]
-    assert positions[:, :2] == pytest.approx(cell_centres(packing.across_flats, 5) + 1e-3)
+    assert positions[:, :2] == pytest.approx(cells.centres[:, :2] + 1e-3)
     assert "in 70 hexagonal cells" in caption
     assert "(5 of them drawn side by side)" in caption
 

@@ -20,10 +20,13 @@ def scene(values, count=2):
     positions = np.array(
         [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
     )
-    return pictures.spheres_picture(
-        positions, np.full(len(positions), 3e-3), np.resize(values, len(positions)), (0.0, 1.0),
-        outline=SHAPES["hexagon"].outline(6e-3), across_flats=6e-3, depth=12e-3, count=count, pixels=240,
-    )  # fmt: skip
+    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, count)
+    _, shift = row.take(positions, count)
+    colours = np.resize(values, (1, len(positions)))
+    (image,) = pictures.spheres_film(
+        [positions + shift], np.full(len(positions), 3e-3), colours, (0.0, 1.0), row, pixels=240
+    )
+    return image
 
 
 def test_spheres_are_seen_and_coloured_by_their_value():
@@ -40,13 +43,16 @@ def test_spheres_are_seen_and_coloured_by_their_value():
 
 def test_cells_are_in_a_row_with_their_own_spheres():
     # red: every sphere moved like the first cell
-    width, count = 6e-3, 5
-    centres = geometry.cell_centres(width, count)
+    width, count, drawn = 6e-3, 5, 4
+    centres = np.pad(geometry.cell_centres(width, count), ((0, 0), (0, 1)))
     offset = np.array([1e-3, -2e-3, 4e-3])
-    moved, row = pictures.cells_in_a_row(np.pad(centres, ((0, 0), (0, 1))) + offset, width, count)
-    assert moved - np.pad(row, ((0, 0), (0, 1))) == pytest.approx(np.tile(offset, (count, 1)))
-    assert np.diff(row[:, 0]) == pytest.approx(np.full(4, pictures.ROW_PITCH * width))
-    assert not row[:, 1].any()
+    row = pictures.CellRow(np.zeros((6, 2)), width, 12e-3, drawn)
+    inside, shift = row.take(centres + offset, count)
+    assert inside.tolist() == [True] * drawn + [False]
+    moved = (centres + offset)[inside] + shift
+    assert moved - row.centres == pytest.approx(np.tile(offset, (drawn, 1)))
+    assert np.diff(row.centres[:, 0]) == pytest.approx(np.full(3, pictures.ROW_PITCH * width))
+    assert not row.centres[:, 1:].any()
 
 
 def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):

@@ -6,8 +6,8 @@ that their text can be read where a page is as wide as a telephone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,10 +17,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.tri import Triangulation
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.geometry.polygon import Position
+from pidpanel.panel.attachments import LineMass, Spring
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.supports import Supports
 from pidpanel.report import style
+from pidpanel.report.inputs import ReportedPanel
+from pidpanel.report.layout import panel_axes
 
 WIDTH = 5.0
 """Width of a figure at the head of a page [inch]."""
@@ -39,23 +43,12 @@ _EDGE = {
 }
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """What is on a panel, by name."""
+def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> Figure:
+    """Draw outline, supports, masses, patches and points over a map of rms acceleration.
 
-    vertices: Array  # (n_vertices, 2) [m]
-    cells: Index  # vertex numbers of the elements
-    patches: Mapping[str, Flags]  # (n_cells,) whether an element belongs to it, by name
-    points: Mapping[str, Position]  # [m]
-    outline: str = "free"  # how its edges are supported
-    edges: Sequence[tuple[Position, Position, str]] = ()  # ends [m] and kind of parts
-    supports: Mapping[str, tuple[Position, str]] = field(default_factory=dict)  # where and kind
-    masses: Mapping[str, tuple[Position, ...]] = field(default_factory=dict)  # one place, or ends
-
-
-def panel_figure(drawn: Drawing, rms: Array | None) -> Figure:
-    """Draw outline, supports, masses, patches and points over a map of rms acceleration."""
-    vertices, cells = drawn.vertices, drawn.cells
+    ``rms``: (n_vertices,) [g]; None for no map.
+    """
+    vertices, cells = basis.vertex_position, basis.cells
     size = np.ptp(vertices, axis=0)
     height = min(7.0, (WIDTH - 1.35) * size[1] / size[0] + 1.15)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
@@ -75,55 +68,60 @@ def panel_figure(drawn: Drawing, rms: Array | None) -> Figure:
         handles[f"largest, {rms.max():.3g} g rms"] = Line2D(
             [], [], color="#111111", marker="*", ls=""
         )
-    _edges(axes, drawn, handles)
-    for name, inside in drawn.patches.items():
-        colour = style.place_colour(name, list(drawn.patches))
+    _edges(axes, basis, panel.supports, handles)
+    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
+        colour = style.place_colour(name, basis.patch_names)
         line = vertices[boundary_edges(cells[inside])]
         axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
         axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
         low, high = line.reshape(-1, 2).min(axis=0), line.reshape(-1, 2).max(axis=0)
         _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
-    for name, (position, kind) in drawn.supports.items():
+    places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
+    springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}
+    places |= {name: (spring.position, "spring") for name, spring in springs.items()}
+    for name, (position, kind) in places.items():
         marker, word = _SUPPORT[kind]
         axes.plot(*position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6)
         handles[word] = Line2D([], [], color="#1a1a1a", marker=marker, ls="")
         _name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True)
-    for name, ends in drawn.masses.items():
-        along = np.array(ends)
+    for name, mass in panel.attachments.items():
+        if isinstance(mass, Spring):
+            continue
+        along = np.array([mass.start, mass.end] if isinstance(mass, LineMass) else [mass.position])
         axes.plot(*along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6)
         handles["mass"] = Line2D([], [], color="#5b2a86", marker="D", ls="")
         _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
-    for name, (x, y) in drawn.points.items():
+    for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
         _name(axes, name, (x, y), (4, 4), "black", "left", "bottom")
     handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
-    axes.set_aspect("equal")
-    room = 0.025 * size.max()
-    axes.set_xlim(vertices[:, 0].min() - room, vertices[:, 0].max() + room)
-    axes.set_ylim(vertices[:, 1].min() - room, vertices[:, 1].max() + room)
-    axes.grid(False)
+    panel_axes(axes, vertices, 0.025)
     for side in axes.spines.values():
         side.set_visible(False)
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
     figure.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
     )
     return figure
 
 
-def _edges(axes: Axes, drawn: Drawing, handles: dict[str, Line2D]) -> None:
-    colour, width, dashes, word = _EDGE[drawn.outline]
-    outline = drawn.vertices[boundary_edges(drawn.cells)]
+def _edges(axes: Axes, basis: PanelBasis, supports: Supports, handles: dict[str, Line2D]) -> None:
+    colour, width, dashes, word = _EDGE[supports.outline]
+    outline = basis.vertex_position[boundary_edges(basis.cells)]
     axes.add_collection(
         LineCollection(
             list(outline), colors=colour, linewidths=width, linestyles=[dashes], zorder=3
         )
     )
     handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
-    for start, end, kind in drawn.edges:
-        colour, width, dashes, word = _EDGE[kind]
-        axes.plot(*zip(start, end, strict=True), color=colour, lw=width + 0.6, ls=dashes, zorder=3)
+    for edge in supports.edges:
+        colour, width, dashes, word = _EDGE[edge.kind]
+        axes.plot(
+            *zip(edge.start, edge.end, strict=True),
+            color=colour,
+            lw=width + 0.6,
+            ls=dashes,
+            zorder=3,
+        )
         handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
 
 

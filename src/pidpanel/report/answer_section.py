@@ -7,11 +7,10 @@ import math
 from collections.abc import Sequence
 
 from pidpanel.arrays import Flags
-from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.report import response_figures, style
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
-from pidpanel.report.answer_figures import Drawing, Mark, mass_figure, panel_figure
+from pidpanel.report.answer_figures import Mark, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Picture, Table
@@ -92,36 +91,10 @@ def trust(candidate: Candidate) -> str:
     return f"no: {', '.join(candidate.doubts)}" if candidate.doubts else "yes"
 
 
-def drawing_of(inputs: Inputs) -> Drawing:
-    """Return the panel of a study with all that is on it."""
-    panel, basis = inputs.study.panel, inputs.basis
-    supports = panel.supports
-    points = {name: (support.position, support.kind) for name, support in supports.points.items()}
-    masses: dict[str, tuple[tuple[float, float], ...]] = {}
-    for name, attachment in panel.attachments.items():
-        if isinstance(attachment, Spring):
-            points[name] = (attachment.position, "spring")
-        elif isinstance(attachment, LineMass):
-            masses[name] = (attachment.start, attachment.end)
-        else:
-            masses[name] = (attachment.position,)
-    positions = zip(basis.point_names, basis.point_position.tolist(), strict=True)
-    return Drawing(
-        basis.vertex_position,
-        basis.cells,
-        dict(zip(basis.patch_names, basis.cell_in_patch, strict=True)),
-        {name: (x, y) for name, (x, y) in positions},
-        supports.outline,
-        [(edge.start, edge.end, edge.kind) for edge in supports.edges],
-        points,
-        masses,
-    )
-
-
 def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the panel with supports, masses, patches and points over the worst map."""
     mapped = worst_map(inputs)
-    figure = panel_figure(drawing_of(inputs), None if mapped is None else mapped[1])
+    figure = panel_figure(inputs.basis, inputs.study.panel, None if mapped is None else mapped[1])
     caption = "The panel"
     if mapped is not None:
         names = {c.scenario.label: c.name for c in (answer.bare, *answer.candidates)}

@@ -19,18 +19,22 @@ from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
 from pidpanel.report.evidence import RunRecord
-from pidpanel.report.layout import GREY, WIDTH, frequency_axis, legend_below, make_room, swept
+from pidpanel.report.layout import (
+    GREY,
+    WIDTH,
+    figure_of_axes,
+    fill_handles,
+    frequency_axis,
+    legend_below,
+    make_room,
+    swept,
+)
 
 
 def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
     """Draw dissipated energy per cycle against the cycle, one case in each of the axes."""
-    columns = min(3, len(records))
-    rows = -(-len(records) // columns)
-    figure = Figure(figsize=(WIDTH, 2.4 * rows + 0.4), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes in grid.flat[len(records) :]:
-        axes.set_visible(False)
-    for axes, runs in zip(grid.flat, records, strict=False):
+    figure, grid = figure_of_axes(len(records), min(3, len(records)), 2.4, 0.4)
+    for axes, runs in zip(grid, records, strict=True):
         for number, run in enumerate(runs):
             colour = style.PLACES[number % len(style.PLACES)]
             cycle = np.arange(1, len(run.energy) + 1)
@@ -164,12 +168,7 @@ def sweep_figure(
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
-    handles = {
-        f"r = {fill:g}": Line2D(
-            [], [], color=style.fill_colour(fill), marker=style.MARKERS[i % len(style.MARKERS)]
-        )
-        for i, fill in enumerate(fills)
-    }
+    handles = fill_handles(fills)
     if law:
         handles["dashed: the paper's law, corrected"] = Line2D([], [], color=GREY, ls="--", lw=0.8)
     if bound:

@@ -152,9 +152,8 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
     """Return a picture of the particles of one run in its first cells."""
     packing = spheres.run.packing
     cells = min(packing.count, CELLS_SHOWN)
-    grid = (packing.across_flats, packing.count, cells)
-    inside = pictures.in_first_cells(spheres.positions, *grid)
-    places = pictures.moved_to_first_cells(spheres.positions[inside], *grid)
+    row = pictures.CellRow(packing.outline, packing.across_flats, packing.depth, cells)
+    inside, shift = row.take(spheres.positions, packing.count)
     side = f"{cells} of them drawn side by side" if cells < packing.count else "drawn side by side"
     limits = (0.0, float(spheres.speed.max()))
     shape = SHAPES[packing.shape].word
@@ -167,18 +166,15 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
         f"Γ = {spheres.run.drive.gamma:.4g} ({spheres.label})."
     )
     caption = f"{where} State after {spheres.cycles} cycles. Colour: speed relative to the cell."
-    image = pictures.spheres_picture(
-        places,
+    images = pictures.spheres_film(
+        [spheres.positions[inside] + shift],
         spheres.diameters[inside],
-        spheres.speed[inside],
+        spheres.speed[None, inside],
         limits,
-        outline=packing.outline,
-        across_flats=packing.across_flats,
-        depth=packing.depth,
-        count=cells,
+        row,
     )
     figure = panel_figures.pictures_figure(
-        [image],
+        images,
         [""],
         columns=1,
         colormap="plasma",

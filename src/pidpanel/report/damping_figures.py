@@ -23,7 +23,7 @@ from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
-from pidpanel.report.layout import GREY, WIDTH, pick, swept
+from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, pick, swept
 
 FILL, FREQUENCY, ACCELERATION = AXES
 LABELS = {
@@ -110,13 +110,9 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
     accelerations = pick(swept(surface.cases[ACCELERATION]), 6)
     fills = pick(swept(surface.cases[FILL]), 5)
     columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
-    rows = -(-len(accelerations) // columns)
-    figure = Figure(figsize=(WIDTH, 3.1 * rows + 0.6), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.flat[len(accelerations) :]:
-        axes.set_visible(False)
+    figure, grid = figure_of_axes(len(accelerations), columns, 3.1, 0.6, sharex=True, sharey=True)
     frequency = _fine(surface, FREQUENCY)
-    for axes, gamma in zip(grid.flat, accelerations, strict=False):
+    for axes, gamma in zip(grid, accelerations, strict=True):
         for number, fill in enumerate(fills):
             colour = style.fill_colour(fill)
             _band(axes, surface, frequency, fill, gamma, colour)
@@ -134,16 +130,13 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set_title(TITLES[ACCELERATION].format(gamma), loc="left")
     low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
-    grid[0, 0].set_ylim(low / 2, high * 5)
-    for axes in grid[-1]:
+    grid[0].set_ylim(low / 2, high * 5)
+    for axes in grid[(len(grid) - 1) // columns * columns :]:
         axes.set_xlabel(LABELS[FREQUENCY])
-    for axes in grid[:, 0]:
+    for axes in grid[::columns]:
         axes.set_ylabel("$C_e$, N s/m³")
-    handles = {
-        f"r = {fill:g}": Line2D([], [], color=style.fill_colour(fill), marker=style.MARKERS[i])
-        for i, fill in enumerate(fills)
-    }
-    handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)  # type: ignore[assignment]
+    handles = fill_handles(fills)
+    handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)
     handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
     handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
@@ -248,10 +241,7 @@ def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figu
         axes.set_xlabel(LABELS[ACCELERATION])
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     grid[0].set_ylabel("share of the loss, –")
-    handles = {
-        f"r = {fill:g}": Line2D([], [], color=style.fill_colour(fill), marker=style.MARKERS[i])
-        for i, fill in enumerate(fills)
-    }
+    handles = fill_handles(fills)
     for (_, called), dash in zip(shares, dashes, strict=False):
         handles[called] = Line2D([], [], color=GREY, ls=dash)
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=8)

@@ -91,25 +91,18 @@ def film_picture(shot: Shot) -> Picture:
     run, film = shot.run, shot.film
     packing, drive = run.packing, run.drive
     cells = min(packing.count, CELLS_SHOWN)
-    inside = pictures.in_first_cells(film.position[0], packing.across_flats, packing.count, cells)
+    row = pictures.CellRow(packing.outline, packing.across_flats, packing.depth, cells)
+    inside, shift = row.take(film.position[0], packing.count)
     index = pick(np.arange(len(film.time), dtype=float), CYCLES * FRAMES).astype(int)[:-1]
     speed = np.linalg.norm(film.velocity[:, inside], axis=2)
     limits = (0.0, float(np.quantile(speed, 0.99)))
     images = pictures.spheres_film(
-        [
-            pictures.moved_to_first_cells(
-                film.position[i, inside], packing.across_flats, packing.count, cells
-            )
-            for i in index
-        ],
+        [film.position[i, inside] + shift for i in index],
         film.diameters[inside],
         speed[index],
         limits,
+        row,
         lift=drive.amplitude * np.sin(2 * np.pi * drive.frequency * film.time[index]),
-        outline=packing.outline,
-        across_flats=packing.across_flats,
-        depth=packing.depth,
-        count=cells,
         pixels=PIXELS,
     )
     slow = SECONDS * drive.frequency

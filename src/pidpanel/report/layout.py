@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -11,8 +11,10 @@ from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array
+from pidpanel.report import style
 
 Value = TypeVar("Value")
 
@@ -96,3 +98,40 @@ def pick(values: Array, count: int) -> Array:
     index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
     chosen: Array = values[index]
     return chosen
+
+
+def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
+    """Frame a panel with vertices (n, 2) [m] and a share of its length around it."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    room = margin * (high - low).max()
+    axes.set_aspect("equal")
+    axes.set_xlim(low[0] - room, high[0] + room)
+    axes.set_ylim(low[1] - room, high[1] + room)
+    axes.grid(False)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+
+
+def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
+    """Return the entries of a legend for fill fractions."""
+    return {
+        f"r = {fill:g}": Line2D(
+            [],
+            [],
+            color=style.fill_colour(fill),
+            marker=style.MARKERS[number % len(style.MARKERS)],
+        )
+        for number, fill in enumerate(fills)
+    }
+
+
+def figure_of_axes(
+    count: int, columns: int, height: float, extra: float, **options: Any
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure and so many axes in rows of a height [inch]; ``extra`` is for the legend."""
+    rows = -(-count // columns)
+    figure = Figure(figsize=(WIDTH, height * rows + extra), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False, **options)
+    for axes in grid.flat[count:]:
+        axes.set_visible(False)
+    return figure, list(grid.flat[:count])

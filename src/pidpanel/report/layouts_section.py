@@ -16,7 +16,7 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
-from pidpanel.report.text import READINGS, does_not_move, number, percent, records, with_error
+from pidpanel.report.text import READINGS, does_not_move, number, percent, records, value_text
 
 DRAWN_TOGETHER = 6
 """Layouts in one figure at most: as many as there are colours without an order."""
@@ -96,15 +96,11 @@ def _reductions(row: dict[str, Any]) -> list[str]:
         return ["does not move", "–", "–", "–"]
     difference = row["reduction_db"] - row["dead_weight_reduction_db"]
     return [
-        _maybe(row["acceleration_rms_g"], row["acceleration_rms_error_g"]),
-        _maybe(row["reduction_db"], row["reduction_error_db"]),
+        value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"]),
+        value_text(row["reduction_db"], row["reduction_error_db"]),
         _decibels(row["dead_weight_reduction_db"]),
         _decibels(difference),
     ]
-
-
-def _maybe(value: float, error: float) -> str:
-    return with_error(value, error) if error > 0 else number(value)
 
 
 def _decibels(value: float) -> str:

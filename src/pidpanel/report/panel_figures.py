@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.report import style
-from pidpanel.report.layout import WIDTH
+from pidpanel.report.layout import WIDTH, panel_axes
 
 
 def mesh_figure(
@@ -56,13 +56,7 @@ def mesh_figure(
         axes.annotate(
             name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
         )
-    axes.set_aspect("equal")
-    room = 0.02 * size.max()
-    axes.set_xlim(vertices[:, 0].min() - room, vertices[:, 0].max() + room)
-    axes.set_ylim(vertices[:, 1].min() - room, vertices[:, 1].max() + room)
-    axes.grid(False)
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
+    panel_axes(axes, vertices, 0.02)
     return figure
 
 

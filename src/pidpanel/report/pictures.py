@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -36,58 +37,31 @@ def _plotter(width: int, height: int) -> pv.Plotter:
     return plotter
 
 
-def cells_in_a_row(positions: Array, across_flats: float, count: int) -> tuple[Array, Array]:
-    """Return centres of spheres (n, 3) and of cells (count, 2) with the cells side by side [m]."""
-    centres = geometry.cell_centres(across_flats, count)
-    row = np.zeros_like(centres)
-    row[:, 0] = ROW_PITCH * across_flats * np.arange(count)
-    away = np.linalg.norm(positions[:, None, :2] - centres[None], axis=-1)
-    nearest = away.argmin(axis=1)
-    moved = positions.copy()
-    moved[:, :2] += (row - centres)[nearest]
-    return moved, row
+@dataclass(frozen=True)
+class CellRow:
+    """Cells drawn side by side."""
 
+    outline: Array  # (n_corners, 2) of a cell round its centre [m]
+    across_flats: float  # [m]
+    depth: float  # [m]
+    count: int
 
-def in_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Flags:
-    """Return whether spheres lie in the first cells."""
-    inside: Flags = _own_cell(positions, across_flats, count) < cells
-    return inside
+    @property
+    def centres(self) -> Array:
+        """Centres of the cells (count, 3) [m]."""
+        pitch = ROW_PITCH * self.across_flats
+        return np.outer(np.arange(self.count), [pitch, 0.0, 0.0])
 
+    def take(self, positions: Array, packed: int) -> tuple[Flags, Array]:
+        """Return which spheres of a packing of so many cells are drawn, and by how much to move.
 
-def moved_to_first_cells(positions: Array, across_flats: float, count: int, cells: int) -> Array:
-    """Return spheres of the first cells as if there were no others."""
-    nearest = _own_cell(positions, across_flats, count)
-    centres = geometry.cell_centres(across_flats, count)
-    moved = positions.copy()
-    moved[:, :2] += (geometry.cell_centres(across_flats, cells) - centres[:cells])[nearest]
-    return moved
-
-
-def _own_cell(positions: Array, across_flats: float, count: int) -> Index:
-    centres = geometry.cell_centres(across_flats, count)
-    nearest: Index = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
-    return nearest
-
-
-def spheres_picture(
-    positions: Array,
-    diameters: Array,
-    values: Array,
-    limits: tuple[float, float],
-    *,
-    outline: Array,
-    across_flats: float,
-    depth: float,
-    count: int,
-    colormap: str = "plasma",
-    pixels: int = 1500,
-) -> Image:
-    """Draw spheres in a row of transparent cells."""
-    (image,) = spheres_film(
-        [positions], diameters, values[None], limits, lift=np.zeros(1), outline=outline,
-        across_flats=across_flats, depth=depth, count=count, colormap=colormap, pixels=pixels,
-    )  # fmt: skip
-    return image
+        Positions (n, 3) and the shifts of those that are drawn in m.
+        """
+        centres = geometry.cell_centres(self.across_flats, packed)
+        nearest = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
+        inside: Flags = nearest < self.count
+        shift = self.centres - np.pad(centres[: self.count], ((0, 0), (0, 1)))
+        return inside, shift[nearest[inside]]
 
 
 def spheres_film(
@@ -95,33 +69,32 @@ def spheres_film(
     diameters: Array,
     values: Array,
     limits: tuple[float, float],
+    cells: CellRow,
     *,
-    lift: Array,
-    outline: Array,
-    across_flats: float,
-    depth: float,
-    count: int,
+    lift: Array | None = None,
     colormap: str = "plasma",
     pixels: int = 1500,
 ) -> list[Image]:
-    """Draw spheres in a row of transparent cells, frame by frame.
+    """Draw spheres in transparent cells, frame by frame.
 
-    Values have the shape (n_frames, n); the outline is that of a cell round its centre.
+    Values (n_frames, n) give the colours; ``lift`` is the height of the cells in each frame [m].
     """
     import pyvista as pv
 
     ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
     # seen a little from above: the height of a cell and a part of its floor
-    reach = float(np.abs(lift).max())
-    width = (ROW_PITCH * (count - 1) + 1.3) * across_flats
-    height = 0.96 * (depth + 2 * reach) + 0.5 * across_flats
+    heights = np.zeros(len(positions)) if lift is None else lift
+    reach = float(np.abs(heights).max())
+    width = (ROW_PITCH * (cells.count - 1) + 1.3) * cells.across_flats
+    height = 0.96 * (cells.depth + 2 * reach) + 0.5 * cells.across_flats
     plotter = _plotter(pixels, round(pixels * height / width))
     plotter.enable_anti_aliasing("msaa", multi_samples=4)
-    walls = _walls(outline, across_flats, depth, count)
+    walls = _walls(cells)
     images = []
-    for frame, (places, frame_values, up) in enumerate(zip(positions, values, lift, strict=True)):
-        moved, centres = cells_in_a_row(places, across_flats, count)
-        spheres = pv.PolyData(moved)
+    for frame, (places, frame_values, up) in enumerate(
+        zip(positions, values, heights, strict=True)
+    ):
+        spheres = pv.PolyData(places)
         spheres["value"] = frame_values
         spheres["diameter"] = diameters
         plotter.add_mesh(
@@ -137,7 +110,7 @@ def spheres_film(
                     wall.extract_feature_edges(30), color="#44525f", line_width=2, lighting=False
                 )
         # the cells stay where they are, and the eye moves the other way
-        middle = np.array([*(centres.mean(axis=0)), depth / 2 - up])
+        middle = cells.centres.mean(axis=0) + np.array([0.0, 0.0, cells.depth / 2 - up])
         plotter.camera.focal_point = middle
         plotter.camera.position = middle + np.array([0.0, -1.0, 0.3])
         plotter.camera.up = (0.0, 0.0, 1.0)
@@ -149,18 +122,18 @@ def spheres_film(
     return images
 
 
-def _walls(outline: Array, across_flats: float, depth: float, count: int) -> list[pv.PolyData]:
+def _walls(cells: CellRow) -> list[pv.PolyData]:
     """Return the walls of cells in a row."""
     import pyvista as pv
 
+    outline = cells.outline
     sides = len(outline)
     side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
     ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
     walls = []
-    for number in range(count):
-        centre = np.array([ROW_PITCH * across_flats * number, 0.0])
-        floor = np.column_stack([outline + centre, np.zeros(sides)])
-        ring = np.vstack([floor, floor + np.array([0.0, 0.0, depth])])
+    for centre in cells.centres:
+        floor = np.column_stack([outline + centre[:2], np.zeros(sides)])
+        ring = np.vstack([floor, floor + np.array([0.0, 0.0, cells.depth])])
         walls.append(pv.PolyData(ring, faces=np.concatenate([*side, *ends])))
     return walls
 

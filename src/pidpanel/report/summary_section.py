@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.report.html import PageSection, Table
-from pidpanel.report.text import READINGS, number, records, with_error
+from pidpanel.report.text import READINGS, number, records, value_text
 
 
 def summary_section(
@@ -40,9 +40,9 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                     row += [str(cell["status"]), "–", "–", "–"]
                     continue
                 row += [
-                    _maybe_with_error(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
+                    _with_error(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
                     number(cell["displacement_rms_mm"]) + " †" * bool(cell["beyond_linear_plate"]),
-                    _maybe_with_error(cell, "reduction_db", "reduction_error_db")
+                    _with_error(cell, "reduction_db", "reduction_error_db")
                     if cell["reduction_db"]  # none of the bare panel against itself
                     else "–",
                     number(cell["damping_read_at_g"])
@@ -60,7 +60,6 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
     )
 
 
-def _maybe_with_error(row: dict[str, Any], value: str, error: str) -> str:
+def _with_error(row: dict[str, Any], value: str, error: str) -> str:
     """Return the value of a row, with its error where it has one."""
-    standard_error = row.get(error, math.nan)
-    return with_error(row[value], standard_error) if standard_error > 0 else number(row[value])
+    return value_text(row[value], row.get(error, math.nan))
