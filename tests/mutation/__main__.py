@@ -55,7 +55,7 @@ FORMULAS = {
     "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps modal "
     "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
-    "panel_motion segments softening force_record spectra stations tables variants",
+    "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",
     "response": "cases coupled_errors dampers mapping panel patch_rows tabdmp1 tables",
     "report": "verdict",
 }

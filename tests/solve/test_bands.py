@@ -38,3 +38,9 @@ def test_a_range_holds_the_bands_whose_centres_lie_in_it():
 def test_half_the_rms_is_six_decibels():
     # red: 10 lg in place of 20 lg
     assert bands.reduction(2.0, 1.0) == pytest.approx(6.0206, abs=1e-4)
+
+
+def test_a_centre_at_either_end_of_the_range_belongs_to_it():
+    # lg of 10^(N/10) is off by rounding; red: + 1e-9 → - 1e-9 in `third_octaves`
+    centre, _ = bands.third_octaves(10**2.1, 10**2.9)
+    np.testing.assert_allclose(centre, 10 ** (np.arange(21, 30) / 10))

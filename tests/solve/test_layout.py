@@ -146,3 +146,34 @@ def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
     ):
         np.testing.assert_array_equal(found.response.cross_psd, wanted.response.cross_psd)
         np.testing.assert_array_equal(found.acceleration_g, wanted.acceleration_g)
+
+
+def test_the_bare_panel_states_its_own_level_under_any_sound():
+    # one mode whose patch moves as its point does: √2 a_rms/g of either
+    # red: root * solver.bare → / in `_response`
+    frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
+    patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
+    basis = ModalBasis([65.0], [1.5], 0.02)
+    solver = panel_solver(basis, patch, frequency, [[1.0]], np.array([[0.3]]))
+    for sound in (1.0, 100.0):
+        found = solve_bare(solver, sound)
+        level = np.sqrt(2) * found.response.acceleration_rms[0] / STANDARD_GRAVITY
+        assert found.bare_patch_acceleration_g[0] == pytest.approx(level, rel=1e-9)
+        assert found.fixed_points == 0
+        assert found.acceleration_g.size == 0
+
+
+def test_a_stated_level_is_one_level():
+    # red: fixed_points: int = 1 → 2 in `_Motion`
+    frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
+    patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
+    basis = ModalBasis([65.0], [1.5], 0.02)
+    solver = panel_solver(basis, patch, frequency, [[1.0]], np.array([[0.3]]))
+
+    def law(f, level):
+        return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
+
+    follows, stays = Load(0, law), Load(0, law, False)
+    stated = solve_layout(solver, [follows], 1.0, stated_acceleration_g=3.0)
+    assert stated.fixed_points == 1
+    assert solve_layout(solver, [stays], 1.0).fixed_points == 1

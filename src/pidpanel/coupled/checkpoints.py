@@ -47,17 +47,12 @@ def identity_of(*parts: Array | str | float) -> str:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A run up to a row.
-
-    Attributes
-    ----------
-    forces
-        Of each patch (n, 6), forces and torques on its spheres [N], [N m].
-    """
+    """A run up to a row."""
 
     rows: tuple[Rows, ...]
     state: State
     restarts: tuple[Path, ...] = ()
+    # Of each patch (n, 6), forces and torques on its spheres [N], [N m]
     forces: tuple[Array, ...] = ()
 
     def write(self, folder: Path, identity: str) -> None:

@@ -23,27 +23,16 @@ Impedance = Callable[[Array], Complexes]
 
 @dataclass(frozen=True)
 class CoupledPatch:
-    """A filled patch: its simulated cells, and the whole of it.
+    """A filled patch: its simulated cells, and the whole of it."""
 
-    Attributes
-    ----------
-    shape, area, position
-        (c, n) the shapes at the simulated cells [1], (c,) the area that each represents [m²] and
-        (c, 2) their places [m].
-    cell_area
-        Of a cell [m²].
-    overlap
-        (n, n) D = ∫ φ φᵀ dA of the patch [m²].
-    parts
-        Parts that make up the patch.
-    """
-
+    # (c, n) the shapes at the simulated cells [1], (c,) the area that each represents [m²] and (c,
+    # 2) their places [m]
     shape: Array
     area: Array
     position: Array
-    cell_area: float
-    overlap: Array
-    parts: PatchParts
+    cell_area: float  # of a cell [m²]
+    overlap: Array  # (n, n) D = ∫ φ φᵀ dA of the patch [m²]
+    parts: PatchParts  # parts that make up the patch
 
     @property
     def factor(self) -> Array:
@@ -71,19 +60,11 @@ class CoupledPatch:
 
 @dataclass(frozen=True)
 class CoupledPanel:
-    """The panel under its excitation with the patches of a scenario.
-
-    Attributes
-    ----------
-    points
-        (p, n) the shapes at the points [1].
-    patches
-        Filled ones, in the order of the cells of a record.
-    """
+    """The panel under its excitation with the patches of a scenario."""
 
     modal: ModalBasis
-    points: Array
-    patches: Sequence[CoupledPatch]
+    points: Array  # (p, n) the shapes at the points [1]
+    patches: Sequence[CoupledPatch]  # filled ones, in the order of the cells of a record
     excitation: Excitation
 
     def load(self, frequency: Array) -> Array | Complexes:

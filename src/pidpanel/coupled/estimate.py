@@ -44,61 +44,39 @@ class RecordTooShort(ValueError):
 
 @dataclass(frozen=True)
 class PatchEstimate:
-    """C_e, m_a and own force of a patch, by third octave.
-
-    Attributes
-    ----------
-    equivalent_damping_error, apparent_mass_error
-        (bands,) standard errors [N s/m³], [kg/m²].
-    own_force_error
-        (bands,) relative standard error of the PSD of the own force on the whole patch [1].
-    common_error
-        Relative standard error of all C_e together, from the motion of the records to that of the
-        panel [1].
-    """
+    """C_e, m_a and own force of a patch, by third octave."""
 
     impedance: BandImpedance
+    # (bands,) standard errors [N s/m³], [kg/m²]
     equivalent_damping_error: Array
     apparent_mass_error: Array
     own_force: OwnForce
+    # (bands,) relative standard error of the PSD of the own force on the whole patch [1]
     own_force_error: Array
+    # Relative standard error of all C_e together, from the motion of the records to that of the
+    # panel [1]
     common_error: float
 
 
 @dataclass(frozen=True)
 class ScenarioEstimate:
-    """What the records of a scenario tell.
+    """What the records of a scenario tell."""
 
-    Attributes
-    ----------
-    centre
-        (bands,) of the third octaves [Hz].
-    frequency
-        (nf,) [Hz] of the PSDs.
-    psd, linear_psd
-        (nf, p) PSD of the displacement at the points, and the same without own force [m²/Hz].
-    log_psd_error
-        (nf, p) standard error of ln of the PSD.
-    log_band_error, band_residual
-        (bands, p) standard error of ln of the mean square of the acceleration in each third
-        octave, and ln of the recorded mean square over the predicted one.
-    log_error, residual
-        (p,) the same of the whole.
-    recorded
-        (p,) mean square of the acceleration of the records, with the own force of few cells
-        [(m/s²)²].
-    """
-
-    centre: Array
+    centre: Array  # (bands,) of the third octaves [Hz]
     patches: Sequence[PatchEstimate]
-    frequency: Array
+    frequency: Array  # (nf,) [Hz] of the PSDs
+    # (nf, p) PSD of the displacement at the points, and the same without own force [m²/Hz]
     psd: Array
     linear_psd: Array
-    log_psd_error: Array
+    log_psd_error: Array  # (nf, p) standard error of ln of the PSD
+    # (bands, p) standard error of ln of the mean square of the acceleration in each third octave,
+    # and ln of the recorded mean square over the predicted one
     log_band_error: Array
     band_residual: Array
+    # (p,) the same of the whole
     log_error: Array
     residual: Array
+    # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
 
 
@@ -170,19 +148,13 @@ def estimate(
 
 @dataclass(frozen=True)
 class _PatchFit:
-    """Sums over the records from which Z and own force of a patch follow.
+    """Sums over the records from which Z and own force of a patch follow."""
 
-    Attributes
-    ----------
-    patch, sums, centre
-        The patch, its sums with the instrument, and (bands,) [Hz].
-    force_sums, lines
-        (segments, bands, cells, cells) Re Σ n_j n_k* and (segments, bands) lines in them.
-    """
-
+    # The patch, its sums with the instrument, and (bands,) [Hz]
     patch: CoupledPatch
     sums: ImpedanceSums
     centre: Array
+    # (segments, bands, cells, cells) Re Σ n_j n_k* and (segments, bands) lines in them
     force_sums: Array
     lines: Array
 

@@ -20,22 +20,12 @@ DECIBEL = 10 / np.log(10)
 
 
 class SimulatedBed(NamedTuple):
-    """The simulated bed of a patch.
-
-    Attributes
-    ----------
-    cell_area
-        Of a cell [m²].
-    mass_per_area
-        Of the particles [kg/m²].
-    modulus
-        Young's modulus of the contacts [Pa].
-    """
+    """The simulated bed of a patch."""
 
     patch: str
-    cell_area: float
-    mass_per_area: float
-    modulus: float
+    cell_area: float  # of a cell [m²]
+    mass_per_area: float  # of the particles [kg/m²]
+    modulus: float  # Young's modulus of the contacts [Pa]
 
 
 def write_estimate(

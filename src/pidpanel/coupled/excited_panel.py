@@ -33,21 +33,13 @@ PARTS = 64
 
 @dataclass(frozen=True)
 class ExcitedPanel:
-    """The panel of a study under its excitation.
-
-    Attributes
-    ----------
-    excitation
-        At the level of the study.
-    air
-        The air that the panel moves; None where it is left out.
-    """
+    """The panel of a study under its excitation."""
 
     settings: RunSettings
     basis: PanelBasis
     plate: StoredPlate
-    excitation: Excitation
-    air: Air | None
+    excitation: Excitation  # at the level of the study
+    air: Air | None  # the air that the panel moves; None where it is left out
 
     @cached_property
     def modal(self) -> ModalBasis:

@@ -31,22 +31,14 @@ BAND_STEP = 0.3
 
 @dataclass(frozen=True)
 class ImpedanceSums:
-    """Cross-spectra with the instrument, from which Z of a patch follows.
+    """Cross-spectra with the instrument, from which Z of a patch follows."""
 
-    Attributes
-    ----------
-    force, velocity
-        (segments, cells, bands) Σ a σ r* and Σ a v r* over the lines of each band.
-    moment
-        (segments, bands) Σ f a v r* over lines and cells [Hz].
-    scatter
-        (segments, 2, 3, bands) Σ |x|², Σ |y|² and Σ x y* over lines, of the sums x and y of the
-        cells, and the sums of the same of each cell.
-    """
-
+    # (segments, cells, bands) Σ a σ r* and Σ a v r* over the lines of each band
     force: Complexes
     velocity: Complexes
-    moment: Complexes
+    moment: Complexes  # (segments, bands) Σ f a v r* over lines and cells [Hz]
+    # (segments, 2, 3, bands) Σ |x|², Σ |y|² and Σ x y* over lines, of the sums x and y of the
+    # cells, and the sums of the same of each cell
     scatter: Complexes
 
     @staticmethod
@@ -117,21 +109,12 @@ class ImpedanceSums:
 
 @dataclass(frozen=True)
 class BandImpedance:
-    """Z of a patch in bands; C_e and m_a are linear in ln f between them.
+    """Z of a patch in bands; C_e and m_a are linear in ln f between them."""
 
-    Attributes
-    ----------
-    frequency
-        (bands,) rising, the mean of the motion in each band [Hz].
-    value
-        (bands,) Z [N s/m³].
-    deviation
-        (bands, k) independent deviations of Z, one standard error each, by the chance of the own
-        force in the records [N s/m³].
-    """
-
-    frequency: Array
-    value: Complexes
+    frequency: Array  # (bands,) rising, the mean of the motion in each band [Hz]
+    value: Complexes  # (bands,) Z [N s/m³]
+    # (bands, k) independent deviations of Z, one standard error each, by the chance of the own
+    # force in the records [N s/m³]
     deviation: Complexes
 
     @property

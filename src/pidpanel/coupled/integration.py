@@ -46,40 +46,23 @@ class CellParticles(Protocol):
 
 @dataclass(frozen=True)
 class PanelShapes:
-    """Shapes of the panel: modes and residual vectors.
+    """Shapes of the panel: modes and residual vectors."""
 
-    Attributes
-    ----------
-    angular_frequency, damping_ratio, modal_mass
-        (n,) of each shape [rad/s], [1], [kg].
-    at_cells
-        (c, n) the shapes at the cells [1].
-    at_points
-        (p, n) the shapes at the response points [1].
-    """
-
+    # (n,) of each shape [rad/s], [1], [kg]
     angular_frequency: Array
     damping_ratio: Array
     modal_mass: Array
-    at_cells: Array
-    at_points: Array
+    at_cells: Array  # (c, n) the shapes at the cells [1]
+    at_points: Array  # (p, n) the shapes at the response points [1]
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Energies of a run after settling [J].
-
-    Attributes
-    ----------
-    modes
-        Loss in the damping of the bare panel.
-    particles
-        Work of the walls on the particles.
-    """
+    """Energies of a run after settling [J]."""
 
     excitation: float
-    modes: float
-    particles: float
+    modes: float  # loss in the damping of the bare panel
+    particles: float  # work of the walls on the particles
     gain: float
 
     @property
@@ -90,42 +73,25 @@ class Balance:
 
 @dataclass(frozen=True)
 class Record:
-    """Time histories of a run.
+    """Time histories of a run."""
 
-    Attributes
-    ----------
-    interval
-        Time between rows [s].
-    at_cells, at_points
-        (m, c) and (m, p) displacement [m].
-    impulse
-        (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²].
-    balance
-        From the row ``settled`` to the end.
-    """
-
-    interval: float
+    interval: float  # time between rows [s]
+    # (m, c) and (m, p) displacement [m]
     at_cells: Array
     at_points: Array
+    # (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²]
     impulse: Array
-    balance: Balance
+    balance: Balance  # from the row ``settled`` to the end
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a piece of a run.
+    """Rows of a piece of a run."""
 
-    Attributes
-    ----------
-    at_cells, at_points
-        As in `Record`.
-    impulse
-        (m, c) impulse of the walls on the particles since the start [N s].
-    """
-
+    # As in `Record`
     at_cells: Array
     at_points: Array
-    impulse: Array
+    impulse: Array  # (m, c) impulse of the walls on the particles since the start [N s]
 
     @staticmethod
     def joined(pieces: Sequence[Rows]) -> Rows:
@@ -140,45 +106,25 @@ class Rows:
 
 @dataclass(frozen=True)
 class State:
-    """State of the panel at a row; with that of the particles it determines the rest of the run.
-
-    Attributes
-    ----------
-    shapes
-        (2, n) q [m] and q̇ [m/s].
-    displacement, previous
-        (c,) displacement of the cells now and an interval ago [m].
-    impulse, applied
-        (c,) impulse of the walls on the particles since the start, and what of it the panel has
-        received [N s].
-    energies
-        (4,) sums of the balance: work on the particles twice [J], work of the excitation over an
-        interval of a row [J], loss over the duration of a row [W], energy at its start [J].
-    """
+    """State of the panel at a row; with that of the particles it determines the rest of the run."""
 
     row: int
-    shapes: Array
+    shapes: Array  # (2, n) q [m] and q̇ [m/s]
+    # (c,) displacement of the cells now and an interval ago [m]
     displacement: Array
     previous: Array
+    # (c,) impulse of the walls on the particles since the start, and what of it the panel has
+    # received [N s]
     impulse: Array
     applied: Array
+    # (4,) sums of the balance: work on the particles twice [J], work of the excitation over an
+    # interval of a row [J], loss over the duration of a row [W], energy at its start [J]
     energies: Array
 
 
 @dataclass(frozen=True)
 class Integration:
     """A panel with particles under given modal forces, integrated in pieces.
-
-    Attributes
-    ----------
-    patch_area, cell_area
-        (c,) area of the patch that each cell represents, and area of the cell [m²].
-    force
-        (m + 1, n) modal forces at the rows, linear between them [N].
-    time_step, substeps
-        Step of LIGGGHTS [s], and steps to an interval Δ.
-    settled
-        Row from which the energies are balanced.
 
     Raises
     ------
@@ -187,13 +133,15 @@ class Integration:
     """
 
     panel: PanelShapes
+    # (c,) area of the patch that each cell represents, and area of the cell [m²]
     patch_area: Array
     cell_area: Array
-    force: Array
+    force: Array  # (m + 1, n) modal forces at the rows, linear between them [N]
+    # Step of LIGGGHTS [s], and steps to an interval Δ
     time_step: float
     substeps: int
     intervals_per_row: int
-    settled: int
+    settled: int  # row from which the energies are balanced
 
     def __post_init__(self) -> None:
         if self.intervals_per_row % 2:

@@ -24,24 +24,14 @@ LINES_AT_ONCE = 64
 
 @dataclass(frozen=True)
 class Receptances:
-    """Receptances of the bare panel between dampers and motions Wᵀq of interest.
+    """Receptances of the bare panel between dampers and motions Wᵀq of interest."""
 
-    Attributes
-    ----------
-    frequency
-        (nf,) [Hz].
-    inverse
-        (nf, n) diagonal of Z₀⁻¹ [m/N].
-    felt, observed
-        (n, r) E and (s, n) Wᵀ [1].
-    across, coupling
-        (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N].
-    """
-
-    frequency: Array
-    inverse: Complexes
+    frequency: Array  # (nf,) [Hz]
+    inverse: Complexes  # (nf, n) diagonal of Z₀⁻¹ [m/N]
+    # (n, r) E and (s, n) Wᵀ [1]
     felt: Array
     observed: Array
+    # (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N]
     across: Complexes
     coupling: Complexes
 

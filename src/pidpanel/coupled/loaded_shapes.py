@@ -23,31 +23,19 @@ AIR_NODES = 25
 
 
 class LinearDamper(NamedTuple):
-    """A damper with given C_e and m_a on a patch.
+    """A damper with given C_e and m_a on a patch."""
 
-    Attributes
-    ----------
-    overlap
-        (n, n) D of its patch [m²].
-    values
-        C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz].
-    """
-
-    overlap: Array
+    overlap: Array  # (n, n) D of its patch [m²]
+    # C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz]
     values: Callable[[Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
 class LoadedShapes:
-    """Oscillators, and their shapes in those of the bare panel.
-
-    Attributes
-    ----------
-    vectors
-        (n, n) new shapes as columns; None where they are those of the bare panel.
-    """
+    """Oscillators, and their shapes in those of the bare panel."""
 
     modal: ModalBasis
+    # (n, n) new shapes as columns; None where they are those of the bare panel
     vectors: Array | None
 
     def shape(self, values: Array) -> Array:

@@ -27,21 +27,11 @@ at r = 0.5 and 0.9 from 119 to 142 dB."""
 
 @dataclass(frozen=True)
 class OwnForce:
-    """PSD and coherence of the own force of a patch in bands.
+    """PSD and coherence of the own force of a patch in bands."""
 
-    Attributes
-    ----------
-    psd
-        (bands,) of a single cell, over its area [Pa²/Hz].
-    coherence
-        (bands,) c of two cells at one place [1].
-    length
-        λ [m Hz]: the coherence length is λ/f.
-    """
-
-    psd: Array
-    coherence: Array
-    length: float
+    psd: Array  # (bands,) of a single cell, over its area [Pa²/Hz]
+    coherence: Array  # (bands,) c of two cells at one place [1]
+    length: float  # λ [m Hz]: the coherence length is λ/f
 
 
 def own_force_sums(frequency: Array, force: Complexes, edge: Array) -> Array:

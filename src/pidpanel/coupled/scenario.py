@@ -11,53 +11,30 @@ from pidpanel.damping.readings import DampingReading
 
 @dataclass(frozen=True)
 class RunSettings:
-    """Settings that all runs of a study share.
+    """Settings that all runs of a study share."""
 
-    Attributes
-    ----------
-    frequency_range
-        Lowest and highest frequency [Hz].
-    damping_ratio
-        ζ of the bare panel [1].
-    wave_speed
-        Speed of the waves that excite the panel [m/s].
-    duration, settling
-        Of a run, evaluated and before that [s].
-    stations, cells
-        Of a patch.
-    youngs_modulus
-        Of the contacts [Pa]; None for the softest that is accurate enough.
-    attributes
-        Of the records.
-    """
-
-    frequency_range: tuple[float, float]
-    damping_ratio: float
-    wave_speed: float
+    frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
+    damping_ratio: float  # ζ of the bare panel [1]
+    wave_speed: float  # speed of the waves that excite the panel [m/s]
+    # Of a run, evaluated and before that [s]
     duration: float
     settling: float
+    # Of a patch
     stations: int
     cells: int
+    # Of the contacts [Pa]; None for the softest that is accurate enough
     youngs_modulus: float | None
-    attributes: Mapping[str, str]
+    attributes: Mapping[str, str]  # of the records
 
 
 @dataclass(frozen=True)
 class SimulatedPatch:
-    """A patch whose particles are simulated.
-
-    Attributes
-    ----------
-    youngs_modulus
-        Of the particles [Pa].
-    beds
-        One for each run.
-    """
+    """A patch whose particles are simulated."""
 
     name: str
     fill_fraction: float
-    youngs_modulus: float
-    beds: tuple[Bed, ...]
+    youngs_modulus: float  # of the particles [Pa]
+    beds: tuple[Bed, ...]  # one for each run
 
 
 @dataclass(frozen=True)
@@ -71,18 +48,10 @@ class GivenDamper:
 
 @dataclass(frozen=True)
 class CoupledScenario:
-    """A scenario whose panel and particles are integrated together.
+    """A scenario whose panel and particles are integrated together."""
 
-    Attributes
-    ----------
-    name
-        Folder below ``results/<study>/coupled``.
-    factor
-        PSD of the excitation over that of the study [1].
-    """
-
-    name: str
-    factor: float
+    name: str  # folder below ``results/<study>/coupled``
+    factor: float  # PSD of the excitation over that of the study [1]
     patches: tuple[SimulatedPatch, ...]
     dampers: tuple[GivenDamper, ...]
 

@@ -42,19 +42,13 @@ BALANCE_LIMIT = 0.01
 
 @dataclass(frozen=True)
 class DrawnRun:
-    """A run that is ready to be integrated.
+    """A run that is ready to be integrated."""
 
-    Attributes
-    ----------
-    integration, start
-        The panel with its forces; q [m] and q̇ [m/s], (2, n).
-    frequency, amplitude, first
-        Of its modal forces, as in `SettledRecord`.
-    """
-
+    # The panel with its forces; q [m] and q̇ [m/s], (2, n)
     integration: Integration
     start: Array
     beds: Sequence[StartedBed]
+    # Of its modal forces, as in `SettledRecord`
     frequency: Array
     amplitude: Complexes
     first: int
@@ -62,20 +56,12 @@ class DrawnRun:
 
 @dataclass(frozen=True)
 class ScenarioRuns:
-    """The runs of a scenario, each with modal forces and beds of its own.
-
-    Attributes
-    ----------
-    store
-        Folder of packings and beds; those that are missing are made.
-    folder
-        Of the records, which are kept.
-    """
+    """The runs of a scenario, each with modal forces and beds of its own."""
 
     excited: ExcitedPanel
     scenario: CoupledScenario
-    store: Path
-    folder: Path
+    store: Path  # folder of packings and beds; those that are missing are made
+    folder: Path  # of the records, which are kept
 
     @cached_property
     def panel(self) -> CoupledPanel:

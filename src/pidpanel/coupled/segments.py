@@ -25,27 +25,18 @@ PERIODS = 5.0
 
 @dataclass(frozen=True)
 class SettledRecord:
-    """A record with its modal forces.
+    """A record with its modal forces."""
 
-    Attributes
-    ----------
-    frequency, amplitude
-        (nf,) of the tones [Hz] and (nf, n) their modal forces [N].
-    first, rows, settled
-        Number of the first tone in periods of the forces, rows of the record, and the first row
-        that counts: from there the forces have one period.
-    interval
-        Time between rows [s].
-    at_cells, at_points, impulse
-        As in `integration.Record`.
-    """
-
+    # (nf,) of the tones [Hz] and (nf, n) their modal forces [N]
     frequency: Array
     amplitude: Complexes
+    # Number of the first tone in periods of the forces, rows of the record, and the first row that
+    # counts: from there the forces have one period
     first: int
     rows: int
     settled: int
-    interval: float
+    interval: float  # time between rows [s]
+    # As in `integration.Record`
     at_cells: Array
     at_points: Array
     impulse: Array

@@ -45,14 +45,9 @@ USUAL = 400e6
 
 
 class RmsMotion(NamedTuple):
-    """Rms motion of the bare patch.
+    """Rms motion of the bare patch."""
 
-    Attributes
-    ----------
-    velocity, acceleration
-        [m/s], [m/s²].
-    """
-
+    # [m/s], [m/s²]
     velocity: float
     acceleration: float
 

@@ -14,18 +14,10 @@ Values = TypeVar("Values", Array, Complexes)
 
 @dataclass(frozen=True)
 class Segments:
-    """Fourier coefficients of segments, e^{iωt}, scaled so that the mean of |x|² is a PSD.
+    """Fourier coefficients of segments, e^{iωt}, scaled so that the mean of |x|² is a PSD."""
 
-    Attributes
-    ----------
-    frequency
-        (nf,) [Hz].
-    values
-        (segments, nf, columns) [unit/√Hz].
-    """
-
-    frequency: Array
-    values: Complexes
+    frequency: Array  # (nf,) [Hz]
+    values: Complexes  # (segments, nf, columns) [unit/√Hz]
 
     @property
     def resolution(self) -> float:

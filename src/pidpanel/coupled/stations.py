@@ -11,18 +11,10 @@ from pidpanel.arrays import Array, Index
 
 @dataclass(frozen=True)
 class Stations:
-    """Points that represent the parts of a patch.
+    """Points that represent the parts of a patch."""
 
-    Attributes
-    ----------
-    point
-        (k,) index of each among the points of the patch.
-    area
-        (k,) area of its part [m²]; they add up to that of the patch.
-    """
-
-    point: Index
-    area: Array
+    point: Index  # (k,) index of each among the points of the patch
+    area: Array  # (k,) area of its part [m²]; they add up to that of the patch
 
 
 def stations_of(position: Array, weight: Array, count: int) -> Stations:

@@ -28,26 +28,16 @@ SMALL = 0.01
 
 @dataclass(frozen=True)
 class Variants:
-    """PSDs of the displacement at the points and the cells, and their changes with the damping.
-
-    Attributes
-    ----------
-    frequency, centre
-        (nf,) [Hz] and (bands,) nodes of the own force [Hz].
-    linear_psd
-        (nf, p + c) without own force [m²/Hz].
-    own_psd
-        (patches, nf, p + c) of the own force of each patch [m²/Hz].
-    of_damping, of_mass
-        (patches, nf, p + c) derivatives of the whole PSD by C_e and m_a.
-    """
+    """PSDs of the displacement at the points and the cells, and their changes with the damping."""
 
     panel: CoupledPanel
+    # (nf,) [Hz] and (bands,) nodes of the own force [Hz]
     frequency: Array
     centre: Array
     impedances: Sequence[Impedance]
-    linear_psd: Array
-    own_psd: Array
+    linear_psd: Array  # (nf, p + c) without own force [m²/Hz]
+    own_psd: Array  # (patches, nf, p + c) of the own force of each patch [m²/Hz]
+    # (patches, nf, p + c) derivatives of the whole PSD by C_e and m_a
     of_damping: Array
     of_mass: Array
 

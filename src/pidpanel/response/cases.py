@@ -41,28 +41,17 @@ BALANCE_WORK = 1e8
 
 @dataclass(frozen=True)
 class ResponseScenario:
-    """A scenario of a study.
+    """A scenario of a study."""
 
-    Parameters
-    ----------
-    label, bare_label
-        Its label, and that of the bare panel under the same sound.
-    oaspl_db
-        Overall level [dB].
-    factor
-        PSD of the pressure over that of the study [1].
-    is_coupled
-        Whether coupled runs are wanted for it.
-    """
-
+    # Its label, and that of the bare panel under the same sound
     label: str
     bare_label: str
-    oaspl_db: float
-    factor: float
+    oaspl_db: float  # overall level [dB]
+    factor: float  # PSD of the pressure over that of the study [1]
     fillings: tuple[PatchFilling, ...]
     patch: str | None
     fill_fraction: float
-    is_coupled: bool = False
+    is_coupled: bool = False  # whether coupled runs are wanted for it
 
     @property
     def patches(self) -> tuple[str, ...]:
@@ -77,24 +66,18 @@ class ResponseScenario:
 
 @dataclass(frozen=True)
 class SolvedCase:
-    """A scenario with a damping model, and its response.
-
-    Parameters
-    ----------
-    response
-        Its response; the error where the damping feeds the panel.
-    dead_weight
-        The response with the same masses in the same places and no damping; None where a mass is
-        not known, and for the bare panel.
-    """
+    """A scenario with a damping model, and its response."""
 
     scenario: ResponseScenario
     model: str
+    # Its response; the error where the damping feeds the panel
     response: LayoutResponse | UnstableDamping
     bare: LayoutResponse
     solver: PanelSolver
     layout: DamperLayout
     dampers: Sequence[PatchDamper]
+    # The response with the same masses in the same places and no damping; None where a mass is not
+    # known, and for the bare panel
     dead_weight: LayoutResponse | None
 
     def masses(self, area: Array) -> Array:
@@ -105,17 +88,11 @@ class SolvedCase:
 
 @dataclass(frozen=True)
 class CasePlan:
-    """What is to be solved.
+    """What is to be solved."""
 
-    Parameters
-    ----------
-    rows
-        Scenario, name of the model and dampers of every case.
-    keys
-        Keys of its own layout, of the bare panel and of the dead weight.
-    """
-
+    # Scenario, name of the model and dampers of every case
     rows: Sequence[tuple[ResponseScenario, str, tuple[PatchDamper, ...]]]
+    # Keys of its own layout, of the bare panel and of the dead weight
     keys: Sequence[tuple[Hashable, Hashable, Hashable]]
     layouts: Mapping[Hashable, DamperLayout]
 

@@ -19,39 +19,26 @@ MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
 
 @dataclass(frozen=True)
 class PatchFilling:
-    """A patch of a scenario with its damper.
+    """A patch of a scenario with its damper."""
 
-    Parameters
-    ----------
-    patch, damper
-        Names; the damper is None where one law or table holds for all patches.
-    fill_fraction
-        r; None where the damper has none.
-    """
-
+    # Names; the damper is None where one law or table holds for all patches
     patch: str
     damper: str | None
-    fill_fraction: float | None
+    fill_fraction: float | None  # r; None where the damper has none
 
 
 @dataclass(frozen=True)
 class PatchDamper:
-    """A damper on a patch, or on an element of it.
-
-    Parameters
-    ----------
-    source
-        Name of its damper, or of the law or table for all patches: dampers of the same source
-        share their damping, and its errors.
-    own_force
-        Coupled runs with a force of the particles; None for none.
-    """
+    """A damper on a patch, or on an element of it."""
 
     patch: int
     carrier: int
+    # Name of its damper, or of the law or table for all patches: dampers of the same source share
+    # their damping, and its errors
     source: str
     model: DampingReading
     fill_fraction: float
+    # Coupled runs with a force of the particles; None for none
     own_force: CoupledDamping | None = None
 
     @property

@@ -25,24 +25,14 @@ NORMAL_TO_PANEL = 3
 
 @dataclass(frozen=True)
 class Curve:
-    """One acceleration PSD.
-
-    Parameters
-    ----------
-    node
-        Number of the point, from 1.
-    acceleration_psd
-        (nf,) one-sided [(m/s²)²/Hz].
-    doubts
-        Why it is not to be trusted; empty where it is.
-    """
+    """One acceleration PSD."""
 
     reading: str
     scenario: str
     point: str
-    node: int
-    acceleration_psd: Array
-    doubts: str = ""
+    node: int  # number of the point, from 1
+    acceleration_psd: Array  # (nf,) one-sided [(m/s²)²/Hz]
+    doubts: str = ""  # why it is not to be trusted; empty where it is
 
     @property
     def title(self) -> str:

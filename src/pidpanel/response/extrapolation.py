@@ -22,17 +22,11 @@ STEPS = FAR * np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """Damping of a scenario beyond its data.
+    """Damping of a scenario beyond its data."""
 
-    Attributes
-    ----------
-    weight
-        (nf,) 0 within the data, 1 from a factor of two beyond them in Γ or f, linear in ln between.
-    missing
-        What the data would have to cover, such as ``"acrylic to 61 g"``; empty within them.
-    """
-
+    # (nf,) 0 within the data, 1 from a factor of two beyond them in Γ or f, linear in ln between
     weight: Array
+    # What the data would have to cover, such as ``"acrylic to 61 g"``; empty within them
     missing: str
 
     def share_of_change(self, bare: Array, damped: Array, frequency: Array) -> Array:

@@ -41,26 +41,13 @@ between them."""
 
 @dataclass(frozen=True)
 class Settings:
-    """Values of a study that the response depends on.
+    """Values of a study that the response depends on."""
 
-    Parameters
-    ----------
-    frequency_range
-        Lowest and highest frequency [Hz].
-    damping_ratio
-        ζ of the bare panel [1].
-    is_diagonal
-        Whether the dampers leave the modes uncoupled, as in the paper.
-    by_element
-        Whether each element of a patch is a damper of its own.
-    stated_acceleration_g
-        Γ at which all damping is read; None for that of the motion.
-    """
-
-    frequency_range: tuple[float, float]
-    damping_ratio: float
-    is_diagonal: bool = False
-    by_element: bool = False
+    frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
+    damping_ratio: float  # ζ of the bare panel [1]
+    is_diagonal: bool = False  # whether the dampers leave the modes uncoupled, as in the paper
+    by_element: bool = False  # whether each element of a patch is a damper of its own
+    # Γ at which all damping is read; None for that of the motion
     stated_acceleration_g: float | None = None
 
 
@@ -78,16 +65,10 @@ class SoundOfStudy(Protocol):
 
 @dataclass(frozen=True)
 class PatchElements:
-    """The elements of all patches; one that lies in two patches counts for each.
-
-    Parameters
-    ----------
-    patch
-        (n_elements,) index of its patch.
-    """
+    """The elements of all patches; one that lies in two patches counts for each."""
 
     parts: Patches
-    patch: Index
+    patch: Index  # (n_elements,) index of its patch
 
 
 def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> PatchElements:
@@ -116,35 +97,19 @@ def no_shift(frequency: float, added_mass: float) -> float:
 
 @dataclass(frozen=True)
 class PanelInSound:
-    """A panel in its sound.
-
-    Parameters
-    ----------
-    basis
-        Modes and residual vectors of the panel.
-    excitation
-        The sound, at the level of the study.
-    air
-        The air that the panel moves; None where it is left out.
-    elements
-        Elements of the patches; None where they are not looked at.
-    least_damping_ratio
-        Of the resonances that the lines must resolve; None for that of the bare panel.
-    mass_per_area
-        Of the panel, without dampers [kg/m²].
-    shift_of_wave
-        Share by which the mesh raises the frequency of a wave.
-    """
+    """A panel in its sound."""
 
     settings: Settings
-    basis: PanelBasis
-    excitation: SoundExcitation
+    basis: PanelBasis  # modes and residual vectors of the panel
+    excitation: SoundExcitation  # the sound, at the level of the study
     sound: SoundOfStudy
-    air: Air | None = None
+    air: Air | None = None  # the air that the panel moves; None where it is left out
+    # Elements of the patches; None where they are not looked at
     elements: PatchElements | None = None
+    # Of the resonances that the lines must resolve; None for that of the bare panel
     least_damping_ratio: float | None = None
-    mass_per_area: float = 1.0
-    shift_of_wave: ShiftOfWave = no_shift
+    mass_per_area: float = 1.0  # of the panel, without dampers [kg/m²]
+    shift_of_wave: ShiftOfWave = no_shift  # share by which the mesh raises the frequency of a wave
 
     @cached_property
     def modal(self) -> ModalBasis:

@@ -46,24 +46,16 @@ resonances that far apart a shifted one is not seen."""
 
 @dataclass(frozen=True)
 class CheckedResponses:
-    """Responses with the error of the basis in which they were computed.
-
-    Attributes
-    ----------
-    basis_error
-        (n_cases,) largest relative error of the PSD of a point at the lines tried, of the
-        scenario, its bare panel and its dead weight; NaN where there is no response.
-    further_shapes
-        (n_free, k) what was added to the basis of the panel stage.
-    mesh_error
-        (n_cases,) what the mesh does to the PSDs and rms values; None where there is no response.
-    """
+    """Responses with the error of the basis in which they were computed."""
 
     panel: PanelInSound
     solver: PanelSolver
     cases: Sequence[SolvedCase]
+    # (n_cases,) largest relative error of the PSD of a point at the lines tried, of the scenario,
+    # its bare panel and its dead weight; NaN where there is no response
     basis_error: Array
-    further_shapes: Array
+    further_shapes: Array  # (n_free, k) what was added to the basis of the panel stage
+    # (n_cases,) what the mesh does to the PSDs and rms values; None where there is no response
     mesh_error: Sequence[MeshError | None]
 
 

@@ -54,29 +54,19 @@ class ResponseFiles(NamedTuple):
 
 @dataclass(frozen=True)
 class Tabulation:
-    """Values of a study that its tables need beside the responses.
-
-    Parameters
-    ----------
-    panel_mass, thickness
-        Of the panel [kg] and [m].
-    refuses_outside
-        Whether extrapolated damping is an error.
-    coupled_errors
-        Standard errors of coupled runs by scenario; None for a study without any.
-    coupled_accuracy
-        Wanted relative standard error of coupled runs [1].
-    """
+    """Values of a study that its tables need beside the responses."""
 
     attributes: Mapping[str, str]
     models: Sequence[str]
     scenarios: Sequence[ResponseScenario]
+    # Of the panel [kg] and [m]
     panel_mass: float
     thickness: float
     level: str
-    refuses_outside: bool
+    refuses_outside: bool  # whether extrapolated damping is an error
+    # Standard errors of coupled runs by scenario; None for a study without any
     coupled_errors: Mapping[str, uncertainty.StandardErrors] | None
-    coupled_accuracy: float
+    coupled_accuracy: float  # wanted relative standard error of coupled runs [1]
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:

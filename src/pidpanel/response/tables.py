@@ -110,20 +110,13 @@ def beside_rows(
 
 @dataclass(frozen=True)
 class OnPatches:
-    """A response with the damping on every patch of the panel.
-
-    Attributes
-    ----------
-    equivalent_damping, apparent_mass
-        (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled.
-    inside
-        (n_patches, nf) whether the damping is within the simulated range.
-    """
+    """A response with the damping on every patch of the panel."""
 
     response: PanelResponse
+    # (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled
     equivalent_damping: Array
     apparent_mass: Array
-    inside: Array
+    inside: Array  # (n_patches, nf) whether the damping is within the simulated range
 
 
 def psd_dataset(

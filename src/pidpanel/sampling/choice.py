@@ -29,17 +29,11 @@ most, and so differs by less than two packings do."""
 
 @dataclass(frozen=True)
 class Demand:
-    """What a scenario reads from the surface.
-
-    Attributes
-    ----------
-    derivative
-        (2n, k) of k quantities with respect to ln C_e, then m_a [kg/m²], at the nodes of the
-        surface.
-    """
+    """What a scenario reads from the surface."""
 
     fill_fraction: float
     acceleration_g: float
+    # (2n, k) of k quantities with respect to ln C_e, then m_a [kg/m²], at the nodes of the surface
     derivative: Array
 
 

@@ -62,34 +62,20 @@ ForceAt = Callable[[float, MovedFace], Matrices]
 
 @dataclass(frozen=True)
 class PatchDampers:
-    """C_e and m_a of every patch of the basis in a scenario.
+    """C_e and m_a of every patch of the basis in a scenario."""
 
-    Attributes
-    ----------
-    equivalent_damping, apparent_mass
-        (n_patches, nf) [N s/m³] and [kg/m²] on the lines of the check; 0 where there is no damper.
-    """
-
+    # (n_patches, nf) [N s/m³] and [kg/m²] on the lines of the check; 0 where there is no damper
     equivalent_damping: Array
     apparent_mass: Array
 
 
 @dataclass(frozen=True)
 class BasisCheck:
-    """Errors of the basis in every scenario.
+    """Errors of the basis in every scenario."""
 
-    Attributes
-    ----------
-    frequency
-        (nf,) lines tried [Hz].
-    error
-        (n_scenarios, nf) largest relative error of the PSD of a point [1].
-    missing_shapes
-        (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`.
-    """
-
-    frequency: Array
-    error: Array
+    frequency: Array  # (nf,) lines tried [Hz]
+    error: Array  # (n_scenarios, nf) largest relative error of the PSD of a point [1]
+    # (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`
     missing_shapes: Array
 
     @property

@@ -191,23 +191,12 @@ class PatchMotion:
 
         mean over the patch of S_a = (ω⁴/A) Σ_jk d_j Q_jk d_k*,
         Q_jk = (V⁻¹ S_uu V⁻ᴴ)_jk (VᴴV)_kj.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    eigenvalue
-        (nf, r) λ of R_uu [m³/N].
-    weight
-        (nf, r, r) ω⁴ Q/A [(m/s²)²/Hz].
-    damping_norm
-        (1,) as of the `BarePanel`.
     """
 
-    frequency: Array
-    eigenvalue: Complexes
-    weight: Complexes
-    damping_norm: Array
+    frequency: Array  # (nf,) [Hz]
+    eigenvalue: Complexes  # (nf, r) λ of R_uu [m³/N]
+    weight: Complexes  # (nf, r, r) ω⁴ Q/A [(m/s²)²/Hz]
+    damping_norm: Array  # (1,) as of the `BarePanel`
 
     @staticmethod
     def from_panel(bare: BarePanel) -> "PatchMotion":

@@ -51,25 +51,14 @@ Receptance = Callable[[Complexes], Complexes]
 
 @dataclass(frozen=True)
 class DirectPanel:
-    """The panel with all its shapes, on some lines.
+    """The panel with all its shapes, on some lines."""
 
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    points
-        (n_points, m, n) as of `modal.bare_panels`.
-    spectrum
-        (nf,) S of the excitation.
-    modal_force, air_stiffness
-        As of `modal.bare_panels`.
-    """
-
-    frequency: Array
+    frequency: Array  # (nf,) [Hz]
     basis: ModalBasis
     patches: Patches
-    points: Array
-    spectrum: Array
+    points: Array  # (n_points, m, n) as of `modal.bare_panels`
+    spectrum: Array  # (nf,) S of the excitation
+    # As of `modal.bare_panels`
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
@@ -139,25 +128,13 @@ class DirectPanel:
 
 @dataclass(frozen=True)
 class _Matrices:
-    """What some lines of the search need, of the shapes that count there.
+    """What some lines of the search need, of the shapes that count there."""
 
-    Parameters
-    ----------
-    counts
-        (k,) the shapes.
-    force
-        S_p G (nf, k, k).
-    air
-        (nf, k, k) of the air, or None.
-    weight
-        (n_patches, k, k) D.
-    """
-
-    counts: Index
+    counts: Index  # (k,) the shapes
     basis: ModalBasis
-    force: Matrices
-    air: Matrices | None
-    weight: Array
+    force: Matrices  # S_p G (nf, k, k)
+    air: Matrices | None  # (nf, k, k) of the air, or None
+    weight: Array  # (n_patches, k, k) D
 
 
 class DirectMotions(Motions):

@@ -63,70 +63,35 @@ class SparsePlate(Protocol):
 
 @dataclass(frozen=True)
 class Pull:
-    """A point that is pulled at a frequency on a panel with dampers.
+    """A point that is pulled at a frequency on a panel with dampers."""
 
-    Attributes
-    ----------
-    frequency
-        [Hz].
-    stiffness
-        (n_patches,) s of each patch [N/m³].
-    """
-
-    frequency: float
-    stiffness: Complexes
+    frequency: float  # [Hz]
+    stiffness: Complexes  # (n_patches,) s of each patch [N/m³]
 
 
 @dataclass(frozen=True)
 class ElementMotion:
-    """What a pull does to the panel.
+    """What a pull does to the panel."""
 
-    Attributes
-    ----------
-    of_basis
-        (n, n_points) the answer of the basis for each point, in its shapes [m/N].
-    whole
-        (n_free, n_points) x of all elements.
-    remainder
-        (n_free, n_points) x − x₀, with x₀ that of the basis.
-    """
-
-    of_basis: Complexes
-    whole: Complexes
-    remainder: Complexes
+    of_basis: Complexes  # (n, n_points) the answer of the basis for each point, in its shapes [m/N]
+    whole: Complexes  # (n_free, n_points) x of all elements
+    remainder: Complexes  # (n_free, n_points) x − x₀, with x₀ that of the basis
 
 
 @dataclass(frozen=True)
 class Elements:
-    """The panel in all its elements, and the basis that stands for it.
-
-    Parameters
-    ----------
-    overlap
-        D of each patch, (n_free, n_free).
-    shapes
-        (n_free, n) of the basis, the modes first; single precision will do, since they make the
-        start and the preconditioner, and of the matrices the damping of the modes alone.
-    basis
-        Frequencies, masses and damping of these shapes.
-    is_residual
-        (n,) false for modes.
-    damping_ratio
-        ζ of the modes.
-    cutoff
-        ω_c/2π [Hz]: the damping ratio of a residual vector is ζ f/f_c.
-    points
-        (n_points, n_free) w at the points.
-    """
+    """The panel in all its elements, and the basis that stands for it."""
 
     plate: SparsePlate
-    overlap: Sequence[sp.csr_array]
+    overlap: Sequence[sp.csr_array]  # D of each patch, (n_free, n_free)
+    # (n_free, n) of the basis, the modes first; single precision will do, since they make the start
+    # and the preconditioner, and of the matrices the damping of the modes alone
     shapes: Array
-    basis: ModalBasis
-    is_residual: Flags
-    damping_ratio: float
-    cutoff: float
-    points: sp.csr_array
+    basis: ModalBasis  # frequencies, masses and damping of these shapes
+    is_residual: Flags  # (n,) false for modes
+    damping_ratio: float  # ζ of the modes
+    cutoff: float  # ω_c/2π [Hz]: the damping ratio of a residual vector is ζ f/f_c
+    points: sp.csr_array  # (n_points, n_free) w at the points
 
     def motions(self, pulls: Sequence[Pull]) -> list[ElementMotion]:
         """Return what each pull does to the panel when each point is pulled by 1 N."""

@@ -68,26 +68,16 @@ class SmoothStiffness(Protocol):
 
 @dataclass(frozen=True)
 class _Band:
-    """Polynomials of a band, by their values at the nodes.
+    """Polynomials of a band, by their values at the nodes."""
 
-    Attributes
-    ----------
-    middle, half_width
-        Of its lines [Hz].
-    stiffness
-        (m, n_w, n_w) Z_ww − Z_wo Y_w without the panel's own diagonal.
-    pushed
-        (m, n_w, nw) W_w − Z_wo Y_W.
-    coupled, moved
-        (m, n_o, n_w) Y_w and (m, n_o, nw) Y_W.
-    """
-
+    # Of its lines [Hz]
     middle: float
     half_width: float
     near: Index
     far: Index
-    stiffness: Complexes
-    pushed: Complexes
+    stiffness: Complexes  # (m, n_w, n_w) Z_ww − Z_wo Y_w without the panel's own diagonal
+    pushed: Complexes  # (m, n_w, nw) W_w − Z_wo Y_W
+    # (m, n_o, n_w) Y_w and (m, n_o, nw) Y_W
     coupled: Complexes
     moved: Complexes
 

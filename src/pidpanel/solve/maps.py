@@ -26,14 +26,9 @@ MAP_CUTOFF = 1e-4
 
 @dataclass(frozen=True)
 class ModalCovariance:
-    """Mean squares of the modal coordinates of one scenario.
+    """Mean squares of the modal coordinates of one scenario."""
 
-    Parameters
-    ----------
-    acceleration, displacement
-        (n, n) Σ_a [m²/s⁴] and Σ_w [m²].
-    """
-
+    # (n, n) Σ_a [m²/s⁴] and Σ_w [m²]
     acceleration: Array
     displacement: Array
 

@@ -22,18 +22,10 @@ ALLOWED_DB, ALLOWED_RMS = 0.5, 5e-3
 
 @dataclass(frozen=True)
 class MeshError:
-    """Error that the mesh makes in the acceleration of points.
+    """Error that the mesh makes in the acceleration of points."""
 
-    Attributes
-    ----------
-    line
-        (n_points,) largest relative error of a PSD [1].
-    rms
-        (n_points,) relative error of the rms acceleration [1].
-    """
-
-    line: Array
-    rms: Array
+    line: Array  # (n_points,) largest relative error of a PSD [1]
+    rms: Array  # (n_points,) relative error of the rms acceleration [1]
 
 
 def shift_of_modes(frequency: Array, modes: LoadedModes, bare: Array, patches: Array) -> Array:

@@ -67,30 +67,16 @@ class BarePanel:
 
     Of the motions w = Wᵀq the first r are those of the patches (u = Eᵀ q, mean square over a
     patch = uᵀ Δ_p u/A_p), then come m motions at each point.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    coordinates
-        E and Δ.
-    receptance
-        (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ E.
-    patch_psd
-        (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E.
-    point_psd
-        (nf, n_points, m, m) the same among the motions of one point.
-    damping_norm
-        (n_patches,) largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)]: what a negative C_e takes
-        from the panel's own damping.
     """
 
-    frequency: Array
+    frequency: Array  # (nf,) [Hz]
     patches: Patches
-    coordinates: PatchCoordinates
-    receptance: Complexes
-    patch_psd: Complexes
-    point_psd: Complexes
+    coordinates: PatchCoordinates  # E and Δ
+    receptance: Complexes  # (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ E
+    patch_psd: Complexes  # (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E
+    point_psd: Complexes  # (nf, n_points, m, m) the same among the motions of one point
+    # (n_patches,) largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)]: what a negative C_e takes from
+    # the panel's own damping
     damping_norm: Array
 
     def without_patches(self, none: Patches) -> "BarePanel":

@@ -85,21 +85,12 @@ class ModalBasis:
 
 @dataclass(frozen=True)
 class PatchCoordinates:
-    """The motions of the shapes that some patches feel, D_p = E Δ_p Eᵀ.
+    """The motions of the shapes that some patches feel, D_p = E Δ_p Eᵀ."""
 
-    Parameters
-    ----------
-    columns
-        (n, r) E [m].
-    weight
-        (n_patches, r, r) Δ_p [1], which sum to about one; the unit matrix for one patch alone.
-    inverse
-        (r, n) of E: a motion cᵀq with c = E a is aᵀu, a = inverse c.
-    """
-
-    columns: Array
+    columns: Array  # (n, r) E [m]
+    # (n_patches, r, r) Δ_p [1], which sum to about one; the unit matrix for one patch alone
     weight: Array
-    inverse: Array
+    inverse: Array  # (r, n) of E: a motion cᵀq with c = E a is aᵀu, a = inverse c
 
 
 class Patches:

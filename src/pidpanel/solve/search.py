@@ -54,38 +54,22 @@ STEP = 0.02
 
 @dataclass(frozen=True)
 class Solution:
-    """A set of Γ that reproduces itself.
+    """A set of Γ that reproduces itself."""
 
-    Parameters
-    ----------
-    log_gamma
-        (n,) ln Γ.
-    residual
-        Largest |F(x) − x|.
-    stable
-        Whether a small surplus of motion dies away: the eigenvalues of ∂F/∂x have real parts
-        below 1.
-    """
-
-    log_gamma: Array
-    residual: float
+    log_gamma: Array  # (n,) ln Γ
+    residual: float  # largest |F(x) − x|
+    # Whether a small surplus of motion dies away: the eigenvalues of ∂F/∂x have real parts below 1
     stable: bool
 
 
 @dataclass(frozen=True)
 class JointSearch:
-    """What the search found.
+    """What the search found."""
 
-    Parameters
-    ----------
-    solutions
-        One or more, distinct, least motion first: by the sum of ln Γ, which agrees with the order
-        of all Γ wherever solutions are ordered.
-    starts, converged
-        Number of starts, and of those that led to a solution.
-    """
-
+    # One or more, distinct, least motion first: by the sum of ln Γ, which agrees with the order of
+    # all Γ wherever solutions are ordered
     solutions: tuple[Solution, ...]
+    # Number of starts, and of those that led to a solution
     starts: int
     converged: int
 

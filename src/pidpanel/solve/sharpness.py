@@ -18,21 +18,11 @@ from pidpanel.solve.model import ModalBasis
 
 @dataclass(frozen=True)
 class LoadedModes:
-    """Modes of a panel with masses on its patches.
+    """Modes of a panel with masses on its patches."""
 
-    Attributes
-    ----------
-    frequency
-        (n,) [Hz], ascending.
-    damping_ratio
-        (n,) [1]; infinite of a rigid body's mode.
-    share
-        (n_patches, n) of the kinetic energy, panel and mass [1].
-    """
-
-    frequency: Array
-    damping_ratio: Array
-    share: Array
+    frequency: Array  # (n,) [Hz], ascending
+    damping_ratio: Array  # (n,) [1]; infinite of a rigid body's mode
+    share: Array  # (n_patches, n) of the kinetic energy, panel and mass [1]
 
 
 def loaded_modes(

@@ -20,14 +20,9 @@ from pidpanel.arrays import Array, Flags, Index
 
 @dataclass(frozen=True)
 class PatchParts:
-    """Parts that make up a patch, about square.
+    """Parts that make up a patch, about square."""
 
-    Attributes
-    ----------
-    shape, area, position
-        (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) [m].
-    """
-
+    # (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) [m]
     shape: Array
     area: Array
     position: Array
@@ -70,17 +65,10 @@ def own_force_load(
 
 @dataclass(frozen=True)
 class ParticleForce:
-    """The own force of particles as an `excitation.Excitation`, with S = 1 and G its cross-PSD.
+    """The own force of particles as an `excitation.Excitation`, with S = 1 and G its cross-PSD."""
 
-    Parameters
-    ----------
-    nodes
-        (k,) rising [Hz].
-    load
-        (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them.
-    """
-
-    nodes: Array
+    nodes: Array  # (k,) rising [Hz]
+    # (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them
     load: Array
     support_psd: ClassVar[None] = None
 

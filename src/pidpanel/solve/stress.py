@@ -42,17 +42,11 @@ CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}
 
 @dataclass(frozen=True)
 class Layers:
-    """Layers of a section, each kind of motion once.
+    """Layers of a section, each kind of motion once."""
 
-    Parameters
-    ----------
-    names
-        (n_layers,) such as "top and bottom" where the two differ by sign alone.
-    strain, stress
-        (n_layers, 3, 3) strain [m] and stress [Pa m] per curvature.
-    """
-
+    # (n_layers,) such as "top and bottom" where the two differ by sign alone
     names: tuple[str, ...]
+    # (n_layers, 3, 3) strain [m] and stress [Pa m] per curvature
     strain: Array
     stress: Array
 

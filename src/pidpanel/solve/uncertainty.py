@@ -42,20 +42,11 @@ class Sensitivity:
     """Derivatives with respect to what is known with errors.
 
     Load by load ln C_e at the n nodes, then m_a [kg/m²] at the nodes; k = 2n n_loads in all.
-
-    Attributes
-    ----------
-    log_psd
-        (k, nf, n_points) of ln S_a.
-    log_rms
-        (k, n_points) of ln of the rms acceleration.
-    log_acceleration
-        (k, n_loads) of ln Γ; 0 where Γ is stated or plays no part.
     """
 
-    log_psd: Array
-    log_rms: Array
-    log_acceleration: Array
+    log_psd: Array  # (k, nf, n_points) of ln S_a
+    log_rms: Array  # (k, n_points) of ln of the rms acceleration
+    log_acceleration: Array  # (k, n_loads) of ln Γ; 0 where Γ is stated or plays no part
 
     def standard_errors(self, covariance: Array) -> StandardErrors:
         """Return the standard errors for a covariance (k, k), see `joint_covariance`."""
