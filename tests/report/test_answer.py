@@ -80,6 +80,18 @@ def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
     assert answer.is_gain(one) is None and answer.is_gain(other) is False
 
 
+def test_the_error_of_the_damping_model_is_common_to_both():
+    # red: hypot of both errors
+    one, other = (
+        PointResponse(1.0, 0.1, db, math.hypot(0.2, error), model_error=error)
+        for db, error in ((6.0, 1.5), (5.0, 1.4))
+    )
+    # two errors of 0.2 and a difference of 0.1
+    assert answer.are_apart(one, other)
+    closer = dataclasses.replace(other, reduction=5.45)
+    assert not answer.are_apart(one, closer)
+
+
 def test_a_point_on_a_support_takes_no_part(study, respond):
     # red: all points of the panel in answer_of
     summary, _ = respond(SCALE, error_db=0.2)

@@ -42,6 +42,7 @@ class PointResponse:
     reduction: float  # against the bare panel [dB]
     reduction_error: float  # [dB]
     dead_weight: float = math.nan  # reduction by the same mass without damping [dB]; NaN if unknown
+    model_error: float = 0.0  # part of reduction_error that all scenarios have in common [dB]
 
 
 @dataclass(frozen=True)
@@ -102,13 +103,16 @@ class StudyAnswer:
 def are_apart(a: PointResponse, b: PointResponse) -> bool:
     """Return whether two reductions differ by more than their errors; never without errors.
 
+    The error of the damping model is common to both: it counts by its difference.
+
     Examples
     --------
     >>> one, other = (PointResponse(20.0, 0.5, db, 0.2) for db in (3.0, 2.9))
     >>> are_apart(one, other)
     False
     """
-    error = math.hypot(a.reduction_error, b.reduction_error)
+    variance = sum(r.reduction_error**2 - r.model_error**2 for r in (a, b))
+    error = math.sqrt(max(variance, 0.0) + (a.model_error - b.model_error) ** 2)
     # a comparison with NaN is false
     return abs(a.reduction - b.reduction) > SIGNIFICANCE * error
 
@@ -184,6 +188,7 @@ def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Ca
             row["reduction_db"],
             row.get("reduction_error_db", math.nan),
             row["dead_weight_reduction_db"],
+            row.get("model_error_db", 0.0),
         )
         for row in rows
     }

@@ -188,10 +188,11 @@ class _Rows:
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
         model_error = model_error_of(case, response)
-        error = with_model_error(standard_errors(case, response), model_error)
+        error = standard_errors(case, response)
         if case.model == COUPLED:
             # those of the runs have more than the errors of C_e and m_a
             error = (self._tabulation.coupled_errors or {}).get(case.scenario.label, error)
+        error = with_model_error(error, model_error)
         if error is not None:
             self.errors[key] = error
         by_patch = patch_rows(panel, case, response)
