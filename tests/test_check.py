@@ -12,6 +12,7 @@ import yaml
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import main
+from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.panel.from_study import resolved_masses
 from pidpanel.report.answer_text import massless_text
 from pidpanel.report.from_study import reported_study
@@ -46,8 +47,9 @@ def changed(study, way, value):
     return values
 
 
-def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path):
+def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path, monkeypatch):
     # red: shipped before folder in files.found_file
+    monkeypatch.setenv(TRUST, "1")
     (tmp_path / "shake.in.j2").write_text((TEMPLATES / "shake.in.j2").read_text())
     path = tmp_path / "mine.yaml"
     path.write_text(yaml.safe_dump({"coupon": {**COUPON, "deck": "shake.in.j2"}}))
@@ -62,16 +64,18 @@ def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path):
         ("\n{% if %}", "{folder}/own.in.j2:2: Expected an expression"),
     ],
 )  # fmt: skip
-def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, says):
+def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, says, monkeypatch):
     # red: check_decks returns at once
+    monkeypatch.setenv(TRUST, "1")
     (tmp_path / "own.in.j2").write_text(text)
     ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "deck": "own.in.j2"}})
     assert line == "deck: own.in.j2"
     assert told.startswith(f"coupon.deck = own.in.j2: {says}".replace("{folder}/", ""))
 
 
-def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path):
+def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
     # red: keys = ("coupon", "deck") always
+    monkeypatch.setenv(TRUST, "1")
     (tmp_path / "own.in.j2").write_text("{{ cycles_file }}")
     vary = {"deck": ["shake.in.j2", "own.in.j2"]}
     ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "vary": vary}})

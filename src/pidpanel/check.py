@@ -16,6 +16,7 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
 from pidpanel.coupon.liggghts.process import check_installed
+from pidpanel.coupon.liggghts.trust import check_trust
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
@@ -91,6 +92,11 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         # a varied deck is one of a list
         varied = [str(deck_path) for deck_path in coupon.vary.get("deck", ())]
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
+        try:
+            check_trust(Path(path))
+        except DeckRefused as error:
+            yield Mistake(keys, str(error).removeprefix(f"{path}: "))
+            continue
         names = case.point.deck_values(restart="none")
         try:
             text = read_text(Path(path), LARGEST_DECK)
@@ -107,8 +113,6 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         if not unknown and not unused:
             try:
                 case.point.deck_text()
-            except DeckRefused as error:
-                yield Mistake(keys, f"{error}; --trust-deck allows it")
             except Exception as error:  # whatever a template of somebody else computes
                 yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
         for name in unknown:

@@ -9,6 +9,7 @@ PROJECT = PACKAGE / "project" if (PACKAGE / "project").is_dir() else PACKAGE.par
 """Root of the checkout, or the copy of its Snakefile, workflow and templates in a wheel."""
 
 SNAKEFILE = PROJECT / "Snakefile"
+PROFILE = PROJECT / "profiles" / "default"
 TEMPLATES = PROJECT / "templates"
 WORKFLOW = PROJECT / "workflow"
 STUDIES = WORKFLOW / "studies"

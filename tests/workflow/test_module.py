@@ -114,3 +114,17 @@ def test_values_beside_the_file_of_the_study_are_refused_in_one_line(tmp_path):
 def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
     # red: a study by default
     assert "no study: snakemake --configfile study.yaml" in refusal(tmp_path)
+
+
+def test_a_profile_in_the_working_folder_is_not_evaluated(tmp_path):
+    # red: no --workflow-profile in `cli.snakemake.command`: Snakemake evaluated this at once
+    profile = tmp_path / "profiles" / "default" / "config.yaml"
+    profile.parent.mkdir(parents=True)
+    hit = tmp_path / "hit"
+    profile.write_text(
+        f"__use_yte__: true\nnolock: true\n?open({str(hit)!r}, 'w').close() or 'quiet': all\n"
+    )
+    pidpanel = [Path(sys.executable).with_name("pidpanel"), "run", "-n", "l_panel.yaml"]
+    done = subprocess.run(pidpanel, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "panel" in done.stdout + done.stderr and not hit.exists()

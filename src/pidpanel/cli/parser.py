@@ -106,7 +106,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trust-deck",
         action="store_true",
-        help="allow your own decks to start programs and write any file",
+        help="run your own decks, which can start programs and write any file",
     )
 
 

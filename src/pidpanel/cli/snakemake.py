@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.paths import SNAKEFILE
+from pidpanel.paths import PROFILE, SNAKEFILE
 
 if TYPE_CHECKING:  # pydantic is slow to import
     from pidpanel.study import CouponStudy
@@ -40,12 +40,18 @@ class MachineError(RuntimeError):
 def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
     """Return the command that runs a study in a folder.
 
+    Snakemake evaluates Python in a profile, and without another would take ``profiles/default`` of
+    the working folder, whoever put it there. A profile among the options takes the place of ours.
+
     Targets come first of the options: some options of Snakemake take all that follows them.
     """
     # that of the Python which runs this, whatever is on the PATH or in the working folder
     snakemake = [sys.executable, "-P", "-m", PROCESS]
+    profile = ["--workflow-profile", str(PROFILE)]
     places = ["--snakefile", SNAKEFILE, "--directory", folder.absolute()]
-    return [*snakemake, *options, *map(str, places), "--configfile", str(study.absolute())]
+    return [
+        *snakemake, *profile, *options, *map(str, places), "--configfile", str(study.absolute())
+    ]  # fmt: skip
 
 
 def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:

@@ -13,7 +13,6 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts import deck, process, trust
-from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.coupon.packing import Constants, Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
@@ -248,11 +247,7 @@ class Run:
             For a deck of the user's own that is not trusted; see `trust`.
         """
         template, values = self._template, self.deck_values(leg, restart)
-        text = deck.render(template.name, values, template.parent)
-        if not trust.is_trusted(template):
-            for refused in trust.refusals(text, deck.files_in(values)):
-                raise DeckRefused(f"{template}: {refused}")
-        return text
+        return deck.render(template.name, values, template.parent)
 
     def deck_digest(self, restart: str | None = None) -> str:
         """Hash of the deck of the run without comments: what its rows depend on.
@@ -264,7 +259,10 @@ class Run:
 
     @property
     def _template(self) -> Path:
-        return TEMPLATES / self.drive.template if self.deck is None else Path(self.deck)
+        if self.deck is None:
+            return TEMPLATES / self.drive.template
+        trust.check_trust(Path(self.deck))
+        return Path(self.deck)
 
     @property
     def lists_contacts(self) -> bool:

@@ -2,6 +2,7 @@
 
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -156,9 +157,13 @@ def test_a_log_that_ends_elsewhere_than_it_should_is_refused(begun):
 
 @pytest.fixture
 def impatient(monkeypatch):
-    """Half a second of silence is enough: each tick is one of those the time limit counts."""
-    monkeypatch.setattr(process, "QUIET", 0.5)
-    monkeypatch.setattr(process, "TICK", 0.1)
+    """() → from now on half a second of silence is enough; the start may take its time."""
+
+    def begin():
+        monkeypatch.setattr(process, "QUIET", 0.5)
+        monkeypatch.setattr(process, "TICK", 0.1)
+
+    return begin
 
 
 def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient):
@@ -167,6 +172,7 @@ def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impati
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
         os.kill(solver._process.pid, signal.SIGSTOP)
+        impatient()
         with pytest.raises(
             failures.RunHung, match=r"shake\.log: no output for .* s in 'run 20'; ended"
         ):
@@ -180,8 +186,50 @@ def test_a_solver_that_hangs_at_its_end_is_ended_and_named(begun, impatient):
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
         os.kill(solver._process.pid, signal.SIGSTOP)
+        impatient()
         with pytest.raises(failures.RunHung, match="in its end"):
             solver.finish(0, 3)
+
+
+@pytest.fixture
+def endless(tmp_path, monkeypatch):
+    """(shell) → a solver that says its version and then does that, for every command."""
+
+    def make(then):
+        program = tmp_path / "bin" / "liggghts"
+        program.parent.mkdir()
+        program.write_text(f"#!/bin/sh\necho '{process.VERSION}'\n{then}\n")
+        program.chmod(0o755)
+        monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+        return tmp_path
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("then", "says"),
+    [
+        ("exec yes", "10000 lines in 'run 20'"),
+        # one line without an end, and a closed input
+        ("exec tr '\\0' x < /dev/zero", "10000 lines in its end"),
+        ("while :; do echo step; sleep 0.05; done", "not done in .* s: 'run 20'"),
+    ],
+)
+def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
+    endless, then, says, impatient, monkeypatch
+):
+    # red: a SimpleQueue, a list of all lines, no MOST_LINES: 827 MB in 18 s, and no end
+    monkeypatch.setattr(process, "MOST_LINES", 10_000)
+    folder = endless(then)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with Liggghts(folder, "shake") as solver:
+        solver._spheres = 3
+        impatient()
+        time.sleep(0.5)  # what it prints meanwhile stays in the pipe
+        assert solver._queue.qsize() <= process.LINES_WAITING
+        with pytest.raises(failures.RunHung, match=says):
+            solver.run(20)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
 def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
@@ -192,7 +240,19 @@ def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
         solver.read_deck((folder / "deck").read_text())
         fixed, per_sphere = process.SLOWEST_STEP
         of_a_cycle = (fixed + 3 * per_sphere) * steps / CYCLES
-        assert solver._patience(steps) == pytest.approx(process.QUIET + of_a_cycle)
+        limits = []
+
+        def lines(action, longest, silence):
+            limits.append((longest, silence))
+            return iter([])
+
+        solver._lines, solver._failure = lines, lambda said: RuntimeError()
+        with pytest.raises(RuntimeError):
+            solver.run(steps)
+        silence = process.QUIET + of_a_cycle
+        longest = process.QUIET + CYCLES * of_a_cycle
+        np.testing.assert_allclose(limits, [(longest, silence)])
+        del solver._lines, solver._failure
         assert solver._patience(1) == pytest.approx(process.QUIET + fixed + 3 * per_sphere)
         solver.finish(0, 3)
 

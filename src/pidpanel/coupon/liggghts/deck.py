@@ -13,7 +13,6 @@ from typing import Any
 
 import jinja2
 import jinja2.meta
-from jinja2.sandbox import ImmutableSandboxedEnvironment, SecurityError
 
 from pidpanel.paths import TEMPLATES
 from pidpanel.provenance.digests import text_digest
@@ -30,11 +29,6 @@ def cycles_file(leg: int) -> str:
 def cells_file(leg: int) -> str:
     """Name of the file of rows by cell that a leg of a run writes."""
     return f"cells_{leg}.txt"
-
-
-def files_in(values: Mapping[str, Any]) -> set[str]:
-    """Names of the files among the values of a deck."""
-    return {str(value) for key, value in values.items() if key.endswith("_file")}
 
 
 def contact_model(rolling: bool) -> str:
@@ -60,30 +54,9 @@ def _number(value: Any) -> Any:
     return value
 
 
-MOST_REPEATED = 100_000
-"""Longest text or list that a template may make by repeating."""
-
-
-class _Sandbox(ImmutableSandboxedEnvironment):
-    """A template reaches its values and nothing behind them, and makes no text without an end."""
-
-    intercepted_binops = frozenset(["*", "**"])
-
-    def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
-        """Compute a product or a power of numbers, and texts that are not long."""
-        texts = [side for side in (left, right) if not isinstance(side, float | int)]
-        if operator == "**" and not texts:
-            return float(left) ** float(right)
-        if operator == "*" and texts:
-            times = right if texts[0] is left else left
-            if not isinstance(times, int) or len(texts[0]) * times > MOST_REPEATED:
-                raise SecurityError(f"no text or list longer than {MOST_REPEATED} by repeating")
-        return super().call_binop(context, operator, left, right)
-
-
 @lru_cache
 def _environment(folder: Path) -> jinja2.Environment:
-    return _Sandbox(
+    return jinja2.Environment(
         # a deck of the user's own may include ours
         loader=jinja2.FileSystemLoader([folder, TEMPLATES]),
         undefined=jinja2.StrictUndefined,
@@ -142,5 +115,5 @@ def undeclared(text: str, declared: Iterable[str]) -> list[str]:
     jinja2.TemplateSyntaxError
         With the line.
     """
-    tree = _Sandbox().parse(text)
+    tree = jinja2.Environment().parse(text)
     return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))

@@ -12,7 +12,7 @@ class SolverMissing(SolverFailure):
 
 
 class DeckRefused(SolverFailure):
-    """A deck of the user's own that might do more than move spheres, and is not trusted."""
+    """A deck of the user's own that is not trusted."""
 
 
 class RunStopped(SolverFailure):

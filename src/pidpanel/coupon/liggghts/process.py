@@ -3,8 +3,8 @@
 The methods of `Liggghts` are in the words of the coupon. Commands of LIGGGHTS occur only here and
 in the templates. They go through the standard input, so a run can be prolonged without a restart,
 and are kept in a file that ``liggghts -in`` runs again to the same bits. If the caller dies,
-LIGGGHTS is killed with it. If LIGGGHTS is silent far longer than its commands take, the caller
-kills it: it can hang for ever, for example in a damaged restart.
+LIGGGHTS is killed with it. If LIGGGHTS is silent far longer than its commands take, or prints on
+and on, the caller kills it: it can hang for ever, for example in a damaged restart.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ import re
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Literal, NamedTuple
@@ -35,13 +37,20 @@ from pidpanel.coupon.liggghts.failures import (
 
 COMMAND = "liggghts"
 
-QUIET = 60.0
+QUIET = 30.0
 """Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
 deck takes a second."""
 
-SLOWEST_STEP = 1.5e-3, 3.5e-5
-"""Longest time of a step, and of it for each sphere [s]: a hundred times what they take on an
+SLOWEST_STEP = 4.5e-4, 1.05e-5
+"""Longest time of a step, and of it for each sphere [s]: thirty times what they take on an
 ordinary core (15 µs and 0.35 µs), since a machine may be shared."""
+
+MOST_LINES = 10_000_000
+"""Lines after which a command counts as hung."""
+
+LINES_WAITING, LONGEST_LINE = 1000, 4096
+"""Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
+process that prints without end takes of the memory."""
 
 TICK = 1.0
 """Silence is counted in ticks of this length [s], so that none is counted while the caller itself
@@ -148,7 +157,7 @@ class Liggghts:
         self._input, self._output = self._process.stdin, self._process.stdout
         self._spheres = 0
         self._report_steps = math.inf
-        self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._queue: queue.Queue[str | None] = queue.Queue(LINES_WAITING)
         self._listener = threading.Thread(
             target=_listen, args=(self._output, self._queue), daemon=True
         )
@@ -171,7 +180,9 @@ class Liggghts:
         if self._process.poll() is None:
             self._process.kill()
         self._process.wait()
-        self._listener.join()
+        while self._listener.is_alive():  # it may wait for room in the queue
+            with contextlib.suppress(queue.Empty):
+                self._queue.get(timeout=0.01)
         for stream in (self._input, self._output, self._errors, self._deck):
             with contextlib.suppress(BrokenPipeError):
                 stream.close()
@@ -198,7 +209,7 @@ class Liggghts:
         reports = _THERMO.findall(text)
         self._report_steps = int(reports[-1]) if reports and int(reports[-1]) else math.inf
         steps = sum(map(int, _RUN.findall(text)))
-        self._execute(text, steps=steps)
+        self._execute(text, steps=steps, is_deck=True)
 
     def run(self, steps: int, read: Reading | None = None) -> Instant:
         """Run so many steps.
@@ -217,7 +228,8 @@ class Liggghts:
     def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
         """Run so many cycles of so many steps; write a restart, from which a deck can go on."""
         commands = [CYCLE.format(steps=steps)] * cycles
-        return self._execute("\n".join([*commands, f"write_restart {restart}"]), steps=steps)
+        text = "\n".join([*commands, f"write_restart {restart}"])
+        return self._execute(text, steps=cycles * steps, report=steps)
 
     def run_from_files(self, steps: int, stride: int, variables: tuple[str, ...]) -> Instant:
         """Run so many steps; every few of them variables of style ``file`` take their next line.
@@ -233,7 +245,8 @@ class Liggghts:
         return self._execute(
             f"log none\nrun 0\nrun {steps} pre no post no every {stride} "
             f'"next {" ".join(variables)}"',
-            steps=stride,  # the start of each line of the files is given
+            steps=steps,
+            report=stride,  # the start of each line of the files is given
         )
 
     def run_and_dump(
@@ -314,7 +327,7 @@ class Liggghts:
         RunStopped, RunHung, ParticlesLost, LogTruncated
         """
         self._input.close()
-        lines = list(self._lines("its end"))
+        lines = deque(self._lines("its end"), LINES_WAITING)
         if self._process.wait() != 0:
             raise self._failure(lines)
         if last_step is not None and spheres is not None:
@@ -323,43 +336,70 @@ class Liggghts:
 
     # ------------------------------------------------------------------------ transport
 
-    def _lines(self, action: str, steps: int = 0) -> Iterator[str]:
-        """Yield the lines that the process prints; after a silence of `_patience` it is killed."""
-        limit = self._patience(steps)
-        while True:
-            for _ in range(math.ceil(limit / TICK)):
+    def _lines(
+        self, action: str, longest: float = math.inf, longest_silence: float | None = None
+    ) -> Iterator[str]:
+        """Yield the lines that the process prints; it is killed after a time or a silence [s]."""
+        longest_silence = QUIET if longest_silence is None else longest_silence
+        spent = silence = 0.0
+        for _ in range(MOST_LINES):
+            start = time.monotonic()
+            while True:
                 with contextlib.suppress(queue.Empty):
                     line = self._queue.get(timeout=TICK)
                     break
-            else:
-                self._process.kill()
-                raise RunHung(f"{self.log}: no output for {limit:.3g} s in {action}; ended")
+                silence += TICK
+                if silence >= longest_silence:
+                    raise self._hung(f"no output for {longest_silence:.3g} s in {action}")
+            spent += max(silence, min(time.monotonic() - start, TICK))
+            silence = 0.0
             if line is None:
                 return
             yield line
+            if spent >= longest:
+                raise self._hung(f"not done in {longest:.3g} s: {action}")
+        raise self._hung(f"{MOST_LINES} lines in {action}")
 
-    def _patience(self, steps: int) -> float:
-        """Longest silence in so many steps [s]: from one report of the deck to the next."""
-        step = SLOWEST_STEP[0] + SLOWEST_STEP[1] * self._spheres
-        return QUIET + step * min(steps, self._report_steps)
+    def _hung(self, says: str) -> RunHung:
+        self._process.kill()
+        return RunHung(f"{self.log}: {says}; ended")
 
-    def _execute(self, commands: str, value: str = "0", steps: int = 0) -> Instant:
-        """Send commands that run so many steps, then evaluate an expression of LIGGGHTS."""
+    def _patience(self, steps: float) -> float:
+        """Longest time of so many steps [s]."""
+        return QUIET + (SLOWEST_STEP[0] + SLOWEST_STEP[1] * self._spheres) * steps
+
+    def _execute(
+        self,
+        commands: str,
+        value: str = "0",
+        steps: int = 0,
+        report: int | None = None,
+        *,
+        is_deck: bool = False,
+    ) -> Instant:
+        """Send commands that run so many steps, then evaluate an expression of LIGGGHTS.
+
+        A line comes at least every ``report`` steps; by default, as often as the deck says. How
+        many spheres a deck makes is not known, nor how long that takes.
+        """
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
         self._deck.flush()
-        lines: list[str] = []
+        lines: deque[str] = deque(maxlen=LINES_WAITING)
         try:
             self._input.write(text)
             self._input.flush()
-            for line in self._lines(repr(commands.strip().rpartition("\n")[2]), steps):
+            longest = math.inf if is_deck else self._patience(steps)
+            silence = self._patience(min(steps, report or self._report_steps))
+            last_command = repr(commands.strip().rpartition("\n")[2])
+            for line in self._lines(last_command, longest, silence):
                 mark = output.MARK.match(line.rstrip("\n"))
                 if mark:
                     self._spheres = int(mark[2])
                     return Instant(int(mark[1]), self._spheres, self._number(mark[3]))
                 lines.append(line)
         except BrokenPipeError:
-            pass
+            lines.extend(self._lines("its end"))
         raise self._failure(lines)
 
     def _number(self, word: str) -> float:
@@ -368,9 +408,12 @@ class Liggghts:
         except ValueError:
             raise NotFinite(f"{self.log}: not a number, {word!r}") from None
 
-    def _failure(self, lines: list[str]) -> SolverFailure:
+    def _failure(self, lines: Iterable[str]) -> SolverFailure:
         """The failure that the exit status and the last words of the process tell of."""
-        status = self._process.wait()
+        try:
+            status = self._process.wait(timeout=QUIET)
+        except subprocess.TimeoutExpired:
+            return self._hung(f"no end {QUIET:.3g} s after its output")
         self._errors.flush()
         words = [w.strip() for w in (*lines, *self._err.read_text(errors="replace").splitlines())]
         errors = [w for w in words if "ERROR" in w]
@@ -379,8 +422,8 @@ class Liggghts:
         return kind(f"{self.log}: exit status {status}: {last}")
 
 
-def _listen(output: IO[str], lines: queue.SimpleQueue[str | None]) -> None:
-    """Hand on every line of a pipe, and None at its end."""
-    for line in output:
+def _listen(output: IO[str], lines: queue.Queue[str | None]) -> None:
+    """Hand on every line of a pipe, long ones in pieces, and None at its end."""
+    while line := output.readline(LONGEST_LINE):
         lines.put(line)
     lines.put(None)
