@@ -49,7 +49,7 @@ def trespasses(folder):
 
 
 def test_packages_import_only_what_lies_upstream():
-    # red: `from pidpanel.response.from_study import PanelInSound` in coupled/from_study.py
+    # red: `from pidpanel.response.from_study import ResponsePanel` in coupled/from_study.py
     assert list(trespasses(PACKAGE)) == []
 
 

@@ -114,7 +114,7 @@ def test_a_mass_that_is_not_known_has_no_dead_weight(summary):
 
 
 def test_a_layout_of_one_patch_is_the_scenario_of_a_family(summary):
-    # red: `Layout(loads[:0], …)` in PanelInSound._layout for labels without r
+    # red: `Layout(loads[:0], …)` in ResponsePanel._layout for labels without r
     values = ["acceleration_rms_g", "reduction_db", "acceleration_rms_error_g", "patch_motion_g"]
     alone, place = summary.loc["alone"], summary.loc["PID-1_pot_150dB"]
     np.testing.assert_allclose(alone[values], place[values], rtol=1e-5)

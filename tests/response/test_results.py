@@ -7,7 +7,7 @@ from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.response.from_study import (
     PanelFiles,
     ResponseFiles,
-    read_panel_in_sound,
+    read_response_panel,
     write_response,
 )
 from pidpanel.response.results import OutsideSimulatedRange
@@ -101,7 +101,7 @@ def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
 def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_values):
     study = load_study(write_study(tmp_path, "table", table_values()))
     with pytest.raises(ValueError, match="the file of the air is required"):
-        read_panel_in_sound(study, upstream._replace(air=None), "one_side")
+        read_response_panel(study, upstream._replace(air=None), "one_side")
 
 
 def test_the_error_contains_what_single_tones_leave_out(summary_of):

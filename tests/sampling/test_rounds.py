@@ -11,8 +11,8 @@ from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round, read_rounds
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound, scenarios_of
-from pidpanel.sampling.rounds import _wanted, next_tones, swept_round
+from pidpanel.response.from_study import PanelFiles, read_response_panel, scenarios_of
+from pidpanel.sampling.rounds import _demands, next_tones, swept_round
 from pidpanel.study import load_study
 from pidpanel.study.damping import Tones
 from tests.jobs import call, make_panel, make_sound
@@ -83,7 +83,7 @@ def law(tmp_path_factory, write_study, law_values):
 def panel(law):
     study, files = law
     one = load_study(study)
-    return read_panel_in_sound(one, files, "none"), scenarios_of(one)
+    return read_response_panel(one, files, "none"), scenarios_of(one)
 
 
 def surface_of(labels):
@@ -103,7 +103,7 @@ def test_tones_are_at_the_fills_and_motions_of_the_scenarios_and_no_faster_than_
     first = swept_round(POOL)
     assert first.cases == tuple(c.label for c in POOL) and first.new == len(POOL)
     surface = surface_of(first.cases)
-    found = _wanted(*panel, surface)
+    found = _demands(*panel, surface)
     one = next_tones(first, TONES, CASE_ERROR, None, *panel, surface)
     assert (one.round, one.new, len(one.tones), one.cases) == (1, 5, 5, first.cases)
     motions = {(w.fill_fraction, float(f"{w.acceleration_g:.3g}")) for w in found.values()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, solve_layouts
 from pidpanel.solve.lines import (
     LINES_AT_MOST,
@@ -126,7 +126,7 @@ class CasePlan:
 
 
 def plan_cases(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
     *,
@@ -169,7 +169,7 @@ def plan_cases(
     return CasePlan(rows, keys, layouts)
 
 
-def heaviest_dampers(panel: PanelInSound, plan: CasePlan) -> Array:
+def heaviest_dampers(panel: ResponsePanel, plan: CasePlan) -> Array:
     """Return the largest mass or apparent mass on each patch, (n_patches,) [kg/m²]."""
     mass = np.zeros(len(panel.patch_area))
     lines = np.geomspace(*panel.settings.frequency_range, MASS_LINES)
@@ -183,7 +183,7 @@ def heaviest_dampers(panel: PanelInSound, plan: CasePlan) -> Array:
     return mass
 
 
-def resolving(panel: PanelInSound, mass: Array) -> PanelInSound:
+def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     """Return the panel with lines for the resonances that the masses of its dampers make.
 
     A mass that is light beside the panel leaves the lines as they are: of their eight to a
@@ -218,7 +218,7 @@ def resolving(panel: PanelInSound, mass: Array) -> PanelInSound:
 class BalanceCheck:
     """The power balance of scenarios of a panel, on some lines."""
 
-    def __init__(self, panel: PanelInSound) -> None:
+    def __init__(self, panel: ResponsePanel) -> None:
         self._panel = panel
         count = int(np.clip(BALANCE_WORK / len(panel.basis.modal_mass) ** 3, *BALANCE_LINES))
         step = max(1, len(panel.frequency) // count)
@@ -248,7 +248,7 @@ class BalanceCheck:
 
 
 def _dampers(
-    panel: PanelInSound, scenario: ResponseScenario, models: DampingModels, name: str
+    panel: ResponsePanel, scenario: ResponseScenario, models: DampingModels, name: str
 ) -> tuple[PatchDamper, ...]:
     dampers = []
     for filling in scenario.fillings:
@@ -260,7 +260,7 @@ def _dampers(
     return tuple(dampers)
 
 
-def _layout(panel: PanelInSound, dampers: Sequence[PatchDamper], factor: float) -> DamperLayout:
+def _layout(panel: ResponsePanel, dampers: Sequence[PatchDamper], factor: float) -> DamperLayout:
     beds = {damper.patch: damper.own_force for damper in dampers if damper.own_force is not None}
     return DamperLayout(
         tuple(damper.load for damper in dampers),

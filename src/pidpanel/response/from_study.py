@@ -27,7 +27,7 @@ from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
-from pidpanel.response.panel import PanelInSound, Settings, widen
+from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import CheckedResponses, checked_responses, read_further_shapes
 from pidpanel.response.results import ResponseFiles, Tabulation, radiation_rows, write_tables
@@ -62,7 +62,7 @@ class PanelFiles(NamedTuple):
 
 @dataclass(frozen=True)
 class StudySound:
-    """The sound of a study on any shapes of its panel; see `panel.SoundOfStudy`."""
+    """The sound of a study on any shapes of its panel; see `panel.ExcitationSource`."""
 
     study: Study
 
@@ -81,7 +81,7 @@ class StudySound:
         return modal_force_at(self.study.sound, frequency, face)
 
 
-def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -> PanelInSound:
+def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -> ResponsePanel:
     """Read the files of the panel and sound stages.
 
     Parameters
@@ -96,17 +96,19 @@ def read_panel_in_sound(study: Study, files: PanelFiles, radiation: Radiation) -
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
     basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
+    excitation = excitation_of(study.sound, table)
     longest = float(element_sizes(basis.vertex_position, basis.cells).max())
-    return PanelInSound(
+    return ResponsePanel(
         Settings(
             study.response.frequency_hz,
             study.panel.damping_ratio,
             study.response.modal_damping == "diagonal",
             level.by == "element",
             level.acceleration_g,
+            excitation.bands.edge_frequency,
         ),
         basis,
-        excitation_of(study.sound, table),
+        excitation,
         StudySound(study),
         read_air(study, radiation, table, files.air),
         mass_per_area=panel.section.mass_per_area,
@@ -191,7 +193,7 @@ def write_response(
     """
     models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
     scenarios = scenarios_of(study)
-    start = read_panel_in_sound(study, files, study.response.radiation)
+    start = read_response_panel(study, files, study.response.radiation)
     checked = checked_responses(start, read_plate(plate), scenarios, models)
     errors = None
     if coupled is not None:
@@ -216,13 +218,13 @@ def write_response(
 
 
 def _with_radiation_beside(
-    study: Study, start: PanelInSound, files: PanelFiles, plate: Path, checked: CheckedResponses
-) -> PanelInSound:
+    study: Study, start: ResponsePanel, files: PanelFiles, plate: Path, checked: CheckedResponses
+) -> ResponsePanel:
     """Return the panel with ``response.radiation_beside``, in the basis of the responses."""
     radiation, panel = study.response.radiation_beside, checked.panel
     if panel.air is not None:
         return replace(panel, air=replace(panel.air, wetted_sides=WETTED_SIDES[radiation]))
-    air = read_air(study, radiation, start.excitation.table, files.air)
+    air = read_air(study, radiation, read_table(files.modal_force, MODAL_FORCE), files.air)
     if not checked.further_shapes.shape[1]:
         return replace(panel, air=air)
     panel = widen(replace(start, air=air), read_plate(plate), checked.further_shapes)
@@ -261,7 +263,7 @@ def write_maps(
     maps_nc, folder
         What to write: NetCDF, and a folder for ParaView.
     """
-    panel = read_panel_in_sound(study, files, study.response.radiation)
+    panel = read_response_panel(study, files, study.response.radiation)
     panel = widen(panel, read_plate(plate), read_further_shapes(shapes_nc))
     psd = read_psd(psd_nc)
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))

@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.map_files import map_dataset, write_paraview
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve import stress
 from pidpanel.solve.excitation import Excitation, Superposition
@@ -20,7 +20,7 @@ from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
 
 
 def write_rms_maps(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
@@ -86,7 +86,7 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
 
 
 def _dampers(
-    panel: PanelInSound, psd: xr.Dataset, reading: str, scenario: ResponseScenario
+    panel: ResponsePanel, psd: xr.Dataset, reading: str, scenario: ResponseScenario
 ) -> tuple[Array, Array, float]:
     """C_e and m_a (n_loads, nf) on the lines of the maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency

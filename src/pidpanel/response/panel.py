@@ -1,4 +1,4 @@
-"""The panel of a study in its sound, ready for the solver."""
+"""The panel of a study under its excitation, ready for the solver."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.damping.coupled import CoupledDamping
@@ -21,6 +22,7 @@ from pidpanel.solve.basis_error import (
     modal_basis,
     refined,
 )
+from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
@@ -28,7 +30,6 @@ from pidpanel.solve.moved import Matrices
 from pidpanel.solve.panel import ModalPanel, deflection_at_points, fixed_points
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
-from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.radiation import Air
 
 COARSE_LINES_PER_BANDWIDTH = 3.0
@@ -49,12 +50,13 @@ class Settings:
     by_element: bool = False  # whether each element of a patch is a damper of its own
     # Γ at which all damping is read; None for that of the motion
     stated_acceleration_g: float | None = None
+    jumps: ArrayLike = ()  # frequencies at which the excitation jumps [Hz]
 
 
-class SoundOfStudy(Protocol):
-    """The sound of a study on any shapes of its panel."""
+class ExcitationSource(Protocol):
+    """The excitation of a study on any shapes of its panel."""
 
-    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
+    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[Excitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         ...
 
@@ -96,13 +98,13 @@ def no_shift(frequency: float, added_mass: float) -> float:
 
 
 @dataclass(frozen=True)
-class PanelInSound:
-    """A panel in its sound."""
+class ResponsePanel:
+    """A panel under its excitation."""
 
     settings: Settings
     basis: PanelBasis  # modes and residual vectors of the panel
-    excitation: SoundExcitation  # the sound, at the level of the study
-    sound: SoundOfStudy
+    excitation: Excitation  # at the level of the study
+    source: ExcitationSource
     air: Air | None = None  # the air that the panel moves; None where it is left out
     # Elements of the patches; None where they are not looked at
     elements: PatchElements | None = None
@@ -131,8 +133,8 @@ class PanelInSound:
     def frequency(self) -> Array:
         """(nf,) lines of the result [Hz]."""
         modes = self.basis.natural_frequency[~self.basis.is_residual]
-        edges = self.excitation.bands.edge_frequency
-        return frequency_grid(*self.settings.frequency_range, self.resolved_ratio, modes, edges)
+        settings = self.settings
+        return frequency_grid(*settings.frequency_range, self.resolved_ratio, modes, settings.jumps)
 
     @cached_property
     def coarse_frequency(self) -> Array:
@@ -248,10 +250,10 @@ class PanelInSound:
         return ParticleForce(nodes, total)
 
 
-def widen(panel: PanelInSound, plate: StoredPlate, further_shapes: Array) -> PanelInSound:
+def widen(panel: ResponsePanel, plate: StoredPlate, further_shapes: Array) -> ResponsePanel:
     """Return the panel with a basis that has what another left out.
 
-    The sound on the new shapes is computed here, since their choice follows from the response.
+    The excitation of the new shapes is computed here, since their choice follows from the response.
 
     Parameters
     ----------
@@ -265,5 +267,5 @@ def widen(panel: PanelInSound, plate: StoredPlate, further_shapes: Array) -> Pan
     shapes = basis_shapes(panel.basis, plate, further_shapes)
     basis = refined(panel.basis, plate, shapes)
     elements = patch_elements(basis, plate, shapes.vectors)
-    excitation, air = panel.sound.on_basis(basis, panel.air)
+    excitation, air = panel.source.on_basis(basis, panel.air)
     return replace(panel, basis=basis, excitation=excitation, air=air, elements=elements)

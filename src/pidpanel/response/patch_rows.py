@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.response.cases import ResponseScenario, SolvedCase
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.tables import OnPatches
 from pidpanel.solve.layout import LayoutResponse
 
@@ -21,7 +21,7 @@ PATCH_COLUMNS = (
 
 
 def patch_rows(
-    panel: PanelInSound, case: SolvedCase, response: LayoutResponse
+    panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
 ) -> list[dict[str, Any]]:
     """Rows of ``layouts.csv`` of a case, a filled patch each."""
     area = panel.load_area(response)
@@ -53,7 +53,7 @@ def patch_rows(
 
 
 def only_motion(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     case: SolvedCase,
     response: LayoutResponse,
     scenarios: Sequence[ResponseScenario],
@@ -71,7 +71,7 @@ def only_motion(
     return np.nan, panel.bare_motion_g(case.bare, panel.basis.patch_names.index(first))
 
 
-def on_patches(panel: PanelInSound, case: SolvedCase, response: LayoutResponse) -> OnPatches:
+def on_patches(panel: ResponsePanel, case: SolvedCase, response: LayoutResponse) -> OnPatches:
     """Return a response with its damping by patch of the panel: means over area of its loads."""
     count = len(panel.basis.patch_names)
     damping, mass = np.zeros((2, count, panel.frequency.size))

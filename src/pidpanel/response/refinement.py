@@ -21,7 +21,7 @@ from pidpanel.response.cases import (
     resolving,
 )
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import PanelInSound, widen
+from pidpanel.response.panel import ResponsePanel, widen
 from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
@@ -48,7 +48,7 @@ resonances that far apart a shifted one is not seen."""
 class CheckedResponses:
     """Responses with the error of the basis in which they were computed."""
 
-    panel: PanelInSound
+    panel: ResponsePanel
     solver: PanelSolver
     cases: Sequence[SolvedCase]
     # (n_cases,) largest relative error of the PSD of a point at the lines tried, of the scenario,
@@ -60,7 +60,7 @@ class CheckedResponses:
 
 
 def checked_responses(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     plate: StoredPlate,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
@@ -109,7 +109,7 @@ def checked_responses(
 
 
 def _mesh_errors(
-    panel: PanelInSound, cases: Sequence[SolvedCase], mass: Array
+    panel: ResponsePanel, cases: Sequence[SolvedCase], mass: Array
 ) -> list[MeshError | None]:
     """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
     f, overlap = panel.frequency, panel.basis.patch_overlap
@@ -138,7 +138,7 @@ def _mesh_errors(
     return errors
 
 
-def _with_flanks(lines: Array, panel: PanelInSound, solver: PanelSolver, plan: CasePlan) -> Array:
+def _with_flanks(lines: Array, panel: ResponsePanel, solver: PanelSolver, plan: CasePlan) -> Array:
     """Return the lines with as many on the flanks of resonances."""
     answers = [
         answer.response.acceleration_psd
@@ -165,8 +165,8 @@ def read_further_shapes(path: Path) -> Array:
 
 
 def _check(
-    panel: PanelInSound,
-    wider: PanelInSound,
+    panel: ResponsePanel,
+    wider: ResponsePanel,
     plate: StoredPlate,
     further_shapes: Array,
     cases: Sequence[SolvedCase],
@@ -197,7 +197,7 @@ def _check(
         shapes,
         wider.modal,
         wider.excitation,
-        panel.sound.force_at,
+        panel.source.force_at,
         panel.settings.damping_ratio,
         panel.cutoff,
         lines,
@@ -206,7 +206,7 @@ def _check(
     return check, of_case
 
 
-def _on_patches(panel: PanelInSound, response: LayoutResponse) -> PatchDampers:
+def _on_patches(panel: ResponsePanel, response: LayoutResponse) -> PatchDampers:
     """C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
     area, count = panel.load_area(response), response.response.frequency.size
     values = np.zeros((2, len(panel.basis.patch_names), count))

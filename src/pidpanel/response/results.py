@@ -17,7 +17,7 @@ from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase, 
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.extrapolation import extrapolation_of
 from pidpanel.response.model_error import decibels, model_error_of, with_model_error
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
 from pidpanel.response.tables import (
@@ -105,7 +105,7 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
 
 
 def radiation_rows(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     radiation: str,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,

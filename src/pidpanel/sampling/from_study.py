@@ -7,7 +7,7 @@ from pathlib import Path
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.round import Round
 from pidpanel.damping.from_study import read_cases, surface_of
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound, scenarios_of
+from pidpanel.response.from_study import PanelFiles, read_response_panel, scenarios_of
 from pidpanel.sampling.rounds import next_tones, swept_round
 from pidpanel.study import Study, StudyError
 
@@ -40,7 +40,7 @@ def write_round(
     surface = surface_of(coupon, read_cases(cases))
     if not study.response.damper_mass:
         surface = surface.without_mass()
-    panel = read_panel_in_sound(study, files, study.response.radiation)
+    panel = read_response_panel(study, files, study.response.radiation)
     error, fastest = coupon.accuracy.relative_error, coupon.sweep.max_velocity_m_s
     scenarios = scenarios_of(study)
     next_tones(Round.read(last_round), tones, error, fastest, panel, scenarios, surface).write(

@@ -18,7 +18,7 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.sampling import choice
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.uncertainty import sensitivity
@@ -35,7 +35,7 @@ def next_tones(
     tones: Tones,
     case_error: float,
     fastest: float | None,
-    panel: PanelInSound,
+    panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
     surface: DampingSurface,
 ) -> Round:
@@ -61,7 +61,7 @@ def next_tones(
 def _stating(
     onward: Round,
     tones: Tones,
-    panel: PanelInSound,
+    panel: ResponsePanel,
     surface: DampingSurface,
     demands: Mapping[str, choice.Demand],
 ) -> Round:
@@ -80,7 +80,7 @@ def _stating(
 
 
 def _demands(
-    panel: PanelInSound, scenarios: Sequence[ResponseScenario], surface: DampingSurface
+    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], surface: DampingSurface
 ) -> dict[str, choice.Demand]:
     """Of every scenario with a damper by its label, how its rms values follow the surface."""
     models = DampingModels(["dem"], {"dem": surface}, {})

@@ -1,7 +1,7 @@
 """What the shapes of the basis miss of a response, and a basis that misses less.
 
 At a few lines of every scenario the same panel is solved on all elements (`elements`), under the
-same sound; the error of the basis is the largest difference of the PSD of a point, relative to
+same excitation; the error of the basis is the largest difference of the PSD of a point, relative to
 that of all elements. The check is of the structure alone: in vacuum, with the dampers' C_e and
 m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
 """

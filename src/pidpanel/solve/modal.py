@@ -7,7 +7,7 @@ For each frequency, with one-sided PSDs per Hz throughout,
 
 where M = diag(m_i), K = diag(m_i ω_i²), C = diag(2 ζ_i m_i ω_i), D_p = ∫_p φ φᵀ dA is the overlap
 of the shapes on patch p, C_e,p(ω) and m_a,p(ω) its equivalent damping and apparent mass per area,
-G the modal force of the sound field, R and M_air an optional radiation resistance and added mass.
+G the modal force of the excitation, R and M_air an optional radiation resistance and added mass.
 
 Patches are known to the panel only by a few numbers: D_p = E Δ_p Eᵀ with about 35 columns E of all
 of them for each patch of 0.2 m. So the bare panel is solved once for the motions w = Wᵀq of the

@@ -27,7 +27,7 @@ class PowerBalance:
     frequency
         (nf,) [Hz].
     field
-        (nf,) put in by the sound field, Re tr(iωH S_p G).
+        (nf,) put in by the excitation, Re tr(iωH S_p G).
     structure
         (nf,) lost in the panel's own damping, ω² tr(C S_q).
     patches

@@ -1,6 +1,6 @@
 """The force of the particles that is not linear in the motion of their patch, as a load.
 
-It acts on the panel beside the sound and independently of it. Two cells a distance d apart have
+It acts on the panel beside the excitation, independently of it. Two cells a distance d apart have
 the cross-PSD S c exp(−d f/λ), with S the PSD of a cell and c and λ as coupled runs find them; the
 rest of each cell, 1 − c, is independent. On the modes that is
 
