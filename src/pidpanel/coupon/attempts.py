@@ -74,8 +74,6 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
 
     Parameters
     ----------
-    bed
-        The bed.
     packing_file
         The ``packing.json`` of its packing, whose failure is handed on.
     file
@@ -142,12 +140,7 @@ def bed_in_store(bed: Bed, file: Path) -> LoosenOutcome:
 
 
 def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
-    """Refuse what is not as it was left, and a failure that need not come again.
-
-    Raises
-    ------
-    FileDamaged, RunFailed
-    """
+    """Refuse what is not as it was left, and a failure that need not come again."""
     if outcome.status != OK and outcome.status not in BY_INPUTS:
         raise RunFailed(outcome.status, f"{file}: {outcome.status}")
     check_files(file.parent, outcome.files)
@@ -176,13 +169,9 @@ def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> Shak
 
     Parameters
     ----------
-    run, target
-        The run and how long it lasts.
     bed_file
         The ``bed.json`` of its bed, whose failure is handed on. The packing of the bed is looked
         for in ``../../packing`` of its folder, should the bed have to be made again.
-    folder
-        Of the run.
     """
     bed = bed_in_store(run.bed, bed_file)
     if bed.found is None:
@@ -240,8 +229,6 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
 
     Parameters
     ----------
-    case
-        The case.
     folder
         ``results/coupon``.
 
@@ -309,8 +296,6 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
 
     Parameters
     ----------
-    cases
-        The cases.
     folder
         ``results/coupon``, with the beds in ``bed``; each run is in its folder there.
     file

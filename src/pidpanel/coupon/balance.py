@@ -101,8 +101,6 @@ class EnergyBalance:
         Of the kinetic energy, spin included, and of the Hertz energy.
     sphere_normal, sphere_tangential, wall_normal, wall_tangential
         Dissipated along and across the normal, between spheres and at walls.
-    rolling
-        Dissipated by rolling friction.
     """
 
     work: float
@@ -167,8 +165,6 @@ def contact_losses(
 
     Parameters
     ----------
-    contacts, spheres, material
-        As their classes say.
     normal
         (n, 3) unit vector towards the first sphere.
     overlap, relative_radius
@@ -275,8 +271,6 @@ def energy_balance(
 
     Parameters
     ----------
-    spheres, pairs, touches
-        Motion, contacts between spheres, contacts with walls.
     planes
         (t, 4) unit normal into the cell and offset of each wall triangle: n·x = offset on it.
     materials

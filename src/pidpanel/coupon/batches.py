@@ -112,8 +112,6 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
 
     Parameters
     ----------
-    cases
-        In their order.
     job
         Longest time of a job [s], `SHARE` of which is worth one then; a case that is long is alone.
     """

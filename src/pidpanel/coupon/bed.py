@@ -32,10 +32,6 @@ class Loosening:
 
     Attributes
     ----------
-    drive
-        How it is shaken.
-    cycles
-        How long.
     frames
         Frames of the last cycle, of which the one with the least overlap is kept.
     time_step_rayleigh
@@ -67,8 +63,6 @@ class Bed:
 
     Attributes
     ----------
-    packing
-        Where it comes from.
     fill_fraction
         r = N/N_full [1].
     gravity
@@ -134,10 +128,6 @@ class Run:
 
     Attributes
     ----------
-    bed, drive
-        What is shaken, and how.
-    constants
-        Of the contacts.
     time_step
         [s]
     steps_per_cycle, samples_per_cycle
@@ -179,13 +169,7 @@ class Run:
         return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
     def contact_time_at(self, youngs_modulus: float) -> float:
-        """Duration of a sphere's impact on a wall at the speed of the drive [s].
-
-        Parameters
-        ----------
-        youngs_modulus
-            [Pa]
-        """
+        """Duration of a sphere's impact on a wall at the speed of the drive [s]."""
         return contact.wall_contact_time(
             self.packing.sizes.smallest / 2,
             self.packing.density,
@@ -195,13 +179,7 @@ class Run:
         )
 
     def overlap_at(self, youngs_modulus: float) -> float:
-        """Deepest overlap of that impact over the radius [1].
-
-        Parameters
-        ----------
-        youngs_modulus
-            [Pa]
-        """
+        """Deepest overlap of that impact over the radius [1]."""
         radius = self.packing.sizes.smallest / 2
         depth = contact.wall_overlap(
             radius,

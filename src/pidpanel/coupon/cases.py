@@ -44,8 +44,6 @@ class RunTarget:
     ----------
     relative_error
         Of C_e [1].
-    min_cycles, max_cycles
-        Bounds of its length.
     """
 
     relative_error: float
@@ -78,8 +76,6 @@ class Case:
 
     Attributes
     ----------
-    runs
-        One a seed.
     youngs_modulus
         The material's own [Pa]; a run may be softer.
     relative_error

@@ -33,12 +33,8 @@ def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
 
     Parameters
     ----------
-    kind
-        Class of the record.
     values
         What `encode` gave.
-    source
-        File or argument, for the message.
 
     Raises
     ------

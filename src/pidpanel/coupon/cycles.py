@@ -39,8 +39,6 @@ class Estimate:
         In the unit of the series.
     start
         First row used; the rows before it are the transient.
-    used
-        Rows used.
     drift
         Difference of the means of the second and first half, over its standard error [1].
     """
@@ -225,8 +223,6 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
     ----------
     series, stored
         (n,) one value a cycle, and the stored energy [J].
-    start
-        First row after the transient.
 
     Notes
     -----

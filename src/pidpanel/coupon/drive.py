@@ -43,8 +43,6 @@ class Tone:
         f [Hz].
     acceleration
         Amplitude ω²W of the acceleration [m/s²].
-    kind
-        Which drive it is.
 
     Examples
     --------
@@ -108,11 +106,6 @@ class Tone:
         """Acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
 
         The cells accelerate by −ω²W sin φ, so what is seen from them is driven the other way.
-
-        Parameters
-        ----------
-        phase
-            (n,) φ = ωt [rad].
         """
         return self.acceleration * np.sin(phase)
 

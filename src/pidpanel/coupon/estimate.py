@@ -99,8 +99,6 @@ class Costs:
 
     Attributes
     ----------
-    step
-        Of a run.
     poured_sphere
         CPU time of a pour for each sphere of ``diameter`` [s].
     diameter
@@ -176,10 +174,6 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
 
     Parameters
     ----------
-    cases
-        Of the sweep.
-    costs
-        Of this machine.
     results
         The folder ``results/coupon``.
     """
@@ -197,15 +191,7 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
 
 
 def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
-    """CPU time of the beds that are not yet in ``results/coupon``, and of their packings [s].
-
-    Parameters
-    ----------
-    beds
-        Each once.
-    costs, results
-        As of `cpu_seconds`.
-    """
+    """CPU time of the beds that are not yet in ``results/coupon``, and of their packings [s]."""
     step, total = costs.step, 0.0
     packings: set[Packing] = set()
     for bed in beds:

@@ -53,8 +53,6 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
         The run; its deck is ours.
     folder
         Where `runs.shake` left it.
-    cycles
-        Cycles to watch.
     frames
         Frames in a cycle, about: a whole number of steps lies between two.
 

@@ -27,8 +27,6 @@ def changes(batch: Batch, folder: Path) -> tuple[bool, list[str]]:
 
     Parameters
     ----------
-    batch
-        The batch.
     folder
         ``results/coupon``.
 

@@ -42,12 +42,8 @@ def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Be
 
     Parameters
     ----------
-    coupon
-        The coupon.
     fill_fraction
         r [1].
-    cells, seed
-        Of its packing.
     """
     packing = replace(_packing(coupon, coupon.diameters[0], seed), count=cells)
     return _bed(coupon, packing, fill_fraction)

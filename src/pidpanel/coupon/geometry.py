@@ -106,12 +106,8 @@ def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Ge
 
     Parameters
     ----------
-    sizes
-        Their distribution.
     cell_area, depth
         Of the cell [m²], [m].
-    rng
-        Draws them.
     """
     volume = DENSEST_FRACTION * cell_area * depth
     most = math.ceil(volume / (math.pi / 6 * sizes.smallest**3)) + 1
@@ -172,8 +168,6 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
         Of the prism [m].
     diameters
         (n,) [m]
-    rng
-        Draws the positions.
 
     Raises
     ------

@@ -39,15 +39,7 @@ class SeedEstimate:
 
 
 def read_run(run: Run, file: Path) -> SeedEstimate:
-    """Estimates of one run from the outcome in its folder.
-
-    Raises
-    ------
-    RunFailed
-        If the run ended with a failure.
-    SolverFailure
-        If the file or the rows cannot be read.
-    """
+    """Estimates of one run from the outcome in its folder."""
     outcome = coding.read(ShakeOutcome, file)
     outcome.check_run(run, file)
     shaken = outcome.shaken

@@ -38,28 +38,7 @@ def shake_leg(
     seconds: float,
     is_last: bool,
 ) -> None:
-    """Shake runs of a case, one after the other, for so long; write how the leg ended.
-
-    Parameters
-    ----------
-    case, numbers
-        The case, and which of its runs.
-    previous
-        What the leg before wrote; None for the first.
-    folder
-        ``results/coupon``.
-    file
-        Gets the status as JSON.
-    seconds
-        Time of the leg [s].
-    is_last
-        Whether no leg follows: it is to be tried again until the runs are done.
-
-    Raises
-    ------
-    Continues
-        If the last leg is not done.
-    """
+    """Shake runs of a case, one after the other, for so long; write how the leg ended."""
     status = CONTINUES
     if previous is not None:
         status = json.loads(previous.read_text(encoding="utf-8"))["status"]

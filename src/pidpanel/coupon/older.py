@@ -24,13 +24,7 @@ NO_CASES = frozenset(("packing", "bed", "batch", "leg"))
 
 @dataclass(frozen=True)
 class Older:
-    """What no study asks for any more.
-
-    Attributes
-    ----------
-    packings, beds, cases
-        Their folders.
-    """
+    """What no study asks for any more."""
 
     packings: tuple[Path, ...]
     beds: tuple[Path, ...]

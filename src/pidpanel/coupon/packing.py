@@ -106,12 +106,8 @@ class Packing:
         Of a cell: a key of `cells.SHAPES`.
     across_flats, depth
         Of a cell [m].
-    count
-        Of cells.
     diameter
         Nominal diameter of the spheres [m].
-    sizes
-        Distribution of their diameters.
     density
         [kg/m³]
     poissons_ratio, friction, wall_friction
@@ -182,8 +178,6 @@ class Packing:
         ----------
         drag
             Force over speed [N s/m].
-        chunk_steps
-            Steps between two lines of the log.
         """
         values = {
             **self.pour_constants.deck_values,

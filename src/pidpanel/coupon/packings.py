@@ -57,17 +57,7 @@ def scatter(means: Sequence[Array], errors: Sequence[Array]) -> float:
 def scatter_by(
     groups: Sequence[object], means: Sequence[Array], errors: Sequence[Array], alike: Flags
 ) -> dict[object, float]:
-    """Return `scatter` of the cases of each group, or of all where a group has few.
-
-    Parameters
-    ----------
-    groups
-        Of each case what it has in common with others, its bed.
-    means, errors
-        As of `scatter`.
-    alike
-        Whether the seeds of each case are in one state; others do not count.
-    """
+    """Return `scatter` of the cases of each group, or of all where a group has few."""
 
     def pooled_scatter(chosen: list[int]) -> tuple[float, int]:
         pooled = [means[i] for i in chosen]

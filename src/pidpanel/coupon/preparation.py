@@ -145,8 +145,6 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
 
     Parameters
     ----------
-    bed
-        The bed.
     packing_folder
         Of its packing, with ``packing.csv``.
     folder
@@ -214,10 +212,6 @@ def write_start(
 
     Parameters
     ----------
-    folder
-        Of the run.
-    packing
-        Whose cells they are.
     spheres
         (n, 4) x, y, z and diameter [m].
     bed_folder

@@ -37,13 +37,7 @@ def files_of(folder: Path, names: Iterable[str]) -> Files:
 
 
 def check_files(folder: Path, files: Files) -> None:
-    """Refuse a folder whose files are not those that were left in it.
-
-    Raises
-    ------
-    FileDamaged
-        With the file.
-    """
+    """Refuse a folder whose files are not those that were left in it."""
     for name, digest in files_of(folder, files).items():
         if digest != files[name]:
             condition = "damaged or changed" if digest else "missing"
@@ -106,19 +100,7 @@ class Shaken:
 
 
 def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
-    """Refuse what stands in the place of something else: a folder that was copied or renamed.
-
-    Parameters
-    ----------
-    left, expected
-        What a file is of, and what it should be of.
-    file
-        For the message.
-
-    Raises
-    ------
-    FileDamaged
-    """
+    """Refuse what stands in the place of something else: a folder that was copied or renamed."""
     if left != expected:
         raise FileDamaged(f"{file}: belongs to another {type(expected).__name__.lower()}")
 
@@ -167,12 +149,7 @@ class ShakeOutcome(Attempt):
     states; 0 where that was not looked for."""
 
     def check_run(self, run: Run, file: Path) -> None:
-        """Refuse a record of another run; a deck may have moved.
-
-        Raises
-        ------
-        FileDamaged
-        """
+        """Refuse a record of another run; a deck may have moved."""
         check_same(replace(self.run, deck=run.deck), run, file)
 
     @property
@@ -246,12 +223,6 @@ class RunState:
 
     @staticmethod
     def read(folder: Path) -> RunState | None:
-        """State of a folder; None if it holds none.
-
-        Raises
-        ------
-        RecordUnreadable
-            With the file and what is wrong in it.
-        """
+        """State of a folder; None if it holds none."""
         path = folder / "state.json"
         return coding.read(RunState, path) if path.exists() else None

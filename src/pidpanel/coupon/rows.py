@@ -47,15 +47,6 @@ class CellEstimate(NamedTuple):
 def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> Array:
     """First rows of a run, checked, (cycles_wanted, 7); see `output.read_cycles`.
 
-    Parameters
-    ----------
-    run, folder
-        The run and its folder.
-    legs
-        Cycles of each LIGGGHTS process.
-    cycles_wanted
-        Rows to return.
-
     Raises
     ------
     LogTruncated, NotFinite
@@ -68,11 +59,6 @@ def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
     """⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (shaken.cycles, cells, 2) [kg m/s].
 
     Of a single cell, and where the deck does not list them, those of all cells together.
-
-    Raises
-    ------
-    LogTruncated, NotFinite
-        With the file, the line and the offending text.
     """
     if run.cells_listed:
         header = output.cells_header(run.cells_listed)
@@ -147,13 +133,7 @@ def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> s
 
 
 def rows_text(path: Path) -> str:
-    """Text of a file of cycle rows.
-
-    Raises
-    ------
-    LogTruncated
-        If it is not there.
-    """
+    """Text of a file of cycle rows."""
     try:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
@@ -186,20 +166,6 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     of the cells: the work up to any cycle is at least −(½ M (ωW)² + M g L), L the depth. A deck of
     the user's own may see the spheres from elsewhere and is held to the last and to the signs.
 
-    Parameters
-    ----------
-    run, rows
-        The run and its rows from the first, (n, 7).
-    mass
-        Of all spheres [kg].
-    folder
-        For the message.
-
-    Raises
-    ------
-    Unphysical
-        With the cycle and what is wrong with it.
-
     Notes
     -----
     The largest ratio of the two sides was 0.9998 in 180 runs of the paper's study.
@@ -231,20 +197,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
 
 
 def check_cells(rows: Array, cells: Array, folder: Path) -> None:
-    """Refuse rows whose momentum is not that of all cells.
-
-    Parameters
-    ----------
-    rows, cells
-        (n, 7) and (n, cells, 2), see `read_cells`.
-    folder
-        For the message.
-
-    Raises
-    ------
-    Unphysical
-        With the cycle.
-    """
+    """Refuse rows whose momentum is not that of all cells."""
     deviation = np.abs(cells.sum(axis=1) - rows[:, 1:3]).max(axis=1)
     wrong = deviation > ROUNDING * np.abs(cells).sum(axis=(1, 2))
     if wrong.any():
@@ -298,13 +251,6 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
     """C_e and m_a of each cell that holds spheres, in the second half of the run.
 
     A cell comes to its state of motion in up to 120 cycles, some by others on the way.
-
-    Parameters
-    ----------
-    run, cells
-        The run, and the momentum of its cells; see `read_cells`.
-    mass
-        Of all spheres [kg].
     """
     count = cells.shape[1]
     samples = []

@@ -172,14 +172,7 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
 
 
 def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> RunState | None:
-    """The state of a folder from which the run can continue.
-
-    Raises
-    ------
-    FileDamaged, RecordUnreadable, LogTruncated
-        If its rows or its state are not those that were written; the run then starts from the
-        beginning.
-    """
+    """The state of a folder from which the run can continue."""
     state = RunState.read(folder)
     if state is None or state.run != run.identity:
         return None

@@ -35,11 +35,6 @@ def states_of(means: Array, errors: Array) -> list[Index]:
 
     Neighbours in order of size that are not apart are of one state.
 
-    Parameters
-    ----------
-    means, errors
-        (n,) of each cell.
-
     Examples
     --------
     >>> [state.tolist() for state in states_of(np.array([1.0, 3.0, 1.1]), np.full(3, 0.1))]

@@ -140,17 +140,7 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
 
 
 def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row:
-    """One row of ``cases.csv``: what was asked, what came out, how sure it is.
-
-    Parameters
-    ----------
-    case
-        The case.
-    outcomes
-        The files of `Case.outcomes`, one a seed, each in the folder of its run.
-    scatter
-        Standard deviation between packings over C_e [1], see `packing_scatter`.
-    """
+    """One row of ``cases.csv``: what was asked, what came out, how sure it is."""
     seeds, problems = _read_seeds(case, outcomes)
     point, packing, drive = case.point, case.point.packing, case.point.drive
     mean = _mean_of_seeds(case, seeds, scatter)
@@ -262,12 +252,8 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
 
     Parameters
     ----------
-    cases
-        Of the study.
     folder
         ``results/coupon``.
-    file
-        The table.
     coverage
         Share of the cases that must be ok [1].
 
@@ -286,13 +272,7 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
 
 
 def check_coverage(table: Sequence[Row], coverage: float) -> None:
-    """Refuse a table of which too few cases are ok.
-
-    Raises
-    ------
-    CoverageMissed
-        With each case that is not ok.
-    """
+    """Refuse a table of which too few cases are ok."""
     bad = [row for row in table if row["status"] != OK]
     good = (len(table) - len(bad)) / len(table)
     if good < coverage:

@@ -42,21 +42,7 @@ WINDOW = 2e-3
 def measure_balance(
     solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path
 ) -> MeasuredBalance:
-    """Energy balance over some cycles after the last of a run; see `balance`.
-
-    Parameters
-    ----------
-    solver
-        At the last cycle of the run; its cycle file is closed here.
-    run
-        The run.
-    spheres
-        In all cells.
-    smallest_error
-        Of C_e that is asked for [N s/m³]; see `rows.smallest_error`.
-    folder
-        Of the run.
-    """
+    """Energy balance over some cycles after the last of a run; see `balance`."""
     solver.end_cycle_rows()
     if run.cells_listed:
         solver.end_cell_rows()

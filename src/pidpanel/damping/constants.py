@@ -26,8 +26,6 @@ class ConstantDamper:
         c [N s/m³].
     loss_mass
         η m″ [kg/m²].
-    relative_error
-        Standard error of C_e over C_e.
     apparent_mass, apparent_mass_error
         m_a and its standard error [kg/m²].
     weight

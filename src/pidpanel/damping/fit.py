@@ -47,8 +47,6 @@ class FittedValue:
         (…, p) in the order of `AT_FILL` or `OVER_FILL`; NaN where the data do not suffice.
     scatter
         (…) standard deviation of ln C_e about the form, of a value of average weight.
-    freedom
-        Values less constants.
     """
 
     value: Array
@@ -201,20 +199,7 @@ def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -
 
 
 def fit_accelerations(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the constants of the form at every amplitude of a sweep, and at every fill of it.
-
-    Parameters
-    ----------
-    cases
-        As those of a `surface.DampingSurface`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row a constant: ``acceleration_g``, ``fill_fraction`` (NaN for those over fill),
-        ``constant`` (`AT_FILL`, `OVER_FILL`), ``value``, ``low``, ``high``, ``scatter``,
-        ``points``. Amplitudes and fills with too few cases have none.
-    """
+    """Return the constants of the form at every amplitude of a sweep, and at every fill of it."""
     rows = []
     for gamma, at_gamma in cases.groupby("acceleration_g"):
         for fill, group in [(np.nan, at_gamma), *at_gamma.groupby("fill_fraction")]:

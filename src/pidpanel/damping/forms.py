@@ -131,8 +131,6 @@ def points_of(surface: DampingSurface, depth: float) -> tuple[Points, Array]:
     ----------
     surface
         With a known ``mass_per_fill``.
-    depth
-        Of the cell, m.
     """
     r, f, level = surface.cases[list(AXES)].to_numpy(float).T
     omega = 2 * np.pi * f
@@ -195,8 +193,6 @@ def compare(surface: DampingSurface, depth: float) -> tuple[pd.DataFrame, list[F
         ``held_out_largest`` (of ln C_e), ``information`` (AICc; NaN where constants are not
         counted). A form of which there are too few cases, or the paper's law outside its
         frequencies, is left out.
-    fits
-        The forms fitted.
     """
     points, log_eta = points_of(surface, depth)
     frequency = points.omega / (2 * np.pi)

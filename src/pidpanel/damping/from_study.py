@@ -185,8 +185,6 @@ def write_damping(
         The study, and the name of the damper; ``coupon`` for the section of that name.
     cases
         Its ``cases.csv``.
-    surface_nc, surface_csv, law_csv, forms_csv
-        What to write.
 
     Raises
     ------

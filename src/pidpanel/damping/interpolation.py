@@ -37,8 +37,6 @@ class _Line:
 
     Parameters
     ----------
-    axis
-        Number of the axis.
     grid
         (m,) rising; logarithms, where that is how the axis is taken.
     values
@@ -140,8 +138,6 @@ class Interpolator:
         (n,) of the rows; no two rows have all three in common.
     values
         (n, k).
-    interpolation
-        Between the rows.
 
     Attributes
     ----------

@@ -68,8 +68,6 @@ class Prospect:
 
     Attributes
     ----------
-    mixtures
-        Of g_C and g_m there.
     covariance
         (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
         known exactly.
@@ -85,8 +83,6 @@ class Sides:
 
     Attributes
     ----------
-    riding
-        a.
     crossing
         b less what is known of it beforehand; None where nothing jumps.
     """
@@ -140,17 +136,7 @@ class Sides:
         return np.asarray(variance + p * (1 - p) * mixture.step**2)
 
     def with_case(self, mixture: Mixture, error: float, crosses: bool) -> Sides:
-        """Return the same with a further case, at the value expected of its side.
-
-        Parameters
-        ----------
-        mixture
-            Of the one point.
-        error
-            Its standard error.
-        crosses
-            Its side.
-        """
+        """Return the same with a further case, at the value expected of its side."""
         if not crosses or self.crossing is None:
             return replace(self, riding=_with_point(self.riding, mixture.points, error))
         return replace(self, crossing=_with_point(self.crossing, mixture.points, error))

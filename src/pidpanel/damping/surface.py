@@ -190,11 +190,6 @@ class DampingSurface:
 
         Read from values computed once for each fill (`FREQUENCY_STEP`), since the search for the
         motion asks thousands of times. A surface of cases of one Γ answers with that Γ.
-
-        Raises
-        ------
-        DampingError
-            With ``outside="refuse"``, if any value would be a continuation.
         """
         frequency = np.asarray(frequency, float)
         gamma = float(acceleration_g) if self.depends_on_acceleration else float(self.low[2])

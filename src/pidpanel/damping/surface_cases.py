@@ -98,8 +98,6 @@ class SurfaceBed:
 
     Attributes
     ----------
-    onset_g
-        Γ₀: gravity along the motion over g.
     mass_per_fill
         m₁ [kg/m²]; NaN where it is not known.
     depth
@@ -148,8 +146,6 @@ class TrainingData:
 
     Attributes
     ----------
-    bed
-        What the cases have in common.
     points
         (n, 3) `groups` of the cases.
     side

@@ -75,8 +75,6 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
 
     Parameters
     ----------
-    path
-        CSV file.
     impedance
         Whether it must be an impedance over frequency: C_e and m_a, or real and imaginary part,
         whatever the fill and the amplitude.

@@ -52,8 +52,6 @@ class TableReading:
     ----------
     columns
         (n,) each, as `table_files.read_columns` returns them.
-    interpolation
-        Between the rows: log or linear.
     with_mass
         Whether m_a counts; see `without_mass`.
 

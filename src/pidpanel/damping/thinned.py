@@ -21,13 +21,6 @@ MOST_CASES = 600
 def spread_out(points: Array, limit: int) -> Index:
     """Return the numbers, in order, of points that are spread over all of them.
 
-    Parameters
-    ----------
-    points
-        (n, d) in axes of one scale.
-    limit
-        Points wanted.
-
     Examples
     --------
     >>> spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.0]]), 3)

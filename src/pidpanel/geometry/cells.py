@@ -24,8 +24,6 @@ class Shape:
 
     Attributes
     ----------
-    corners
-        Of the prism.
     word
         For "… cells".
     round

@@ -219,20 +219,7 @@ def check_distinct(points: Sequence[Position]) -> None:
 
 
 def check_simple(name: str, shape: Shape) -> None:
-    """Refuse a polygon that has no area or crosses or touches itself.
-
-    Parameters
-    ----------
-    name
-        What the polygon is, for messages.
-    shape
-        The polygon.
-
-    Raises
-    ------
-    ValueError
-        One line: name, what is wrong, where.
-    """
+    """Refuse a polygon that has no area or crosses or touches itself."""
     corners = np.asarray(shape.corners, dtype=float)
     if len(corners) < 3:
         raise ValueError(f"{name} has {len(corners)} corners; it needs at least 3")
@@ -303,14 +290,10 @@ def check_panel(
 
     Parameters
     ----------
-    outline
-        The outer edge.
     holes
         Must lie inside the outline, apart from it and from each other.
     patches
         May touch edges and each other, or overlap each other, but no hole.
-    points
-        May lie on edges.
 
     Raises
     ------

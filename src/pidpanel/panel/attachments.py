@@ -70,26 +70,7 @@ def with_attachments(
     attachments: Iterable[Spring | PointMass | LineMass],
     mesh: PanelMesh,
 ) -> AssembledPlate:
-    """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds.
-
-    Parameters
-    ----------
-    plate
-        The supported plate.
-    attachments
-        They act on the deflection w; masses have no rotary inertia.
-    mesh
-        The plate's; its element edges set the quadrature along lines.
-
-    Returns
-    -------
-    AssembledPlate
-
-    Raises
-    ------
-    ValueError
-        If a position is off the panel.
-    """
+    """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds."""
     stiffness, mass = plate.stiffness, plate.mass
     element_size = float(np.median(vertex_spacing(mesh)))
     for attached in attachments:

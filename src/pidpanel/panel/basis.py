@@ -145,10 +145,6 @@ def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
 
     Parameters
     ----------
-    plate
-        The supported plate.
-    shapes
-        Of it.
     points
         (n_points,) vertices that are response points.
     """

@@ -75,15 +75,6 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
     """Write a basis to a NetCDF file (real arrays, each with ``units`` and ``long_name``).
 
     Curvature and shear at the vertices are multiples of a step of each shape, `PACKED`.
-
-    Parameters
-    ----------
-    path
-        The ``.nc`` file.
-    basis
-        Modes and residual vectors.
-    attributes
-        Global attributes of the file, such as the hash of the study.
     """
     variables = {}
     for name, (dimensions, unit, long_name) in VARIABLES.items():
@@ -135,13 +126,6 @@ def write_shapes(path: Path, basis: PanelBasis) -> None:
     """Write the shapes at the vertices to a VTU file, one array per shape.
 
     The arrays are named by number from 1 and frequency, such as ``mode_001_64.90_hz``.
-
-    Parameters
-    ----------
-    path
-        The ``.vtu`` file.
-    basis
-        Modes and residual vectors.
     """
     shapes = {}
     for i, frequency in enumerate(basis.natural_frequency):

@@ -47,29 +47,7 @@ def factors(matrix: sp.sparray) -> spla.SuperLU:
 def eigenpairs(
     stiffness: sp.csr_array, mass: sp.csr_array, limit: float, count: int
 ) -> tuple[Array, Array]:
-    """Return all eigenpairs below a limit.
-
-    Parameters
-    ----------
-    stiffness, mass
-        (N, N) K, positive semidefinite, and M, positive definite.
-    limit
-        Largest λ.
-    count
-        How many there are, about; sets the slices.
-
-    Returns
-    -------
-    eigenvalue
-        (n,) λ, ascending.
-    vectors
-        (N, n) orthonormal in M.
-
-    Raises
-    ------
-    RuntimeError
-        If Lanczos does not converge.
-    """
+    """Return all eigenpairs below a limit."""
     values, vectors = [], []
     for low, high, shift in _slices(limit, count):
         eigenvalues, shapes = _near(stiffness, mass, shift, low, high)

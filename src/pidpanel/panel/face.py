@@ -19,13 +19,6 @@ def face_wavenumber(basis: PanelBasis, sound: float) -> float:
 
     The modes of a plate are N = κ² A/4π up to the wavenumber κ of its bending (Weyl's law),
     whatever its stiffness.
-
-    Parameters
-    ----------
-    basis
-        Modes and residual vectors, on the quadrature of the mesh.
-    sound
-        The largest wavenumber of the sound [rad/m].
     """
     modes, area = np.sum(~basis.is_residual), basis.quadrature_weight.sum()
     return REACH * max(sound, float(np.sqrt(4 * np.pi * modes / area)))

@@ -21,8 +21,6 @@ def first_frequencies(plate: Matrices, count: int) -> tuple[int, Array]:
 
     Parameters
     ----------
-    plate
-        The supported plate.
     count
         Frequencies that are wanted, rigid-body modes among them; a small mesh may have fewer.
 

@@ -71,22 +71,7 @@ def check_fit(
     supports: Supports,
     attachments: Mapping[str, Spring | PointMass | LineMass],
 ) -> None:
-    """Refuse supports that are not along the boundary and what is attached beside the panel.
-
-    Parameters
-    ----------
-    area
-        Of the panel.
-    supports
-        Edges must lie along its boundary.
-    attachments
-        By name; they must lie on the panel, lines with their whole length.
-
-    Raises
-    ------
-    ValueError
-        One line: the place, what is allowed.
-    """
+    """Refuse supports that are not along the boundary and what is attached beside the panel."""
     slack = _slack(area)
     boundary = area.boundary.buffer(slack)
     for number, edge in enumerate(supports.edges, 1):
@@ -113,13 +98,7 @@ def check_fit(
 
 
 def check_feet(area: BaseGeometry, supports: Supports) -> None:
-    """Refuse feet that touch each other, another support at a point or a supported edge.
-
-    Raises
-    ------
-    ValueError
-        One line: the foot and what it touches.
-    """
+    """Refuse feet that touch each other, another support at a point or a supported edge."""
     slack = _slack(area)
     edges = _supported(area, supports, slack)
     places = {
@@ -137,13 +116,7 @@ def check_feet(area: BaseGeometry, supports: Supports) -> None:
 
 
 def check_held(mesh: PanelMesh, supports: Supports) -> None:
-    """Refuse supports that leave no vertex of a given mesh free, or feet that meet on it.
-
-    Raises
-    ------
-    ValueError
-        One line: the foot and what it meets.
-    """
+    """Refuse supports that leave no vertex of a given mesh free, or feet that meet on it."""
     edge = {vertex.vertex for vertex in held_vertices(mesh, supports)[0]}
     vertices: dict[str, set[int]] = {}
     for name, point in supports.points.items():

@@ -54,8 +54,6 @@ class FlatMesh:
 
     Attributes
     ----------
-    path
-        The file.
     node
         (n_nodes,) numbers of the nodes in the file.
     position
@@ -83,28 +81,7 @@ class FlatMesh:
         corners: Sequence[Sequence[int]],
         group: NDArray[np.str_],
     ) -> "FlatMesh":
-        """Check a mesh and cut it into triangles.
-
-        Parameters
-        ----------
-        path
-            The file.
-        node
-            Numbers of the nodes.
-        position
-            (n_nodes, 3) in the unit of the file.
-        element
-            Numbers of the elements.
-        corners
-            Node numbers of each element, three or four.
-        group
-            Group of each element.
-
-        Raises
-        ------
-        ValueError
-            One line: file, node or element, what is wrong.
-        """
+        """Check a mesh and cut it into triangles."""
         numbers = np.asarray(node, dtype=np.int64)
         for noun, tags in (("node", numbers), ("element", np.asarray(element))):
             values, count = np.unique(tags, return_counts=True)
@@ -147,13 +124,7 @@ class FlatMesh:
         return replace(self, position=self.position * unit)
 
     def at_node(self, number: int) -> Position:
-        """Return the position of a node [m].
-
-        Raises
-        ------
-        ValueError
-            If the file has no such node.
-        """
+        """Return the position of a node [m]."""
         rows = np.flatnonzero(self.node == number)
         if not rows.size:
             raise ValueError(

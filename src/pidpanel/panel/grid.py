@@ -27,16 +27,6 @@ def check_grid(
     """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made.
 
     Parameters are those of `mesh_quadrilaterals`.
-
-    Returns
-    -------
-    columns, rows
-        Numbers of the grid lines that gmsh needs as lines of its own.
-
-    Raises
-    ------
-    ValueError
-        As `mesh_quadrilaterals`.
     """
     check_names(patches, points)
     _check_panel_size(size)
@@ -75,8 +65,6 @@ def mesh_quadrilaterals(
         The ``.msh`` file to write.
     size
         Edge lengths (a, b) [m] along x and y.
-    elements
-        Number of elements along x and y.
     patches
         Damper patches; their edges lie on element edges. They may touch or overlap.
     points
@@ -131,15 +119,7 @@ def _cut_lines(
 def _draw_blocks(
     columns: list[int], rows: list[int], spacing: tuple[float, float]
 ) -> tuple[dict[tuple[int, int], int], dict[int, tuple[float, float]]]:
-    """Draw the blocks between grid lines, to be meshed by one quadrilateral per grid cell.
-
-    Returns
-    -------
-    corners
-        gmsh point at each crossing (column, row).
-    surfaces
-        Centre (x, y) [m] of each gmsh surface.
-    """
+    """Draw the blocks between grid lines, to be meshed by one quadrilateral per grid cell."""
     draw = gmsh.model.geo
     corners = {
         (i, j): draw.addPoint(i * spacing[0], j * spacing[1], 0.0) for j in rows for i in columns

@@ -78,8 +78,6 @@ class Ply:
 
     Attributes
     ----------
-    material
-        Its elastic constants and density.
     thickness
         [m].
     angle
@@ -139,8 +137,6 @@ class SandwichSection:
     ----------
     top, bottom
         Plies of each face, the outermost first.
-    core
-        Between the faces.
     extra_mass_per_area
         Mass without stiffness, such as adhesive and solar cells [kg/m²]. Its rotary inertia is
         neglected.

@@ -172,22 +172,7 @@ def counter_clockwise(vertices: Array, cells: Index) -> Index:
 
 
 def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: float) -> None:
-    """Refuse cells that do not add up to the area of a patch.
-
-    Parameters
-    ----------
-    mesh
-        The mesh, with the cells of these patches.
-    patches
-        Shapes by name.
-    tolerance
-        Relative difference of the areas allowed.
-
-    Raises
-    ------
-    ValueError
-        One line: the patch, the area of its cells and its own.
-    """
+    """Refuse cells that do not add up to the area of a patch."""
     area = cell_areas(mesh.vertices, mesh.cells)
     for name, patch in patches.items():
         nominal, meshed = abs(signed_area(patch.corners)), area[mesh.patch_cells[name]].sum()

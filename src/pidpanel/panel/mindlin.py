@@ -113,10 +113,6 @@ def assemble_shear_plate(
 
     Parameters
     ----------
-    mesh
-        Of triangles.
-    section
-        Of the whole panel.
     supports
         By default the whole outline is simply supported (hard), holes are free.
 

@@ -92,8 +92,6 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
 
     Parameters
     ----------
-    plate
-        The supported plate.
     frequency
         Frequency [Hz]; not itself an eigenfrequency.
 
@@ -128,8 +126,6 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
 
     Parameters
     ----------
-    plate
-        The supported plate.
     frequency_limit
         [Hz].
     at_least
@@ -207,17 +203,7 @@ def quadratic_form(matrix: sp.csr_array, vectors: Array) -> Array:
 
 
 def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit: float) -> Array:
-    """Return the modes (n_free, n) below a frequency of the panel with mass on its patches.
-
-    Parameters
-    ----------
-    plate
-        The supported plate.
-    damper_mass
-        By the name of the patch [kg/m²].
-    frequency_limit
-        [Hz].
-    """
+    """Return the modes (n_free, n) below a frequency of the panel with mass on its patches."""
     mass = plate.mass
     for name, value in damper_mass.items():
         mass = mass + value * plate.patch_overlap[name]

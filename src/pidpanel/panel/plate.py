@@ -54,8 +54,6 @@ class AssembledPlate:
         that meet there [1/m].
     shear_at_vertices
         Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate.
-    section
-        Of the panel.
     """
 
     stiffness: sp.csr_array
@@ -88,24 +86,7 @@ def assembled_plate(
     shear_at_vertices: tuple[sp.csr_array, ...],
     section: Section,
 ) -> AssembledPlate:
-    """Assemble what all plate theories share: patches, positions and loads of the deflection.
-
-    Parameters
-    ----------
-    mesh
-        The mesh of the panel.
-    deflection
-        Of w, with exact quadrature.
-    free
-        (deflection.N, n) coordinates of w from the free coordinates.
-
-    The others are attributes of `AssembledPlate`.
-
-    Raises
-    ------
-    ValueError
-        If no vertex is free to move.
-    """
+    """Assemble what all plate theories share: patches, positions and loads of the deflection."""
     skmesh, element = deflection.mesh, deflection.elem
 
     def interpolate(positions: Array) -> sp.csr_array:
@@ -143,11 +124,6 @@ def values_at(basis: CellBasis, positions: Array) -> sp.csr_array:
     """Return the matrix (n_positions, n_dofs) of a field from its coordinates.
 
     A position off the mesh by rounding, as on an oblique edge, takes the value of its cell there.
-
-    Raises
-    ------
-    ValueError
-        If a position is not on the mesh.
     """
     corners = basis.mesh.p[:, basis.mesh.t].transpose(2, 1, 0)  # (n_cells, k, 2)
     step = np.roll(corners, -1, axis=1) - corners
@@ -183,8 +159,6 @@ def at_quadrature(basis: CellBasis, values: Sequence[Array]) -> sp.csr_array:
 
     Parameters
     ----------
-    basis
-        Whose quadrature it is.
     values
         (n_cells, n_points) values of each basis function of a cell.
     """

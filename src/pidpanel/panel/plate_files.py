@@ -48,19 +48,7 @@ class StoredPlate:
 def write_plate(
     path: Path, plate: AssembledPlate, shapes: Array, attributes: Mapping[str, str]
 ) -> None:
-    """Write the matrices of a plate and the shapes of its basis.
-
-    Parameters
-    ----------
-    path
-        The ``.nc`` file.
-    plate
-        Its `interpolate` and its section are not stored.
-    shapes
-        (n_free, n) of the basis.
-    attributes
-        Global attributes of the file.
-    """
+    """Write the matrices of a plate and the shapes of its basis."""
     variables: dict[str, Any] = {
         "quadrature_position": (("quadrature", "axis"), plate.quadrature_position, {"units": "m"}),
         "quadrature_weight": (("quadrature",), plate.quadrature_weight, {"units": "m2"}),

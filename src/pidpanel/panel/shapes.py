@@ -124,8 +124,6 @@ def panel_shapes(
 
     Parameters
     ----------
-    plate
-        The supported plate.
     frequency_limit
         All modes below this frequency [Hz] are kept, and at least `LEAST_MODES`: twice the
         highest frequency of the analysis leaves PSDs within 0.5 %.
@@ -165,8 +163,6 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
 
     Parameters
     ----------
-    plate
-        The supported plate.
     modes
         (n_free, n_modes) normal modes Φ, M-orthogonal.
     tolerance

@@ -68,12 +68,8 @@ class Supports:
     ----------
     outline
         Kind of the outer boundary, one of `EDGE_KINDS`.
-    holes
-        Kind of the rims of holes.
     edges
         Straight parts of the boundary that differ; later ones win.
-    points
-        Hinges and hold-downs, by name.
     """
 
     outline: str = "simply_supported"
@@ -88,8 +84,6 @@ class HeldVertex:
 
     Attributes
     ----------
-    vertex
-        Its number.
     edges
         One or two supported edges: kind, unit tangent t, and the rate dt/ds at which it turns
         [1/m] (zero but on a curve).
@@ -138,17 +132,8 @@ def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
 def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:
     """Return the supported vertices of the boundary and the kind of each supported edge.
 
-    Parameters
-    ----------
-    mesh
-        The mesh of the panel.
-    supports
-        What holds the panel.
-
     Returns
     -------
-    vertices
-        The supported vertices.
     edges
         Kind and unit tangent of each supported edge by its vertices, the smaller first.
 
@@ -223,13 +208,7 @@ def _mark(
 
 
 def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
-    """Return the number of the vertex at a position.
-
-    Raises
-    ------
-    ValueError
-        If there is none within 1e-6 of the panel's extent.
-    """
+    """Return the number of the vertex at a position."""
     distance = np.linalg.norm(mesh.vertices - np.array(position), axis=1)
     nearest = int(np.argmin(distance))
     if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
@@ -242,13 +221,7 @@ def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
 
 
 def foot_cells(mesh: PanelMesh, name: str, support: PointSupport) -> Index:
-    """Return the cells whose centre lies within the foot of a support.
-
-    Raises
-    ------
-    ValueError
-        If there are none.
-    """
+    """Return the cells whose centre lies within the foot of a support."""
     centre = mesh.vertices[mesh.cells].mean(axis=1)
     cells = np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
     if not cells.size:
@@ -261,19 +234,7 @@ def foot_cells(mesh: PanelMesh, name: str, support: PointSupport) -> Index:
 
 
 def foot_motion(rigid: Array, foot: PointSupport) -> Array:
-    """Return the rigid motions that a foot allows: rotation about its centre, or none.
-
-    Parameters
-    ----------
-    rigid
-        (n, 3) coordinates of the deflections 1, x and y.
-    foot
-        The support.
-
-    Returns
-    -------
-    (n, 2), or (n, 0) for a hold-down.
-    """
+    """Return the rigid motions that a foot allows: rotation about its centre, or none."""
     if foot.kind == "hold_down":
         return rigid[:, :0]
     return rigid[:, 1:] - rigid[:, :1] * np.array(foot.position)
@@ -293,8 +254,6 @@ class Block:
 
     Attributes
     ----------
-    name
-        What holds them, for messages.
     dofs
         (n,) numbers of the coordinates.
     columns

@@ -22,12 +22,8 @@ def mode_table(
 
     Parameters
     ----------
-    basis
-        Modes and residual vectors.
     size
         Edge lengths [m] of a simply supported rectangle without holes, masses and springs.
-    section
-        Of the panel.
 
     Returns
     -------
@@ -63,8 +59,6 @@ def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFr
 
     Parameters
     ----------
-    section
-        Of the panel.
     area
         Of the panel [m²].
 

@@ -76,8 +76,6 @@ def assemble_thin_plate(
     ----------
     mesh
         Quadrilaterals must be axis-parallel rectangles.
-    section
-        Of the whole panel.
     supports
         By default the whole outline is simply supported, holes are free.
 

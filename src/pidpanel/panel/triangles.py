@@ -51,16 +51,12 @@ def mesh_triangles(
     ----------
     path
         The ``.msh`` file to write.
-    outline
-        The outer edge.
     element_size
         Target length of the element edges [m].
     patches
         Damper patches; they may touch the outline and each other, or overlap.
     points
         Response points (x, y) [m] anywhere on the panel.
-    holes
-        Cut-outs, by name.
     imprints
         Shapes whose edges elements follow, such as the feet of supports.
     anchors
@@ -126,17 +122,7 @@ def mesh_triangles(
 
 
 def reentrant_corners(shapes: Iterable[Shape]) -> Array:
-    """Return the corners of an outline and its holes at which the panel spans more than 180°.
-
-    Parameters
-    ----------
-    shapes
-        The outline, then the holes. Turns below 30 degrees are those of a smooth curve.
-
-    Returns
-    -------
-    (n, 2) [m].
-    """
+    """Return the corners of an outline and its holes at which the panel spans more than 180°."""
     corner_sets = [np.zeros((0, 2))]
     for number, shape in enumerate(shapes):
         corners = np.asarray(shape.corners)

@@ -72,10 +72,6 @@ class Job:
     ----------
     input, output
         Files, by the names that the rule gives them.
-    params
-        Texts, by their names.
-    study
-        File of the study.
     seconds
         Longest time of the job [s].
     coupon
@@ -121,11 +117,6 @@ class Job:
 def arguments_of(**groups: Mapping[str, Any]) -> list[str]:
     """Return the arguments from which `Job.parse` reads names and paths.
 
-    Parameters
-    ----------
-    groups
-        ``input``, ``output`` and ``params``: a path or a list of paths by each name.
-
     Examples
     --------
     >>> arguments_of(input={"modes": "m.nc", "air": []}, output={"psd": "p.nc"})
@@ -146,11 +137,6 @@ def run(main: Callable[[Job], None]) -> None:
     An error whose class is defined in pidpanel says what is wrong, and so does one of the machine;
     any other keeps its traceback. Files take their places when the script has ended, whole; the
     record of the job is then written beside its request, if the rule has one.
-
-    Parameters
-    ----------
-    main
-        The script's function of its job.
     """
     if parent := os.environ.get(WORKFLOW_PROCESS):
         end_with(int(parent))

@@ -57,13 +57,7 @@ def _holder(process: int, workflow: str) -> str:
 
 
 def _end_orphan(holder: str) -> bool:
-    """End a job of this machine whose workflow was killed, and which is stopped: it cannot itself.
-
-    Parameters
-    ----------
-    holder
-        What a lock says of who holds it.
-    """
+    """End a stopped job of this machine whose workflow was killed: it cannot end itself."""
     words = re.fullmatch(r"process (\d+) on .* for (\d+)", holder)
     if words is None or holder != _holder(int(words[1]), words[2]):
         return False
@@ -115,14 +109,7 @@ def hold(folder: Path) -> IO[str] | None:
 
 
 def end_with(parent: int) -> None:
-    """End this process at once when another one ends, and with it what was started by it.
-
-    Parameters
-    ----------
-    parent
-        Number of a process from which this one descends; nothing is done if it is another, which
-        has that number in a container.
-    """
+    """End this process at once when another one ends, and with it what was started by it."""
     try:
         handle = os.pidfd_open(parent)
     except (OSError, AttributeError):

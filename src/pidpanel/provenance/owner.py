@@ -28,8 +28,6 @@ def check_owner(study: CouponStudy, file: Path, results: Path) -> None:
 
     Parameters
     ----------
-    study, file
-        The study, and its file.
     results
         The folder that holds those of all studies.
 

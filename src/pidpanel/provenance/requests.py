@@ -49,12 +49,8 @@ def ask(
 
     Parameters
     ----------
-    request
-        Its file.
     content
         What the job depends on, as JSON holds it.
-    outputs
-        What it makes.
     is_made
         Whether that is there, undamaged, and made from this content.
     """

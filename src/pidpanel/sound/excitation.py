@@ -20,8 +20,6 @@ class SoundExcitation:
 
     Parameters
     ----------
-    bands
-        Band levels.
     table
         G over wavenumber, which tells the fields apart (`sound.field`).
     speed

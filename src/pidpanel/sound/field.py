@@ -87,8 +87,6 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
     ----------
     wavenumber
         k [rad/m], ≥ 0.
-    panel
-        Shapes at quadrature points.
 
     Returns
     -------
@@ -120,8 +118,6 @@ def tabulate_diffuse(
     ----------
     wavenumber_max
         k_max [rad/m] > 0.
-    panel
-        Shapes at quadrature points.
     nodes_in_k
         By default `node_count`.
 
@@ -185,8 +181,6 @@ def plane_wave_modal_force(
         θ [rad] from the normal, 0 to π/2.
     azimuth
         α [rad] from the x axis; the wave runs towards n_α = (cos α, sin α).
-    panel
-        Shapes at quadrature points.
 
     Returns
     -------

@@ -34,8 +34,6 @@ def write_tables(
         The ``.nc`` file.
     tables
         By the names of `KINDS`.
-    attributes
-        Global attributes of the file.
     """
     variables: dict[str, tuple[tuple[str, ...], Array, dict[str, object]]] = {}
     for name, table in tables.items():

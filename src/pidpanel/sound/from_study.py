@@ -100,12 +100,8 @@ def read_air(
 
     Parameters
     ----------
-    study
-        The study.
     radiation
         Sides that radiate into the air.
-    modal_force
-        G of the field of the study.
     path
         ``sound/air.nc``.
 
@@ -179,8 +175,6 @@ def modal_force_tables(
         The section ``sound`` of a study.
     frequency_max
         [Hz].
-    shapes
-        Of the panel.
 
     Returns
     -------
@@ -233,8 +227,6 @@ def air_tables(
     ----------
     sound
         The section ``sound`` of a study.
-    shapes
-        Of the panel.
     modal_force
         Of the field of the study (`modal_force_tables`), which sets the range.
     air_mass
@@ -271,15 +263,6 @@ def write_sound(
     air_nc: Path | None = None,
 ) -> None:
     """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
-
-    Parameters
-    ----------
-    study
-        The study.
-    shapes
-        Of the panel.
-    spectrum_csv, modal_force_nc, air_nc
-        What to write.
 
     Raises
     ------

@@ -47,8 +47,6 @@ class BandSpectrum:
         N = 30 is 1 kHz. Octaves sit at multiples of 3. Adjoining bands, rising.
     band_spl
         (n_bands,) band levels [dB re 20 µPa].
-    source
-        Where the levels come from, in words.
 
     Raises
     ------
@@ -139,8 +137,6 @@ def pressure_psd(
 
     Parameters
     ----------
-    spectrum
-        Band levels.
     frequency
         (nf,) [Hz], each within the bands; the last edge belongs to the last band.
     pressure_reference

@@ -77,19 +77,7 @@ def curve_figure(
     limits: tuple[float, float],
     label: str,
 ) -> Figure:
-    """Draw closed form and computed points, and their difference over the number of spheres.
-
-    Parameters
-    ----------
-    rows
-        Rows of one case.
-    truth
-        The closed form over what the rows vary.
-    limits
-        Ends of the axis.
-    label
-        Name and unit on the axis.
-    """
+    """Draw closed form and computed points, and their difference over the number of spheres."""
     figure = Figure(figsize=(10.0, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
     x = np.linspace(*limits, 600)

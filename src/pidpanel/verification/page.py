@@ -41,8 +41,6 @@ class Presentation:
         Anchor of the section and stem of the figure's file.
     text
         What is computed and why it is a test.
-    caption
-        Caption of the figure.
     figure
         Makes the figure from the rows of the case.
     """
@@ -174,20 +172,7 @@ def _share_of_tolerance(row: Row) -> float:
 
 
 def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
-    """Return the page of all rows, in their order; call it within `style.context`.
-
-    Parameters
-    ----------
-    rows
-        Rows of all cases.
-    steps
-        How to reproduce the results, as of `pidpanel.report.html.Page`.
-
-    Raises
-    ------
-    ValueError
-        For a case of which no row has a tolerance.
-    """
+    """Return the page of all rows, in their order; call it within `style.context`."""
     cases = _by_case(rows)
     overview = []
     for case, members in cases.items():

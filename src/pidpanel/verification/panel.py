@@ -36,14 +36,8 @@ class ReferencePanel:
 
     Attributes
     ----------
-    name
-        What the panel is.
-    source
-        Where the references come from.
     plate
         Assembles the plate; takes the ``.msh`` file to write.
-    element
-        Name of the finite element.
     reference
         The lowest frequencies above 0, in the unit of `scale`.
     tolerance
@@ -174,19 +168,7 @@ REFERENCE_PANELS = {
 
 
 def frequency_rows(case: ReferencePanel, folder: Path) -> list[Row]:
-    """Return the lowest frequencies of a panel with the known ones.
-
-    Parameters
-    ----------
-    case
-        The panel.
-    folder
-        For the mesh.
-
-    Returns
-    -------
-    list of Row
-    """
+    """Return the lowest frequencies of a panel with the known ones."""
     plate = case.plate(folder / "verification.msh")
     reference = case.scale * np.array(case.reference)
     frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))

@@ -29,19 +29,7 @@ TURN = np.radians(37.0)
 
 @dataclass(frozen=True)
 class PanelPair:
-    """Two panels that must be equal.
-
-    Attributes
-    ----------
-    name
-        What the one is of the other.
-    panel, reference
-        Their bases.
-    tolerance
-        Of a frequency, relative.
-    reason
-        For it.
-    """
+    """Two panels that must be equal."""
 
     name: str
     panel: PanelBasis

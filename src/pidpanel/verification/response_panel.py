@@ -58,8 +58,6 @@ class Studied:
     ----------
     plate
         In elements, where it stands beside them.
-    basis
-        Of it.
     ratio
         (n,) damping ratio of the shapes.
     """
@@ -150,23 +148,7 @@ def papers_panel(
     section: ThinSection = SECTION,
     limit: float = 2 * HIGHEST,
 ) -> Studied:
-    """Return the paper's panel with some patches, in the shapes of a study to 1 kHz.
-
-    Parameters
-    ----------
-    folder
-        For the mesh.
-    patches
-        By name.
-    layouts
-        Dampers by patch for which the shapes are widened until the check of the basis, with 1 %
-        damping in every mode, finds them right; without any the shapes are modes and residual
-        vectors.
-    section
-        Of the panel.
-    limit
-        Modes are kept up to this frequency [Hz].
-    """
+    """Return the paper's panel with some patches, in the shapes of a study to 1 kHz."""
     mesh = mesh_quadrilaterals(folder / "panel.msh", SIZE, ELEMENTS, patches, POINTS)
     plate = assemble_thin_plate(mesh, section)
     heaviest = {name: max((on[name].mass for on in layouts if name in on), default=0.0)

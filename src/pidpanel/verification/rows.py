@@ -39,10 +39,6 @@ class Row:
     tolerance
         Largest |error| with which the reference counts as met; NaN for a row that is only shown:
         how the error falls with the resolution, or where the reference ceases to hold.
-    method
-        How it was computed: bodies, elements, steps.
-    source
-        Source of the reference.
     at
         The point as a number, for figures; NaN if there is none.
     resolution

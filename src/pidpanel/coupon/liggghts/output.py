@@ -120,13 +120,7 @@ _TROUBLE = re.compile(
 
 
 def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
-    """Accept a log only if its last mark is at ``last_step`` with all ``atoms``.
-
-    Raises
-    ------
-    ParticlesLost, RunStopped, LogTruncated
-        With the file, the line and what it says.
-    """
+    """Accept a log only if its last mark is at ``last_step`` with all ``atoms``."""
     marks = []
     for number, line in enumerate(text.splitlines(), 1):
         trouble = _TROUBLE.match(line)
@@ -201,12 +195,7 @@ class ContactList(NamedTuple):
 
 
 def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
-    """Read the binary dump of the energy balance.
-
-    Raises
-    ------
-    LogTruncated, NotFinite, ParticlesLost
-    """
+    """Read the binary dump of the energy balance."""
     table = read_binary_dump(content, source, atoms=spheres, columns=1 + len(MOTION))
     return SphereMotion(table[:, :, 1:4], table[:, :, 4:7], table[:, :, 7:10], table[:, :, 10:13])
 
@@ -231,23 +220,7 @@ def read_contacts(
     with_wall: bool,
     rolling: bool,
 ) -> ContactList:
-    """Read the local dump of contacts between spheres or with walls.
-
-    Parameters
-    ----------
-    text, source
-        Content of the dump, and its name for messages.
-    frames
-        That there must be.
-    ids
-        Spheres, and what they can touch: spheres or triangles.
-    with_wall, rolling
-        Whether the others are triangles; whether torques are listed.
-
-    Raises
-    ------
-    LogTruncated, NotFinite, ParticlesLost
-    """
+    """Read the local dump of contacts between spheres or with walls."""
     frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)
     left, right = table[:, 0].astype(int), table[:, 1].astype(int)
     # the wall's triangle comes first and counts from 0, ids of spheres from 1
@@ -267,10 +240,6 @@ def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -
     """Frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
 
     The first column is the id.
-
-    Raises
-    ------
-    LogTruncated, NotFinite, ParticlesLost
     """
     frame = np.dtype([("head", _BINARY_HEADER), ("table", "<f8", (atoms, columns))])
     if not content or len(content) % frame.itemsize:
@@ -296,12 +265,7 @@ _ENTRIES = re.compile(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n")
 
 
 def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tuple[Index, Array]:
-    """Rows of a ``dump local`` of so many frames with the frame of each, (n,), (n, columns).
-
-    Raises
-    ------
-    LogTruncated, NotFinite
-    """
+    """Rows of a ``dump local`` of so many frames with the frame of each, (n,), (n, columns)."""
     if not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line")
     counts: list[int] = []

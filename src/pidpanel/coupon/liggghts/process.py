@@ -101,11 +101,6 @@ class ContactFiles(NamedTuple):
 def check_installed() -> str:
     """Find LIGGGHTS.
 
-    Returns
-    -------
-    str
-        Its path.
-
     Raises
     ------
     SolverMissing
@@ -126,8 +121,6 @@ class Liggghts:
     ----------
     folder
         Working folder; gets ``<name>.in``, ``<name>.log`` and ``<name>.err``.
-    name
-        Stem of these files.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -232,15 +225,7 @@ class Liggghts:
         return self._execute(text, steps=cycles * steps, report=steps)
 
     def run_from_files(self, steps: int, stride: int, variables: tuple[str, ...]) -> Instant:
-        """Run so many steps; every few of them variables of style ``file`` take their next line.
-
-        Parameters
-        ----------
-        steps, stride
-            Steps to run, and of each line; a whole number of lines.
-        variables
-            Names of the variables, whose files have a line more than are used.
-        """
+        """Run so many steps; every few of them variables of style ``file`` take their next line."""
         # the log would have five lines for each line of the files
         return self._execute(
             f"log none\nrun 0\nrun {steps} pre no post no every {stride} "
@@ -276,22 +261,7 @@ class Liggghts:
         self._execute("unfix cycle_cells")
 
     def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
-        """Run so many steps and list the motion and all contacts every few of them.
-
-        Parameters
-        ----------
-        steps, stride
-            Steps to run, and from frame to frame.
-        rolling
-            Whether to list torques.
-
-        Returns
-        -------
-        int
-            Step of the first frame.
-        ContactFiles
-            For `output.read_motion` and `output.read_contacts`.
-        """
+        """Run so many steps and list the motion and all contacts every few of them."""
         files = ContactFiles(
             *(self._folder / name for name in ("spheres.bin", "pairs.dump", "touches.dump"))
         )

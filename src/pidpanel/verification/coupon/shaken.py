@@ -41,8 +41,6 @@ def shaken(
         Drive, cell and contacts; one cell.
     positions
         (n, 3) centres at the start [m].
-    count
-        Cycles.
     velocity
         Along z at the start, in the frame of the cell [m/s]; at rest in space if left out.
     """
