@@ -147,8 +147,8 @@ def child(text, *arguments):
 HOLD = """
     import sys
     from pathlib import Path
-    from pidpanel.provenance.locks import alone
-    with alone(Path(sys.argv[1])):
+    from pidpanel.provenance.locks import exclusive_lock
+    with exclusive_lock(Path(sys.argv[1])):
         print("held", flush=True)
         sys.stdin.readline()
 """
@@ -221,9 +221,9 @@ def test_results_are_held_by_one_process_and_as_long_as_it_lives(tmp_path):
 ORPHAN = """
 import os, sys
 from pathlib import Path
-from pidpanel.provenance.locks import WORKFLOW_PROCESS, alone
+from pidpanel.provenance.locks import WORKFLOW_PROCESS, exclusive_lock
 os.environ[WORKFLOW_PROCESS] = sys.argv[1]
-with alone(Path(sys.argv[2])):
+with exclusive_lock(Path(sys.argv[2])):
     print("held", flush=True)
     sys.stdin.readline()
 """

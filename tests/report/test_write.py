@@ -102,9 +102,7 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
 def test_a_case_is_computed_shown_and_confirmed(tmp_path):
     # red: verify that returns no rows; a page of the rows of the first file alone
     rows = [tmp_path / "plate.csv", tmp_path / "field.csv"]
-    for (stage, case), file in zip(
-        (("panel", "isotropic_core"), ("sound", "field")), rows, strict=True
-    ):
+    for (stage, case), file in zip((("panel", "sandwich"), ("sound", "field")), rows, strict=True):
         call("verify", "", {}, {"rows": file}, params={"stage": stage, "case": case})
     page, figures, said = (tmp_path / name for name in ("page.html", "figures", "verified.txt"))
     call("verification", "", {"rows": rows}, {"page": page, "figures": figures})

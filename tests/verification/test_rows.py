@@ -41,7 +41,7 @@ def test_where_the_truth_is_nothing_the_error_is_what_was_computed():
 
 
 def test_a_row_without_tolerance_is_shown_and_not_held():
-    assert not row(1.0, 1.0, math.nan).held and row(1.0, 1.0).held
+    assert not row(1.0, 1.0, math.nan).has_tolerance and row(1.0, 1.0).has_tolerance
 
 
 def test_what_is_not_a_number_meets_nothing():
@@ -58,7 +58,7 @@ def test_rows_come_back_from_their_file_as_they_were(tmp_path):
     assert read_rows(tmp_path / "rows.csv") == rows
     write_rows(tmp_path / "shown.csv", [row(1.0, 1.0, math.nan)])
     (shown,) = read_rows(tmp_path / "shown.csv")
-    assert not shown.held and math.isnan(shown.at)
+    assert not shown.has_tolerance and math.isnan(shown.at)
 
 
 def test_a_file_of_other_columns_is_named(tmp_path):
@@ -76,7 +76,7 @@ def test_numbers_within_their_tolerance_are_counted_and_rows_without_one_are_not
 
 
 def test_a_missed_number_is_named_and_refused():
-    # red: the first missed row alone; `row.held` left out of what is counted
+    # red: the first missed row alone; `row.has_tolerance` left out of what is counted
     rows = [row(100.5, 100.0), row(102.0, 100.0), row(97.0, 100.0), row(1.0, 9.0, math.nan)]
     with pytest.raises(ToleranceMissedError) as missed:
         confirm(rows)

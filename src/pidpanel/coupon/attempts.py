@@ -50,7 +50,7 @@ from pidpanel.coupon.records import (
 from pidpanel.coupon.runs import shake
 from pidpanel.progress import tracked
 from pidpanel.provenance import durable
-from pidpanel.provenance.locks import alone
+from pidpanel.provenance.locks import exclusive_lock
 
 Product = TypeVar("Product")
 
@@ -61,7 +61,7 @@ states, and what its errors are. With another version every run is judged again 
 
 def pour_packing(packing: Packing, file: Path) -> PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
-    with alone(_lock(file.parent)):
+    with exclusive_lock(_lock(file.parent)):
         attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
         files = files_of(file.parent, (PACKING_FILE,) if poured else ())
         outcome = PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
@@ -81,7 +81,7 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
     """
     source = sound_packing(bed.packing, packing_file)
     poured = source.found
-    with alone(_lock(file.parent)):
+    with exclusive_lock(_lock(file.parent)):
         if poured is None:
             attempt, loosened = _handed_on(source), None
         else:
@@ -303,7 +303,7 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
     """
     ended = {}
     for case in tracked(cases, "cases"):
-        with alone(folder / case.label / ".lock"):
+        with exclusive_lock(folder / case.label / ".lock"):
             outcomes = shake_case(case, folder)
             paths = case.with_reserve.outcomes(folder)
             for path, outcome in zip(paths, outcomes, strict=False):

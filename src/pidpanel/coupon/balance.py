@@ -127,8 +127,8 @@ class EnergyBalance:
     @property
     def residual(self) -> float:
         """Dissipated less what there was to dissipate [J]."""
-        given = self.work + self.gravity_work - self.kinetic_change - self.elastic_change
-        return self.dissipated - given
+        supplied = self.work + self.gravity_work - self.kinetic_change - self.elastic_change
+        return self.dissipated - supplied
 
 
 def effective_modulus(
@@ -224,14 +224,14 @@ def _pair_losses(
     pairs: Contacts, spheres: SphereFrames, material: ContactMaterial
 ) -> tuple[Array, Array, Array, Array]:
     i, j, f = pairs.first, pairs.second, pairs.frame
-    apart = spheres.position[f, i] - spheres.position[f, j]
-    distance = np.sqrt(_dot(apart, apart))
+    separation = spheres.position[f, i] - spheres.position[f, j]
+    distance = np.sqrt(_dot(separation, separation))
     r1, r2 = spheres.radius[i], spheres.radius[j]
     return contact_losses(
         pairs,
         spheres,
         material,
-        apart / distance[:, None],
+        separation / distance[:, None],
         r1 + r2 - distance,
         r1 * r2 / (r1 + r2),
         with_wall=False,

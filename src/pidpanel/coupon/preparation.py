@@ -52,12 +52,14 @@ def scattered(packing: Packing) -> Scattered:
         geometry.poured_sizes(packing.sizes, packing.cell_area, packing.depth, rng)
         for _ in range(count)
     ]
-    height = max(max(geometry.chimney_height(outline, own) for own in sizes), 1.5 * packing.depth)
+    height = max(
+        max(geometry.chimney_height(outline, diameters) for diameters in sizes), 1.5 * packing.depth
+    )
     positions = [
-        geometry.scatter(outline, height, own, rng) + np.array([*centre, 0.0])
-        for centre, own in zip(packing.centres, sizes, strict=True)
+        geometry.scatter(outline, height, diameters, rng) + np.array([*centre, 0.0])
+        for centre, diameters in zip(packing.centres, sizes, strict=True)
     ]
-    cell = np.repeat(np.arange(count), [len(own) for own in sizes])
+    cell = np.repeat(np.arange(count), [len(diameters) for diameters in sizes])
     return Scattered(cell, np.concatenate(positions), np.concatenate(sizes), height)
 
 

@@ -47,10 +47,10 @@ def measure_balance(
     if run.cells_listed:
         solver.end_cell_rows()
     for per_contact in FRAMES_PER_CONTACT:
-        found = _window(solver, run, spheres, smallest_error, folder, per_contact)
-        if abs(found.closure) <= CLOSURE_LIMIT:
+        measured = _window(solver, run, spheres, smallest_error, folder, per_contact)
+        if abs(measured.closure) <= CLOSURE_LIMIT:
             break
-    return found
+    return measured
 
 
 def _window(
@@ -72,7 +72,7 @@ def _window(
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
     mass = geometry.masses(diameters, run.packing.density)
     phase = 2 * math.pi * (first + stride * np.arange(frames)) / steps
-    found = balance.energy_balance(
+    measured = balance.energy_balance(
         balance.SphereFrames(
             radius=diameters / 2,
             mass=mass,
@@ -92,10 +92,10 @@ def _window(
     )
     # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
     smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
-    least = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
+    smallest_loss = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
     return MeasuredBalance(
-        energies=found,
-        closure=found.residual / max(abs(found.work), found.dissipated, least),
+        energies=measured,
+        closure=measured.residual / max(abs(measured.work), measured.dissipated, smallest_loss),
         cycles=window,
         frames=frames,
     )
@@ -154,9 +154,9 @@ def wall_planes(packing: Packing) -> Array:
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     middle = np.column_stack([packing.centres, np.full(packing.count, packing.depth / 2)])
     cells = np.arange(packing.count)
-    own = np.concatenate([np.repeat(cells, len(packing.outline)), cells, cells])
+    cell = np.concatenate([np.repeat(cells, len(packing.outline)), cells, cells])
     offset = (normal * corner).sum(axis=1)
-    side = np.sign((normal * middle[own]).sum(axis=1) - offset)
+    side = np.sign((normal * middle[cell]).sum(axis=1) - offset)
     return np.column_stack([side[:, None] * normal, side * offset])
 
 

@@ -19,7 +19,7 @@ ShapeName = Literal["hexagon", "square", "circle"]
 
 
 @dataclass(frozen=True)
-class Shape:
+class CellShape:
     """A regular prism in place of a cell.
 
     Attributes
@@ -55,9 +55,9 @@ class Shape:
         return reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-SHAPES: Mapping[ShapeName, Shape] = {
-    "hexagon": Shape(6, "hexagonal"),
-    "square": Shape(4, "square"),
-    "circle": Shape(24, "round", round=True),
+SHAPES: Mapping[ShapeName, CellShape] = {
+    "hexagon": CellShape(6, "hexagonal"),
+    "square": CellShape(4, "square"),
+    "circle": CellShape(24, "round", round=True),
 }
 """A further regular shape is a name in `ShapeName` and a line here."""

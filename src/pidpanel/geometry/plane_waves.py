@@ -114,8 +114,8 @@ def condensed(
         total += spread[0][column].T @ strip.reshape(len(strip), -1)
 
     x, y = (
-        least + (1 + node) / 2 * edge
-        for least, edge, (node, _) in zip(low, side, whole, strict=True)
+        start + (1 + node) / 2 * edge
+        for start, edge, (node, _) in zip(low, side, whole, strict=True)
     )
     weights = np.outer(whole[0][1], whole[1][1]).ravel() * side.prod() / 4
     return CondensedFace(
@@ -127,8 +127,8 @@ def condensed(
 
 def _gathered(members: Index, along_x: Array, along_y: Array, load: Array, spread: Array) -> Array:
     """Return the load of some points on the nodes (x of their box, y of the whole, shapes)."""
-    both = along_x[members, :, None] * along_y[members, None, :]
-    local = both.reshape(len(members), -1).T @ load[members]
+    products = along_x[members, :, None] * along_y[members, None, :]
+    local = products.reshape(len(members), -1).T @ load[members]
     nodes = (along_x.shape[1], along_y.shape[1], load.shape[1])
     gathered: Array = np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
     return gathered

@@ -41,8 +41,8 @@ class Sizes:
             return rng.uniform(low, high, count)
         if self.kind == "binary":
             return np.where(rng.random(count) < self.large_share, high, low)
-        found = np.empty(0)
-        while len(found) < count:
+        accepted = np.empty(0)
+        while len(accepted) < count:
             drawn = rng.normal((low + high) / 2, (high - low) / 4, count)
-            found = np.concatenate([found, drawn[(drawn >= low) & (drawn <= high)]])
-        return found[:count]
+            accepted = np.concatenate([accepted, drawn[(drawn >= low) & (drawn <= high)]])
+        return accepted[:count]

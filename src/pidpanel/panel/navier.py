@@ -49,49 +49,6 @@ def thin_plate_frequency(
     return np.sqrt(bending_stiffness * k2**2 / mass_per_area) / (2 * np.pi)
 
 
-def sandwich_frequency(
-    m: ArrayLike,
-    n: ArrayLike,
-    size: tuple[float, float],
-    bending_stiffness: float,
-    shear_stiffness: float,
-    mass_per_area: float,
-) -> Array:
-    """Return the natural frequency of a sandwich rectangle, ω² = D k⁴ / (m″ (1 + D k² / S)).
-
-    Isotropic core, hard simple support, rotary inertia neglected.
-
-    Parameters
-    ----------
-    m, n
-        Half waves along x and y, from 1.
-    size
-        Edge lengths (a, b) [m].
-    bending_stiffness
-        D [N m].
-    shear_stiffness
-        S [N/m], transverse, of the core: G d² / t_core with d between the mid-planes of the
-        faces.
-    mass_per_area
-        m″ [kg/m²].
-
-    Returns
-    -------
-    ndarray
-        [Hz], in the common shape of `m` and `n`.
-
-    Examples
-    --------
-    An almost rigid core leaves the thin plate:
-
-    >>> sandwich_frequency(1, 1, (1.5, 1.0), 3273.07, 1e12, 4.0).round(2)
-    np.float64(64.9)
-    """
-    D, S = bending_stiffness, shear_stiffness
-    k2 = wave_number_squared(m, n, size)
-    return np.sqrt(D * k2**2 / (mass_per_area * (1 + D * k2 / S))) / (2 * np.pi)
-
-
 def shear_plate_frequency(
     m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ShearSection
 ) -> Array:

@@ -65,10 +65,10 @@ def set_aside(path: Path, why: str) -> None:
     try:
         discard(aside)
         path.replace(aside)
-        what = f"kept as {aside.name}, made anew"
+        action = f"kept as {aside.name}, made anew"
     except FileNotFoundError:
-        what = "made anew"
-    print(f"{why}; {what}", file=sys.stderr, flush=True)
+        action = "made anew"
+    print(f"{why}; {action}", file=sys.stderr, flush=True)
 
 
 def discard(path: Path) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 from pidpanel.paths import COUPON
 from pidpanel.provenance import durable, requests
-from pidpanel.provenance.locks import WORKFLOW_PROCESS, alone, end_with
+from pidpanel.provenance.locks import WORKFLOW_PROCESS, end_with, exclusive_lock
 
 STUDY, JOB_SECONDS = "PIDPANEL_STUDY", "PIDPANEL_JOB_SECONDS"
 """Variables with the file of the study and the longest time of a job [s]. They are no parameters:
@@ -104,10 +104,10 @@ class Job:
             else:
                 name, _, text = argument.partition("=")
                 names.setdefault(name, []).append(text)
-        read, made, texts = groups.values()
+        read, written, texts = groups.values()
         return Job(
             Files({name: list(map(Path, paths)) for name, paths in read.items()}),
-            Files({name: list(map(Path, paths)) for name, paths in made.items()}),
+            Files({name: list(map(Path, paths)) for name, paths in written.items()}),
             {name: text for name, (text,) in texts.items()},
             Path(os.environ.get(STUDY, "")),
             float(os.environ.get(JOB_SECONDS, "inf")),
@@ -122,13 +122,13 @@ def arguments_of(**groups: Mapping[str, Any]) -> list[str]:
     >>> arguments_of(input={"modes": "m.nc", "air": []}, output={"psd": "p.nc"})
     ['--input', 'modes=m.nc', '--output', 'psd=p.nc']
     """
-    found = []
+    arguments = []
     for group, names in groups.items():
-        found.append(f"--{group}")
+        arguments.append(f"--{group}")
         for name, paths in names.items():
             several = [paths] if isinstance(paths, str) else paths
-            found += [f"{name}={path}" for path in several]
-    return found
+            arguments += [f"{name}={path}" for path in several]
+    return arguments
 
 
 def run(main: Callable[[Job], None]) -> None:
@@ -171,7 +171,7 @@ def _run(main: Callable[[Job], None], arguments: Sequence[str]) -> None:
     if request is None:
         main(job)
         return
-    with alone(request.with_suffix(".lock")):
+    with exclusive_lock(request.with_suffix(".lock")):
         content = requests.read_request(request)
         with ExitStack() as stack:
             drafts = {
@@ -185,14 +185,14 @@ def _run(main: Callable[[Job], None], arguments: Sequence[str]) -> None:
 
 def tell_of_memory() -> None:
     """Let a process that has too little memory for its imports say so in one line."""
-    before = sys.excepthook
+    previous_hook = sys.excepthook
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         if is_of_memory(error):
             print(f"{sys.argv[0]}: not enough memory ({error or 'no further word'})"[:500],
                   file=sys.stderr)  # fmt: skip
         else:
-            before(kind, error, trace)
+            previous_hook(kind, error, trace)
 
     sys.excepthook = hook
 

@@ -22,7 +22,7 @@ RUNNING = ".running"
 
 
 @contextlib.contextmanager
-def alone(path: Path) -> Iterator[None]:
+def exclusive_lock(path: Path) -> Iterator[None]:
     """Wait until no other process holds a lock, and hold it.
 
     It ends with the process that holds it, however that ends. On a file system without locks
@@ -77,9 +77,9 @@ def _end_orphan(holder: str) -> bool:
 def is_running(results: Path) -> bool:
     """Whether a workflow runs in a folder of results."""
     for file in results.glob(f"*/{RUNNING}"):
-        with file.open("a", encoding="ascii") as held, contextlib.suppress(OSError):
+        with file.open("a", encoding="ascii") as lock, contextlib.suppress(OSError):
             try:
-                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 return True
     return False
@@ -97,15 +97,15 @@ def hold(folder: Path) -> IO[str] | None:
         another process has it.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    held = (folder / RUNNING).open("a", encoding="ascii")
+    lock = (folder / RUNNING).open("a", encoding="ascii")
     try:
-        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        held.close()
+        lock.close()
         return None
     except OSError:
         pass
-    return held
+    return lock
 
 
 def end_with(parent: int) -> None:
@@ -128,12 +128,12 @@ def end_with(parent: int) -> None:
 
 def _ancestors(process: int | None = None) -> list[int]:
     """Numbers of the processes from which one descends, this one by default."""
-    found = [os.getppid() if process is None else process]
-    while found[-1] > 1:
+    processes = [os.getppid() if process is None else process]
+    while processes[-1] > 1:
         try:
-            status = Path(f"/proc/{found[-1]}/stat").read_text(errors="replace")
+            status = Path(f"/proc/{processes[-1]}/stat").read_text(errors="replace")
         except OSError:
             break
         # the name of the program, in brackets, may hold anything
-        found.append(int(status.rpartition(")")[2].split()[1]))
-    return found
+        processes.append(int(status.rpartition(")")[2].split()[1]))
+    return processes

@@ -37,14 +37,14 @@ def check_owner(study: CouponStudy, file: Path, results: Path) -> None:
     """
     mark = results / study.name / MARK
     try:
-        other = results.resolve() / mark.read_text(encoding="utf-8").strip()
-        if not other.is_file() or other.samefile(file):
+        owner = results.resolve() / mark.read_text(encoding="utf-8").strip()
+        if not owner.is_file() or owner.samefile(file):
             return
     except (OSError, ValueError):
         return
-    if _is_another(study, other):
+    if _is_another(study, owner):
         raise OwnerError(
-            f"{file}: {mark.parent} has the results of {other.resolve()}, another study named "
+            f"{file}: {mark.parent} has the results of {owner.resolve()}, another study named "
             f"{study.name}: rename this study or use another --directory, or remove {mark} to "
             "replace them"
         )
@@ -66,10 +66,10 @@ def _is_another(study: CouponStudy, file: Path) -> bool:
     except StudyError:
         return False
     try:
-        return _said(load_any_study(file)) != _said(study)
+        return _canonical(load_any_study(file)) != _canonical(study)
     except StudyError:  # one with a mistake in it
         return True
 
 
-def _said(study: CouponStudy) -> str:
+def _canonical(study: CouponStudy) -> str:
     return json.dumps(by_content(study.model_dump()), sort_keys=True)

@@ -56,17 +56,17 @@ def ask(
     """
     content = json.loads(json.dumps(content))
     try:
-        there = json.loads(request.read_bytes())
+        stored = json.loads(request.read_bytes())
         since = request.stat().st_mtime
     except (OSError, ValueError, RecursionError):
-        there, since = None, 0.0
+        stored, since = None, 0.0
     if not is_made:
-        waiting = isinstance(there, dict) and there.pop(ATTEMPT, None) and there == content
+        waiting = isinstance(stored, dict) and stored.pop(ATTEMPT, None) and stored == content
         if waiting and not any(_time(Path(output)) >= since for output in outputs):
             return
         _write(request, {**content, ATTEMPT: time.time_ns()})
         return
-    if there != content:
+    if stored != content:
         _write(request, content)
         since = time.time()
     if since != LONG_AGO:
@@ -88,9 +88,9 @@ def is_made(
     record = read_record(request)
     if record is None:
         return False, []
-    now, left = file_digests(outputs), record["files"]
-    damaged = [Path(file) for file in sorted(now.keys() | left.keys())
-               if now.get(file, "") != left.get(file)]  # fmt: skip
+    digests, recorded = file_digests(outputs), record["files"]
+    damaged = [Path(file) for file in sorted(digests.keys() | recorded.keys())
+               if digests.get(file, "") != recorded.get(file)]  # fmt: skip
     return not damaged and record["content"] == _digest(content), damaged
 
 

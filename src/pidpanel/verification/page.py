@@ -20,9 +20,8 @@ from pidpanel.report import style
 from pidpanel.report.html import Block, Page, PageSection, Paragraph, Picture, Table
 from pidpanel.report.text import number, unit
 from pidpanel.report.write import write_page
-from pidpanel.verification.coupon import contacts, shaken
+from pidpanel.verification.coupon import shaken
 from pidpanel.verification.figures import (
-    collision_figure,
     differences,
     floor_figure,
     slug_figure,
@@ -65,16 +64,6 @@ def percent(row: Row, value: float, sign: str = "") -> str:
 
 
 PRESENTATIONS = {
-    contacts.COLLISION: Presentation(
-        "collision",
-        "A coefficient of restitution e means that the share 1 − e² of the energy of the "
-        "relative motion is lost. The computed loss depends on the instant within a time step "
-        "at which the spheres meet. Eight pairs therefore meet at eight instants, and the "
-        "worst of them counts.",
-        "Error of the energy lost in a head-on collision against the time step. It is proportional "
-        "to the step.",
-        collision_figure,
-    ),
     shaken.SLUG: Presentation(
         "slug",
         "A perfectly inelastic body in a shaken box is collected by one wall, thrown, and "
@@ -86,9 +75,8 @@ PRESENTATIONS = {
         "spheres rebound together like one spring. Beyond L = πA the body of the closed form "
         "leaves a wall at the instant at which it lands. A bed of spheres disperses there and "
         "dissipates less.",
-        "Left: energy per cycle against the clear gap, closed form and LIGGGHTS. The maximum, 4, "
-        "is at L = πA; it is the bound shown with every case of a study. Right: difference against "
-        "the number of spheres.",
+        "Energy per cycle against the clear gap, closed form and LIGGGHTS. The maximum, 4, is at "
+        "L = πA; it is the bound shown with every case of a study.",
         slug_figure,
     ),
     shaken.FLOOR: Presentation(
@@ -96,8 +84,8 @@ PRESENTATIONS = {
         "The same beds on a shaken floor under gravity, without a lid. The body rests on the floor "
         "until the floor falls away from it, flies, and lands without rebound. Near Γ = 3.3 it has "
         "no time to rest: the small rebound of a bed of spheres then makes it miss its next throw.",
-        "Left: energy per cycle against the acceleration of the floor, closed form and LIGGGHTS; "
-        "dissipation starts at Γ = 1. Right: difference against the number of spheres.",
+        "Energy per cycle against the acceleration of the floor, closed form and LIGGGHTS; "
+        "dissipation starts at Γ = 1.",
         floor_figure,
     ),
 }
@@ -107,16 +95,7 @@ PRESENTATIONS = {
 def _table(caption: str, rows: Sequence[Row], *, folded: bool = False) -> Table:
     return Table(
         caption,
-        [
-            "quantity",
-            "computed",
-            "reference",
-            "unit",
-            "error",
-            "tolerance",
-            "verdict",
-            "method",
-        ],
+        ["quantity", "computed", "reference", "unit", "error", "tolerance", "verdict", "method"],
         [
             [
                 row.quantity,
@@ -124,8 +103,8 @@ def _table(caption: str, rows: Sequence[Row], *, folded: bool = False) -> Table:
                 number(row.reference, 4),
                 unit(row.unit),
                 percent(row, row.error, "+"),
-                percent(row, row.tolerance) if row.held else "–",
-                ("met" if row.met else "NOT MET") if row.held else "",
+                percent(row, row.tolerance) if row.has_tolerance else "–",
+                ("met" if row.met else "NOT MET") if row.has_tolerance else "",
                 row.method,
             ]
             for row in rows
@@ -140,27 +119,15 @@ def _section(case: str, rows: Sequence[Row], index: int) -> PageSection:
     if entry:
         blocks.append(Paragraph(entry.text))
         blocks.append(Picture(entry.name, style.png(entry.figure(rows)), entry.caption))
-    compared = [row for row in rows if row.held]
+    compared = [row for row in rows if row.has_tolerance]
     sources = "; ".join(dict.fromkeys(row.source for row in rows))
     blocks.append(_table(f"Reference: {sources}", compared))
-    extras = [row for row in rows if not row.held]
+    extras = [row for row in rows if not row.has_tolerance]
     if extras:
         blocks.append(
             _table(f"{len(extras)} more numbers, shown without a tolerance", extras, folded=True)
         )
     return PageSection(entry.name if entry else f"case-{index}", case, blocks)
-
-
-def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    cases: dict[str, list[Row]] = {}
-    for row in rows:
-        cases.setdefault(row.case, []).append(row)
-    return cases
-
-
-def _worst(rows: Sequence[Row]) -> Row:
-    """Return the row that is nearest to its tolerance, or farthest beyond it."""
-    return max(rows, key=_share_of_tolerance)
 
 
 def _share_of_tolerance(row: Row) -> float:
@@ -173,13 +140,15 @@ def _share_of_tolerance(row: Row) -> float:
 
 def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
     """Return the page of all rows, in their order; call it within `style.context`."""
-    cases = _by_case(rows)
+    cases: dict[str, list[Row]] = {}
+    for row in rows:
+        cases.setdefault(row.case, []).append(row)
     overview = []
     for case, members in cases.items():
-        compared = [row for row in members if row.held]
+        compared = [row for row in members if row.has_tolerance]
         if not compared:
             raise ValueError(f"case '{case}': no row with a tolerance")
-        worst = _worst(compared)
+        worst = max(compared, key=_share_of_tolerance)
         met = sum(row.met for row in compared)
         overview.append(
             [
@@ -190,8 +159,8 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
                 f"{percent(worst, worst.tolerance)}",
             ]
         )
-    missed = [row for row in rows if row.held and not row.met]
-    count = sum(row.held for row in rows)
+    missed = [row for row in rows if row.has_tolerance and not row.met]
+    count = sum(row.has_tolerance for row in rows)
     summary = [
         f"{count - len(missed)} of {count} numbers agree with their reference within their "
         "tolerance."

@@ -8,14 +8,14 @@ with ``CASES``: functions that compute in a folder and return rows. `verify` run
 
 from __future__ import annotations
 
-import csv
 import importlib
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+
+import pandas as pd
 
 
 class ToleranceMissedError(Exception):
@@ -64,7 +64,7 @@ class Row:
         return (self.computed - self.reference) / abs(self.reference)
 
     @property
-    def held(self) -> bool:
+    def has_tolerance(self) -> bool:
         """Whether the row has a tolerance."""
         return not math.isnan(self.tolerance)
 
@@ -113,25 +113,23 @@ def confirm(rows: Sequence[Row]) -> str:
     >>> confirm([Row("Beam", "f", 100.5, 100.0, "Hz", 0.01, "30 elements", "Navier")])
     '1 of 1 numbers within their tolerance'
     """
-    held = [row for row in rows if row.held]
-    missed = [row for row in held if not row.met]
+    compared = [row for row in rows if row.has_tolerance]
+    missed = [row for row in compared if not row.met]
     if missed:
         lines = [
             f"{row.case}, {row.quantity}: {row.computed:g} {row.unit}, reference "
             f"{row.reference:g}, error {row.error:+.2%}, tolerance {row.tolerance:.2%}"
             for row in missed
         ]
-        lines.append(f"{len(missed)} of {len(held)} numbers miss their tolerance")
+        lines.append(f"{len(missed)} of {len(compared)} numbers miss their tolerance")
         raise ToleranceMissedError("\n".join(lines))
-    return f"{len(held)} of {len(held)} numbers within their tolerance"
+    return f"{len(compared)} of {len(compared)} numbers within their tolerance"
 
 
 def write_rows(path: Path, rows: Sequence[Row]) -> None:
     """Write rows as CSV, with a column for each attribute of `Row` and the error."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*COLUMNS, "error"])
-        writer.writerows([*astuple(row), row.error] for row in rows)
+    table = pd.DataFrame(rows).assign(error=[row.error for row in rows])
+    table.to_csv(path, index=False, na_rep="nan", lineterminator="\n")
 
 
 def read_rows(path: Path) -> list[Row]:
@@ -140,16 +138,11 @@ def read_rows(path: Path) -> list[Row]:
     Raises
     ------
     ValueError
-        If the header is another than that of `write_rows`.
+        With the file and its columns, if they are others.
     """
-    numbers = {field.name for field in fields(Row) if field.type == "float"}
-
-    def row(texts: dict[str, str]) -> Row:
-        values: dict[str, Any] = {name: texts[name] for name in COLUMNS}
-        return Row(**values | {name: float(texts[name]) for name in numbers})
-
-    with path.open(encoding="utf-8", newline="") as file:
-        reader = csv.DictReader(file)
-        if reader.fieldnames != [*COLUMNS, "error"]:
-            raise ValueError(f"{path}:1: columns {reader.fieldnames}, not {[*COLUMNS, 'error']}")
-        return [row(texts) for texts in reader]
+    types = {field.name: str for field in fields(Row) if field.type == "str"}
+    table = pd.read_csv(path, dtype=types, float_precision="round_trip")
+    if list(table) != [*COLUMNS, "error"]:
+        raise ValueError(f"{path}:1: columns {list(table)}, not {[*COLUMNS, 'error']}")
+    numbers = dict.fromkeys(set(COLUMNS) - set(types), float)
+    return [Row(**row) for row in table[list(COLUMNS)].astype(numbers).to_dict("records")]

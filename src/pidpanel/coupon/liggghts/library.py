@@ -31,12 +31,12 @@ def load_library() -> CDLL:
     os.environ.update(LONE_RANK)
     try:
         CDLL(MPI, RTLD_GLOBAL)
-        found = CDLL(LIBRARY, RTLD_GLOBAL)
+        library = CDLL(LIBRARY, RTLD_GLOBAL)
     except OSError as error:
         raise SolverMissing(f"{error}; on Debian: apt-get install liggghts") from None
-    found.lammps_extract_atom.restype = c_void_p
-    found.lammps_get_natoms.restype = c_int
-    return found
+    library.lammps_extract_atom.restype = c_void_p
+    library.lammps_get_natoms.restype = c_int
+    return library
 
 
 def commands(text: str) -> list[str]:

@@ -38,10 +38,10 @@ def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Ar
 
 def _frame(text: str, where: str, columns: tuple[str, ...]) -> Array:
     head, _, body = text.partition(f"ITEM: ATOMS id {' '.join(columns)} \n")
-    found = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
+    stated = re.search(r"ITEM: NUMBER OF ATOMS\n(\d+)\n", head)
     lines = [line.split() for line in body.splitlines()]
-    if not body or not found or len(lines) != int(found[1]):
-        raise LogTruncated(f"{where}: {len(lines)} of {found[1] if found else '?'} spheres")
+    if not body or not stated or len(lines) != int(stated[1]):
+        raise LogTruncated(f"{where}: {len(lines)} of {stated[1] if stated else '?'} spheres")
     if any(len(line) != len(columns) + 1 for line in lines):
         raise LogTruncated(f"{where}: not {len(columns) + 1} columns in every line")
     try:
