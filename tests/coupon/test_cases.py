@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from pidpanel.coupon import cases, contact
+from pidpanel.coupon import cases, coding, contact
 from pidpanel.coupon.from_study import cases_at, cases_of
 from pidpanel.study.coupon import Coupon
 
@@ -251,7 +251,7 @@ def test_the_time_step_is_that_of_the_smallest_sphere_and_the_softness_of_the_la
 def test_a_case_survives_its_way_through_json():
     # red: `steps_per_cycle` left out of what is written
     for case in cases_of(coupon(vary={"particles.friction": [0.1, 0.6]})):
-        again = cases.Case.from_dict(json.loads(json.dumps(case.as_dict())))
+        again = coding.decode(cases.Case, json.loads(json.dumps(coding.encode(case))))
         assert again == case
         assert again.label == case.label
 

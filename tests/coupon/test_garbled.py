@@ -250,7 +250,7 @@ def shake(folder, cycles, gamma=20):
         attempts.pour_packing(run.packing, packing)
         attempts.loosen_bed(run.bed, packing, bed)
     attempts.shake_cases([case], folder, folder / "batch.json")
-    return summary.summarise(case, case.outcomes(folder))
+    return summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
 
 
 @pytest.fixture(scope="module")
@@ -287,7 +287,7 @@ def test_no_garbled_run_is_read_for_another(shaken):
                 path.unlink(missing_ok=True)
                 if data is not None:
                     path.write_bytes(data)
-                found = summary.summarise(case, [outcome])
+                found = summary.summarise(case, *summary.read_seeds(case, [outcome]))
                 if found["status"] == "ok":
                     assert alike(found, row), f"{path.name}: {kind.__name__}, {turn}"
                     same += 1
@@ -300,7 +300,7 @@ def test_no_garbled_run_is_read_for_another(shaken):
     assert named + same == 3 * 8 * len(TEXT)
     # what changes no number of the run: exchanged columns of a file without, a line with itself
     assert named > 0.85 * (named + same)
-    assert alike(summary.summarise(case, [outcome]), row)
+    assert alike(summary.summarise(case, *summary.read_seeds(case, [outcome])), row)
 
 
 OTHERS = ["cycles_1.txt", "cycles_2.txt", "outcome", "all"]
@@ -323,7 +323,7 @@ def test_what_another_run_has_left_is_not_read_for_its_own(shaken, tmp_path, whi
     names = [path.name for path in strange_outcome.parent.iterdir()]
     for name in names if which == "all" else [own.name if which == "outcome" else which]:
         shutil.copyfile(strange_outcome.parent / name, own.parent / name)
-    found = summary.summarise(case_to(18), [own])
+    found = summary.summarise(case_to(18), *summary.read_seeds(case_to(18), [own]))
     if found["status"] == "ok":
         assert alike(found, row)
     else:
@@ -351,7 +351,7 @@ def test_what_is_no_file_is_a_failure_with_a_name(shaken, tmp_path, name, what):
         path.mkdir()
     else:
         path.symlink_to(path if what == "a link to itself" else path.parent / "gone")
-    found = summary.summarise(case_to(18), [outcome])
+    found = summary.summarise(case_to(18), *summary.read_seeds(case_to(18), [outcome]))
     assert hasattr(failures, found["status"]) and str(path.parent) in found["message"]
 
 
@@ -375,7 +375,7 @@ def test_what_ran_before_changes_no_bit(shaken, tmp_path):
 
 def summary_at(folder, cycles):
     case = case_to(cycles)
-    return summary.summarise(case, case.outcomes(folder))
+    return summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
 
 
 HEALED = [
@@ -462,7 +462,7 @@ def listed(shaken, tmp_path_factory):
         solver.read_deck(run.deck_text())
         solver.run(12 * run.steps_per_cycle)
         solver.dump("last.dump", sphere_dump.POSITION_AND_VELOCITY)
-        solver.end_cycle_rows()
+        solver.end_rows(by_cell=False)
         _, files = solver.list_contacts(
             run.steps_per_cycle, run.steps_per_cycle // 20, rolling=False
         )

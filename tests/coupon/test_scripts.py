@@ -5,6 +5,7 @@ import json
 import pandas as pd
 import pytest
 
+from pidpanel.coupon import coding
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.summary import CoverageMissed
@@ -43,9 +44,9 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
     for file in (packing_file, bed_file):
         file.parent.mkdir(parents=True)  # as Snakemake does
     values = tmp_path / "values.json"
-    values.write_text(json.dumps(bed.packing.as_dict()))
+    values.write_text(json.dumps(coding.encode(bed.packing)))
     call("pour", study, {"values": values}, {"packing": packing_file})
-    values.write_text(json.dumps(bed.as_dict()))
+    values.write_text(json.dumps(coding.encode(bed)))
     call("loosen", study, {"values": values, "packing": packing_file}, {"bed": bed_file})
     values.write_text(json.dumps(Batch(cases).content))
     call("shake", study, {"batch": values}, {"batch": tmp_path / "batch.json"}, coupon=coupon)

@@ -52,7 +52,7 @@ def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
     # red: p_cos for p_sin; the mass of one sphere; E_d per radian
     (case,) = recorded_case()
     record(case, tmp_path)
-    row = summary.summarise(case, case.outcomes(tmp_path))
+    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))
     p_sin = np.loadtxt(GOLDEN / "cycles_1.txt")[:, 1]
     area, omega = math.sqrt(3) / 2 * 6.35e-3**2, 2 * math.pi * 200
     amplitude = 98.0665 / omega**2
@@ -77,7 +77,7 @@ def test_the_columns_keep_their_order(tmp_path):
     # what reads cases.csv goes by name, people by place; red: two columns exchanged
     (case,) = recorded_case()
     record(case, tmp_path)
-    assert list(summary.summarise(case, case.outcomes(tmp_path))) == [
+    assert list(summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))) == [
         "case", "fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm",
         "velocity_m_s", "diameter_mm", "youngs_modulus_mpa", "seeds", "cells", "spheres_per_cell",
         "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
@@ -105,7 +105,7 @@ def test_what_cannot_be_read_of_a_run_is_its_status(tmp_path, spoil, status, mes
     (case,) = recorded_case()
     record(case, tmp_path)
     spoil(case.outcomes(tmp_path)[0])
-    row = summary.summarise(case, case.outcomes(tmp_path))
+    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))
     assert row["status"] == status
     assert message in row["message"] and str(tmp_path) in row["message"]
     assert math.isnan(row["equivalent_damping_n_s_m3"])
@@ -119,7 +119,9 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     problems = judgement.problems_of(case.point, judgement.read_run(case.point, file), file.parent)
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
-    assert summary.summarise(case, [file])["equivalent_damping_n_s_m3"] > 0
+    assert (
+        summary.summarise(case, *summary.read_seeds(case, [file]))["equivalent_damping_n_s_m3"] > 0
+    )
 
 
 def problems(folder, **changes):

@@ -118,16 +118,3 @@ def test_core_stress_times_the_distance_of_the_faces_is_the_shear_force():
 def test_layers_are_named_from_the_outside():
     section = SandwichSection(laminate(0, 45), (FACE,), CORE)
     assert [layer.name for layer in section.layers] == ["top ply 1", "top ply 2", "bottom"]
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"E1": -1.0}, "E1 is -1; it must be positive"),
-        ({"nu12": 8.0}, r"nu12 is 8; \|nu12\| must be below sqrt\(E1/E2\) = 7.07"),
-    ],
-)
-def test_materials_without_positive_energy_are_refused(change, message):
-    values = {"E1": 300e9, "E2": 6e9, "G12": 4.5e9, "nu12": 0.3, "density": 1600.0} | change
-    with pytest.raises(ValueError, match=message):
-        Material(**values)

@@ -301,19 +301,6 @@ def test_a_panel_without_patches_has_no_residual_vectors(tmp_path):
     assert basis.patch_overlap.shape == (0, len(basis.modal_mass), len(basis.modal_mass))
 
 
-@pytest.mark.parametrize(
-    ("limit", "tolerance", "message"),
-    [
-        (0.0, 1e-4, "frequency_limit is 0 Hz; it must be positive"),
-        (300.0, -1.0, "residual tolerance is -1; it must not be negative"),
-    ],
-)
-def test_limits_out_of_range_are_refused(paper_mesh, paper_plate, limit, tolerance, message):
-    with pytest.raises(ValueError) as caught:
-        panel_basis(paper_mesh, paper_plate, limit, tolerance)
-    assert str(caught.value) == message
-
-
 def test_a_panel_that_is_stiff_in_its_range_keeps_the_first_modes_above_it(tmp_path):
     # 0.3 m × 0.2 m: the first at 1622 Hz, where a study ends at 200 Hz
     # red: kept = slice(count) in `normal_modes`; LEAST_MODES = 0

@@ -325,23 +325,3 @@ def test_lumped_areas_of_vertices_sum_to_the_panel():
     # red: np.abs(cell_areas(…)) → cell_areas(…)
     clockwise = lumped_area(vertices, np.array([[3, 2, 1, 0]]))
     np.testing.assert_allclose(clockwise, [0.25, 0.25, 0.25, 0.25, 0, 0])
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda p: diffuse_modal_force(-1.0, p), "wavenumber = "),
-        (lambda p: diffuse_modal_force(np.nan, p), "wavenumber = "),
-        (lambda p: tabulate_diffuse(0.0, p), "wavenumber_max = 0"),
-        (lambda p: plane_wave_modal_force([1.0], 2.0, 0.0, p), "incidence = 2"),
-        (lambda p: wavenumber([100.0], 0.0), "speed_of_sound = 0"),
-        (lambda p: uncorrelated_modal_force([1.0], [[1.0], [1.0]]), r"\(1,\)"),
-        (lambda p: PanelQuadrature(p.position, p.weight, p.shape[:-1]), "shape has shape"),
-        (lambda p: PanelQuadrature(p.position[:, :1], p.weight, p.shape), "position has shape"),
-        (lambda p: PanelQuadrature(p.position, p.weight[:0], p.shape), "weight has shape"),
-        (lambda p: PanelQuadrature(p.position, p.weight * np.nan, p.shape), "not finite"),
-    ],
-)
-def test_what_is_no_panel_or_no_field_is_refused_by_name(panel, call, message):
-    with pytest.raises(FieldError, match=message):
-        call(panel)

@@ -9,8 +9,8 @@ from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
-from pidpanel.sound.radiation import Air, air_resistance
-from pidpanel.sound.wavenumber_table import FieldError, constant_table
+from pidpanel.sound.radiation import Air
+from pidpanel.sound.wavenumber_table import constant_table
 
 A, B = 0.3, 0.2
 DENSITY, SPEED = 1.2, 343.0
@@ -99,10 +99,3 @@ def test_added_mass_lowers_the_frequency_of_a_piston_on_a_spring(sides):
     # two sides; lines are 2 mHz apart
     lowered = rest * np.sqrt(mass / (mass + sides * DENSITY * volume))
     assert peak == pytest.approx(lowered, rel=3e-4)
-
-
-@pytest.mark.parametrize(("density", "sides", "message"), [(1.2, 3, "sides = 3"), (0, 1, "= 0")])
-def test_three_sides_and_no_density_are_refused(density, sides, message):
-    # red: `if False` in the place of either check
-    with pytest.raises(FieldError, match=message):
-        air_resistance([100.0], [[[1.0]]], density, 343.0, sides)

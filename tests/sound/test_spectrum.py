@@ -134,11 +134,6 @@ def test_a_rigid_face_sees_more_than_the_room_or_the_incident_wave(reference, de
     assert 10 * np.log10(ratio) == pytest.approx(decibels, abs=1e-4)
 
 
-def test_an_unknown_pressure_reference_is_refused():
-    with pytest.raises(SpectrumError, match=r"'free'.*surface, room, incident"):
-        pressure_psd(third_octaves(), [500.0], "free")
-
-
 @pytest.mark.parametrize("nominal", [(31.5, 40, 50, 63), (31.25, 39.37, 49.6, 62.5)])
 def test_nominal_and_base_two_centres_stand_for_the_exact_base_ten_ones(tmp_path, nominal):
     # red: CENTER_TOLERANCE = 0.005
@@ -254,30 +249,12 @@ def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
         read_spl_table(path)
 
 
-@pytest.mark.parametrize(
-    ("kind", "number", "level", "message"),
-    [
-        ("half octave", [30], [90.0], "allowed are third octave, octave"),
-        ("third octave", [30, 32], [90.0, 90.0], "must adjoin"),
-        ("third octave", [30, 31], [90.0], "one level per band"),
-        ("third octave", [], [], "at least one band"),
-        ("octave", [29, 32], [90.0, 90.0], "multiples of 3"),
-        ("octave", [30, 33], [90.0, np.inf], "must be finite"),
-    ],
-)
-def test_bands_that_do_not_fit_are_refused(kind, number, level, message):
-    with pytest.raises(SpectrumError, match=message):
-        BandSpectrum(kind, np.array(number, dtype=np.int64), np.array(level))
-
-
-def test_two_loaded_sides_double_the_psd_and_three_are_refused():
+def test_two_loaded_sides_double_the_psd():
     # independent pressures on both faces: mean squares add
     # red: loaded_sides * left out in `pressure_psd`
     spectrum = BandSpectrum("octave", np.array([30]), np.array([94.0]))
     one, two = (pressure_psd(spectrum, [1000.0], loaded_sides=sides) for sides in (1, 2))
     assert two[0] == pytest.approx(2 * one[0], rel=1e-12)
-    with pytest.raises(SpectrumError, match="loaded_sides = 3"):
-        pressure_psd(spectrum, [1000.0], loaded_sides=3)
 
 
 def test_the_factor_to_another_level_is_that_of_the_shifted_spectrum():

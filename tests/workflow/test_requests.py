@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from pidpanel.coupon import coding
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.provenance import locks, requests
 from pidpanel.provenance.requests import LONG_AGO
@@ -70,9 +71,9 @@ def test_runs_are_open_until_their_batch_is_there(tmp_path, monkeypatch):
     (outcome,) = runs.outcomes(runs.swept("coupon"))
     assert outcome == f"results/coupon/batch/{label}.json"
     content = json.loads((tmp_path / runs.batch(label)).read_text())
-    assert content["cases"] == [json.loads(json.dumps(case.as_dict()))]
+    assert content["cases"] == [json.loads(json.dumps(coding.encode(case)))]
     assert runs.is_open and requests.ATTEMPT in content
     for bed in runs.beds:
         values = json.loads((tmp_path / runs.bed(bed)).read_text())
-        assert values == json.loads(json.dumps(runs.beds[bed].as_dict()))
+        assert values == json.loads(json.dumps(coding.encode(runs.beds[bed])))
     assert runs.legs_of_batch(label) == [] and runs.retries is None

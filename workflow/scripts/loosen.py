@@ -1,6 +1,6 @@
 """Shake a poured packing loose: ``bed.json`` and its files."""
 
-from pidpanel.coupon import attempts
+from pidpanel.coupon import attempts, coding
 from pidpanel.coupon.bed import Bed
 from pidpanel.provenance.job import Job, run
 from pidpanel.provenance.requests import read_request
@@ -8,7 +8,7 @@ from pidpanel.provenance.requests import read_request
 
 def main(job: Job) -> None:
     """From the values of the bed and its packing."""
-    bed = Bed.from_dict(read_request(job.input.values))
+    bed = coding.decode(Bed, read_request(job.input.values))
     attempts.loosen_bed(bed, job.input.packing, job.output.bed)
 
 

@@ -1,6 +1,6 @@
 """Pour a packing: ``packing.json`` and its files."""
 
-from pidpanel.coupon import attempts
+from pidpanel.coupon import attempts, coding
 from pidpanel.coupon.packing import Packing
 from pidpanel.provenance.job import Job, run
 from pidpanel.provenance.requests import read_request
@@ -8,7 +8,7 @@ from pidpanel.provenance.requests import read_request
 
 def main(job: Job) -> None:
     """From the values of the packing."""
-    packing = Packing.from_dict(read_request(job.input.values))
+    packing = coding.decode(Packing, read_request(job.input.values))
     attempts.pour_packing(packing, job.output.packing)
 
 

@@ -14,8 +14,9 @@ import resource
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -53,6 +54,7 @@ from pidpanel.provenance import durable
 from pidpanel.provenance.locks import exclusive_lock
 
 Product = TypeVar("Product")
+Outcome = TypeVar("Outcome", bound=PourOutcome | LoosenOutcome)
 
 JUDGING_VERSION = 1
 """Of the algorithms that decide from its rows whether a run is steady, long enough or in several
@@ -102,17 +104,7 @@ def _lock(folder: Path) -> Path:
 
 def sound_packing(packing: Packing, file: Path) -> PourOutcome:
     """What ``packing.json`` says; a packing that is not as it was left is poured again."""
-    try:
-        outcome = coding.read(PourOutcome, file)
-        check_same(outcome.packing, packing, file)
-        check_sound(outcome, file)
-    except SolverFailure as failure:
-        if file.exists():
-            print(f"{failure}; poured again", file=sys.stderr)
-        with _scratch_folder(file) as scratch:
-            outcome = pour_packing(packing, scratch / file.name)
-            _take(scratch, file.parent, (*outcome.files, file.name))
-    return outcome
+    return _sound(PourOutcome, "packing", packing, file, partial(pour_packing, packing))
 
 
 def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
@@ -120,16 +112,28 @@ def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
 
     The same spheres to the last bit, so that jobs that do so at the same time do no harm.
     """
+    return _sound(LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing_file))
+
+
+def _sound(
+    kind: type[Outcome],
+    key: str,
+    expected: Packing | Bed,
+    file: Path,
+    make: Callable[[Path], Outcome],
+) -> Outcome:
+    """The record of a file; ``make`` repeats the step in a scratch folder if it is not sound."""
     try:
-        outcome = coding.read(LoosenOutcome, file)
-        check_same(outcome.bed, bed, file)
+        outcome = coding.read(kind, file)
+        check_same(getattr(outcome, key), expected, file)
         check_sound(outcome, file)
     except SolverFailure as failure:
         if file.exists():
             print(f"{failure}; made again", file=sys.stderr)
-        with _scratch_folder(file) as scratch:
-            outcome = loosen_bed(bed, packing_file, scratch / file.name)
-            _take(scratch, file.parent, (*outcome.files, file.name))
+        file.parent.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".again_", dir=file.parent.parent) as scratch:
+            outcome = make(Path(scratch) / "made" / file.name)
+            _take(Path(scratch) / "made", file.parent, (*outcome.files, file.name))
     return outcome
 
 
@@ -144,14 +148,6 @@ def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
     if outcome.status != OK and outcome.status not in BY_INPUTS:
         raise RunFailed(outcome.status, f"{file}: {outcome.status}")
     check_files(file.parent, outcome.files)
-
-
-@contextlib.contextmanager
-def _scratch_folder(file: Path) -> Iterator[Path]:
-    """A folder beside that of a file, for what takes its place."""
-    file.parent.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".again_", dir=file.parent.parent) as name:
-        yield Path(name) / "made"
 
 
 def _take(source: Path, folder: Path, names: Iterable[str]) -> None:

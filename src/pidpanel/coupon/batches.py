@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pidpanel.coupon import coding
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
@@ -54,13 +55,13 @@ class Batch:
     @property
     def content(self) -> dict[str, Any]:
         """What a file says of it, for `read_cases`."""
-        return {"cases": [case.as_dict() for case in self.cases]}
+        return {"cases": [coding.encode(case) for case in self.cases]}
 
 
 def read_cases(file: Path) -> list[Case]:
     """Read the cases of the file of a batch."""
     content = json.loads(file.read_text(encoding="utf-8"))
-    return [Case.from_dict(values) for values in content["cases"]]
+    return [coding.decode(Case, values) for values in content["cases"]]
 
 
 def expected_cost(case: Case) -> float:

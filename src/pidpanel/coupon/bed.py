@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -111,15 +110,6 @@ class Bed:
     def label(self) -> str:
         """Folder below ``results/coupon/bed``."""
         return f"r{self.fill_fraction:g}_{self.packing.name}_{self.identity[:8]}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """As JSON holds it; `from_dict` is the inverse."""
-        return coding.encode(self)
-
-    @staticmethod
-    def from_dict(values: Mapping[str, Any]) -> Bed:
-        """The inverse of `as_dict`."""
-        return coding.decode(Bed, values)
 
 
 @dataclass(frozen=True)
@@ -261,15 +251,6 @@ class Run:
             process.CYCLE,
             process.VERSION,
         )
-
-    def as_dict(self) -> dict[str, Any]:
-        """As JSON holds it; `from_dict` is the inverse."""
-        return coding.encode(self)
-
-    @staticmethod
-    def from_dict(values: Mapping[str, Any]) -> Run:
-        """The inverse of `as_dict`."""
-        return coding.decode(Run, values)
 
 
 def run_at(

@@ -31,7 +31,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pidpanel.coupon import coding, contact
+from pidpanel.coupon import contact
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.packing import identity_digest
 
@@ -156,12 +156,3 @@ class Case:
     def outcomes(self, folder: Path) -> list[Path]:
         """Files that say how the runs ended, below ``results/coupon``, one a seed."""
         return [path / f"{self.outcome}.json" for path in self.folders(folder)]
-
-    def as_dict(self) -> dict[str, Any]:
-        """As JSON holds it; `from_dict` is the inverse."""
-        return coding.encode(self)
-
-    @staticmethod
-    def from_dict(values: Mapping[str, Any]) -> Case:
-        """The inverse of `as_dict`."""
-        return coding.decode(Case, values)

@@ -12,7 +12,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from pidpanel.coupon import attempts, deadline
+from pidpanel.coupon import attempts, coding, deadline
 from pidpanel.coupon.cases import Case
 
 CONTINUES, DONE = "continues", "done"
@@ -24,7 +24,7 @@ def write_leg(
 ) -> None:
     """Shake the leg that a request asks for; see `shake_leg`."""
     values = json.loads(request.read_text(encoding="utf-8"))
-    case, is_last = Case.from_dict(values["case"]), bool(values["is_last"])
+    case, is_last = coding.decode(Case, values["case"]), bool(values["is_last"])
     shake_leg(case, values["runs"], before, folder, file, seconds=seconds, is_last=is_last)
 
 
@@ -45,17 +45,13 @@ def shake_leg(
     if status == CONTINUES:
         try:
             with deadline.limit(seconds):
+                target, folders = attempts.first_target(case), case.folders(folder)
                 for number in numbers:
-                    _shake(case, number, folder)
+                    run = case.runs[number]
+                    bed = folder / "bed" / run.bed.label / "bed.json"
+                    attempts.shake_run(run, target, bed, folders[number])
             status = DONE
         except deadline.Continues:
             if is_last:
                 raise
     file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")
-
-
-def _shake(case: Case, number: int, folder: Path) -> None:
-    """Shake a run to its first target; what became of it is in its folder."""
-    run = case.runs[number]
-    bed = folder / "bed" / run.bed.label / "bed.json"
-    attempts.shake_run(run, attempts.first_target(case), bed, case.folders(folder)[number])

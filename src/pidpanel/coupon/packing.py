@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -219,12 +218,3 @@ class Packing:
     def label(self) -> str:
         """Folder below ``results/coupon/packing``."""
         return f"{self.name}_{self.identity[:8]}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """As JSON holds it; `from_dict` is the inverse."""
-        return coding.encode(self)
-
-    @staticmethod
-    def from_dict(values: Mapping[str, Any]) -> Packing:
-        """The inverse of `as_dict`."""
-        return coding.decode(Packing, values)

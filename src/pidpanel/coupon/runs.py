@@ -83,7 +83,10 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
             elif solver is None:
                 home = folder / REPEAT_FOLDER
                 solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
-                _check_same(run, state, done, folder, home)
+                if rows.digest(run, home, (done,), done) != rows.digest(
+                    run, folder, state.legs, done
+                ):
+                    raise FileDamaged(f"{folder}: run again, because its rows have changed")
             end = _ended(solver, run, state, done, home, folder)
             state = state.ended(end, window.BALANCE_VERSION)
             state.write(folder)
@@ -149,12 +152,6 @@ def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path
         solver.__exit__(None, None, None)
         raise
     return solver
-
-
-def _check_same(run: Run, state: RunState, done: int, folder: Path, home: Path) -> None:
-    """Refuse a run whose rows are not those that it gives again."""
-    if rows.digest(run, home, (done,), done) != rows.digest(run, folder, state.legs, done):
-        raise FileDamaged(f"{folder}: run again, because its rows have changed")
 
 
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,14 +29,12 @@ class CoverageMissed(RuntimeError):
     """Too few cases are ok to build on; the text names the others."""
 
 
-def packing_scatter(cases: Sequence[Case], folder: Path) -> list[float]:
+def packing_scatter(
+    cases: Sequence[Case], seeds_of_cases: Sequence[Sequence[SeedEstimate]]
+) -> list[float]:
     """Return of each case how far packings of its bed scatter, over C_e [1]."""
     groups, means, errors, alike = [], [], [], []
-    for case in cases:
-        seeds = []
-        for run, path in judged_by(case, case.outcomes(folder)):
-            with suppress(SolverFailure, RunFailed):
-                seeds.append(read_run(run, path))
+    for case, seeds in zip(cases, seeds_of_cases, strict=True):
         first = case.point
         packing = replace(first.packing, seed=0)
         groups.append((packing, first.fill_fraction))
@@ -94,7 +91,7 @@ class SeedMean:
     states: States = NO_STATES
 
 
-def _read_seeds(
+def read_seeds(
     case: Case, outcomes: Sequence[Path]
 ) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
     """Estimates of the seeds that can be read; name and text of what speaks against any."""
@@ -122,7 +119,8 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     _, seed_error = cycles.combine(means, errors)
     if scatter == 0 or are_apart([seed.damping for seed in seeds]):
         c_error = max(c_error, seed_error)
-    m, m_error = _combined([seed.apparent_mass for seed in seeds])
+    masses = np.array([[seed.apparent_mass.mean, seed.apparent_mass.error] for seed in seeds])
+    m, m_error = cycles.combine(*masses.T)
     states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
@@ -139,9 +137,13 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     )
 
 
-def summarise(case: Case, outcomes: Sequence[Path], scatter: float = 0.0) -> Row:
-    """One row of ``cases.csv``: what was asked, what came out, how sure it is."""
-    seeds, problems = _read_seeds(case, outcomes)
+def summarise(
+    case: Case,
+    seeds: Sequence[SeedEstimate],
+    problems: Sequence[tuple[str, str]],
+    scatter: float = 0.0,
+) -> Row:
+    """Return the row of a case in ``cases.csv`` from what `read_seeds` gave."""
     point, packing, drive = case.point, case.point.packing, case.point.drive
     mean = _mean_of_seeds(case, seeds, scatter)
     cell_states = mean.states
@@ -221,10 +223,6 @@ def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
     )
 
 
-def _combined(seeds: Sequence[cycles.Estimate]) -> tuple[float, float]:
-    return cycles.combine(*np.array([[seed.mean, seed.error] for seed in seeds]).T)
-
-
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     """Worst closure of the seeds and shares of the loss, all seeds together."""
     measured = [balance for balance in balances if balance is not None]
@@ -262,10 +260,11 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
     CoverageMissed
         After the table was written, with each case that is not ok.
     """
-    scatter = packing_scatter(cases, folder)
+    evidence = [read_seeds(case, case.outcomes(folder)) for case in cases]
+    scatters = packing_scatter(cases, [seeds for seeds, _ in evidence])
     table = [
-        summarise(case, case.outcomes(folder), spread)
-        for case, spread in zip(cases, scatter, strict=True)
+        summarise(case, seeds, problems, scatter)
+        for case, (seeds, problems), scatter in zip(cases, evidence, scatters, strict=True)
     ]
     write_cases(table, file)
     check_coverage(table, coverage)

@@ -43,9 +43,7 @@ def measure_balance(
     solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path
 ) -> MeasuredBalance:
     """Energy balance over some cycles after the last of a run; see `balance`."""
-    solver.end_cycle_rows()
-    if run.cells_listed:
-        solver.end_cell_rows()
+    solver.end_rows(by_cell=run.cells_listed > 0)
     for per_contact in FRAMES_PER_CONTACT:
         measured = _window(solver, run, spheres, smallest_error, folder, per_contact)
         if abs(measured.closure) <= CLOSURE_LIMIT:
@@ -118,15 +116,13 @@ def _read_contacts(
     """Yield the contacts of spheres with spheres, then with walls."""
     for path, with_wall, partners in ((files.pairs, False, spheres), (files.touches, True, planes)):
         text = path.read_text(errors="replace")
-        yield balance.Contacts(
-            *output.read_contacts(
-                text,
-                str(path),
-                frames=frames,
-                ids=(spheres, partners),
-                with_wall=with_wall,
-                rolling=rolling,
-            )
+        yield output.read_contacts(
+            text,
+            str(path),
+            frames=frames,
+            ids=(spheres, partners),
+            with_wall=with_wall,
+            rolling=rolling,
         )
 
 

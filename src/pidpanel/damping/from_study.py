@@ -188,13 +188,9 @@ def write_damping(
 
     Raises
     ------
-    ValueError
-        For a study without such a coupon.
     DampingError
         If the cases make no surface.
     """
-    if damper not in study.coupons:
-        raise ValueError(f"{study.name}: no coupon named {damper!r}")
     coupon = study.coupons[damper]
     surface = surface_of(coupon, read_cases(cases))
     surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(

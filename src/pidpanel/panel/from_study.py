@@ -1,18 +1,16 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
 from pidpanel.panel import layup, supports, tables
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
-from pidpanel.panel.basis import PanelBasis, basis_of
+from pidpanel.panel.basis import basis_of
 from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.fit import (
@@ -34,7 +32,7 @@ from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.plate_files import write_plate
 from pidpanel.panel.resolution import Region, check_resolution, element_sizes, longest_edge
 from pidpanel.panel.section import SolidSection, ThinSection
-from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
+from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.provenance.digests import stamp
@@ -112,7 +110,13 @@ class StudiedPanel:
         if spec.file is None:
             return None
         read = read_gmsh if spec.file.suffix == ".msh" else read_nastran
-        return read(spec.file).scaled(spec.unit_m)
+        mesh = read(spec.file).scaled(spec.unit_m)
+        extent = float(np.ptp(mesh.position, axis=0).max())
+        if says := EXTENT.refuses(extent):
+            raise ValueError(
+                f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
+            )
+        return mesh
 
     @cached_property
     def section(self) -> ThinSection | ShearSection:
@@ -206,11 +210,6 @@ class StudiedPanel:
             edges, areas = dict.fromkeys(self.shapes, edge), self._areas
             check_fit(area_within(self._outline, ()), self.supports, self.attachments)
         elif self.foreign is not None:
-            extent = float(np.ptp(self.foreign.position, axis=0).max())
-            if says := EXTENT.refuses(extent):
-                raise ValueError(
-                    f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
-                )
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             check_fit(area_of(mesh), self.supports, self.attachments)
             check_held(mesh, self.supports)
@@ -274,11 +273,6 @@ class StudiedPanel:
                 path, self._size, spec.elements, self._rectangles, self.points
             )
         if self.foreign is not None:
-            extent = float(np.ptp(self.foreign.position, axis=0).max())
-            if says := EXTENT.refuses(extent):
-                raise ValueError(
-                    f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
-                )
             mesh = self.foreign.panel_mesh(self.patches, self.points)
             write_triangles(path, mesh)
             return mesh
@@ -302,41 +296,6 @@ class StudiedPanel:
         else:
             plate = assemble_shear_plate(mesh, self.section, self.supports)
         return with_attachments(plate, self.attachments.values(), mesh)
-
-    def basis(
-        self, mesh_file: Path, frequency: float, damper_mass: Mapping[str, float] | None = None
-    ) -> PanelBasis:
-        """Return the modes and the shapes that dampers need for a response up to a frequency.
-
-        Parameters
-        ----------
-        mesh_file
-            The ``.msh`` file to write.
-        frequency
-            The highest of the response [Hz]; modes are kept up to `MODES_BEYOND` times it.
-        damper_mass
-            Heaviest damper of each patch by name [kg/m²].
-        """
-        mesh = self.mesh(mesh_file)
-        plate = self.plate(mesh)
-        return basis_of(mesh, plate, self.shapes_of(plate, frequency, damper_mass))
-
-    def shapes_of(
-        self,
-        plate: AssembledPlate,
-        frequency: float,
-        damper_mass: Mapping[str, float] | None = None,
-    ) -> Shapes:
-        """Return the shapes of `basis` in the free coordinates of the plate."""
-        return panel_shapes(plate, MODES_BEYOND * frequency, damper_mass=damper_mass)
-
-    def mode_table(self, basis: PanelBasis) -> pd.DataFrame:
-        """Return the table of modes, with the closed form where there is one."""
-        return tables.mode_table(basis, self.navier_size, self.section)
-
-    def section_table(self, basis: PanelBasis) -> pd.DataFrame:
-        """Return the matrices and masses of the section, with the area of the meshed panel."""
-        return tables.section_table(self.section, float(basis.quadrature_weight.sum()))
 
     @property
     def _size(self) -> tuple[float, float]:
@@ -463,12 +422,14 @@ def write_panel(
     panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
     mesh = panel.mesh(mesh_msh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)
-    shapes = panel.shapes_of(plate, highest, damper_masses(study))
+    shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     write_plate(plate_nc, plate, shapes.vectors, stamp(study))
     sound = 2 * np.pi * study.response.frequency_hz[1] / study.sound.speed_m_s
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
     write_basis(modes_nc, condensed, stamp(study))
     write_shapes(modes_vtu, basis)
-    panel.mode_table(basis).to_csv(modes_csv, index=False, float_format="%.8g")
-    panel.section_table(basis).to_csv(section_csv, index=False, float_format="%.8g")
+    modes = tables.mode_table(basis, panel.navier_size, panel.section)
+    modes.to_csv(modes_csv, index=False, float_format="%.8g")
+    section = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
+    section.to_csv(section_csv, index=False, float_format="%.8g")

@@ -29,14 +29,7 @@ def check_grid(
     Parameters are those of `mesh_quadrilaterals`.
     """
     check_names(patches, points)
-    _check_panel_size(size)
-    for direction, count in zip("xy", elements, strict=True):
-        if count < 1:
-            raise ValueError(
-                f"number of elements along {direction} is {count}; it must be at least 1"
-            )
     for name, patch in patches.items():
-        _check_patch_size(name, patch)
         _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
     for name, point in points.items():
         _check_inside_rectangle(f"point {name!r} = {show(point)}", (point,), size)
@@ -78,7 +71,7 @@ def mesh_quadrilaterals(
     Raises
     ------
     ValueError
-        If a size or a number of elements is not positive, a patch or a point leaves the panel,
+        If a patch or a point leaves the panel,
         a patch edge is not on an element edge, a point is not at a grid point, or two groups
         share a name.
     """
@@ -157,21 +150,6 @@ def _grid_line(position: float, spacing: float, complaint: str) -> int:
 def _covers(patch: Rectangle, position: tuple[float, float]) -> bool:
     """Return whether a position lies in a rectangle."""
     return all(patch.lower[k] < position[k] < patch.upper[k] for k in (0, 1))
-
-
-def _check_panel_size(size: tuple[float, float]) -> None:
-    """Refuse a panel without area."""
-    if min(size) <= 0:
-        raise ValueError(f"panel size is {size[0]:g} x {size[1]:g} m; both must be positive")
-
-
-def _check_patch_size(name: str, patch: Rectangle) -> None:
-    """Refuse a patch without area."""
-    if min(patch.size) <= 0:
-        raise ValueError(
-            f"patch {name!r} has size {patch.size[0]:g} x {patch.size[1]:g} m;"
-            " both must be positive"
-        )
 
 
 def _check_inside_rectangle(

@@ -45,17 +45,6 @@ class Material:
     nu12: float
     density: float
 
-    def __post_init__(self) -> None:
-        """Refuse constants with which some strain would release energy."""
-        for name in ("E1", "E2", "G12", "density"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
-        if self.nu12**2 >= self.E1 / self.E2:
-            raise ValueError(
-                f"nu12 is {self.nu12:g}; |nu12| must be below sqrt(E1/E2) ="
-                f" {np.sqrt(self.E1 / self.E2):g}"
-            )
-
     @classmethod
     def isotropic(cls, youngs_modulus: float, poissons_ratio: float, density: float) -> "Material":
         """Return an isotropic material: E1 = E2 = E, G12 = E / (2 (1 + ν))."""

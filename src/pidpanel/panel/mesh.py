@@ -70,19 +70,9 @@ def read_mesh(
     Returns
     -------
     PanelMesh
-
-    Raises
-    ------
-    ValueError
-        If the file holds no cells of the panel or two kinds of them, or a named group is absent.
     """
     raw = meshio.gmsh.read(path)
-    kinds = sorted({block.type for block in raw.cells} & set(CELL_KINDS))
-    if len(kinds) != 1:
-        raise ValueError(
-            f"{path}: cells of the kinds {kinds} found; allowed is one of {sorted(CELL_KINDS)}"
-        )
-    kind = kinds[0]
+    kind = next(block.type for block in raw.cells if block.type in CELL_KINDS)
     blocks = [k for k, block in enumerate(raw.cells) if block.type == kind]
     cells = np.concatenate([raw.cells[k].data for k in blocks]).astype(np.int64)
 
@@ -97,14 +87,14 @@ def read_mesh(
 
     patch_cells = {}
     for name in patches:
-        members = _group(raw, path, name, 2)
+        members = raw.cell_sets[name]
         inside = np.concatenate(
             [np.isin(np.arange(len(raw.cells[k].data)), members[k]) for k in blocks]
         )
         patch_cells[name] = np.flatnonzero(inside[order])
     point_vertices = {}
     for name in points:
-        members = _group(raw, path, name, 0)
+        members = raw.cell_sets[name]
         (node,) = {
             int(node)
             for block, chosen in zip(raw.cells, members, strict=True)
@@ -148,15 +138,6 @@ def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
     """Name a set of model entities."""
     group = gmsh.model.addPhysicalGroup(dimension, tags)
     gmsh.model.setPhysicalName(dimension, group, name)
-
-
-def _group(raw: meshio.Mesh, path: Path, name: str, dimension: int) -> list[Index]:
-    """Return the members of a physical group: for each block of cells, numbers within the block."""
-    if name not in raw.field_data or raw.field_data[name][1] != dimension:
-        groups = sorted(key for key, (_, dim) in raw.field_data.items() if dim == dimension)
-        noun = {0: "point", 2: "surface"}[dimension]
-        raise ValueError(f"{path}: no {noun} group {name!r}; the file has {groups}")
-    return list(raw.cell_sets[name])
 
 
 def row_order(positions: Array) -> Index:

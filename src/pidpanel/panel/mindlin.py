@@ -123,10 +123,8 @@ def assemble_shear_plate(
     Raises
     ------
     ValueError
-        If the mesh is not of triangles, or a support does not fit it.
+        If a support does not fit the mesh.
     """
-    if mesh.cell_kind != "triangles":
-        raise ValueError(f"a plate with shear on {mesh.cell_kind}; allowed are triangles")
     skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
     degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE
     of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())

@@ -140,13 +140,9 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
 
     Raises
     ------
-    ValueError
-        If `frequency_limit` is not positive.
     RuntimeError
         If the modes found are not as many as Sylvester's count.
     """
-    if not frequency_limit > 0:
-        raise ValueError(f"frequency_limit is {frequency_limit:g} Hz; it must be positive")
     count = count_modes_below(plate, frequency_limit)
     n_free = plate.stiffness.shape[0]
     requested = max(count, at_least) + SPARE_MODES

@@ -81,14 +81,6 @@ class ThinSection:
     poissons_ratio: float = 0.3
     thickness: float = 0.025
 
-    def __post_init__(self) -> None:
-        """Refuse values that no plate can have."""
-        for name in ("bending_stiffness", "mass_per_area", "thickness"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} is {getattr(self, name):g}; it must be positive")
-        if not -1 < self.poissons_ratio <= 0.5:
-            raise ValueError(f"poissons_ratio is {self.poissons_ratio:g}; allowed is -1 < ν ≤ 0.5")
-
     @property
     def bending(self) -> Array:
         """D [[1, ν, 0], [ν, 1, 0], [0, 0, (1 - ν)/2]] [N m]."""

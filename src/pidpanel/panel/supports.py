@@ -142,9 +142,6 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     ValueError
         If a kind is unknown, or no boundary of the mesh lies along an `EdgeSupport`.
     """
-    for kind in (supports.outline, supports.holes, *(edge.kind for edge in supports.edges)):
-        if kind not in EDGE_KINDS:
-            raise ValueError(f"support {kind!r} of an edge; allowed is {', '.join(EDGE_KINDS)}")
     vertices, edges = [], {}
     loops = boundary_loops(mesh.vertices, mesh.cells)
     kinds = [

@@ -86,13 +86,12 @@ def assemble_thin_plate(
     Raises
     ------
     ValueError
-        If a quadrilateral is no axis-parallel rectangle, or a support does not fit the mesh.
+        If a support does not fit the mesh.
     """
     skmesh: Mesh
     element: Element
     vertices, cells = np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T)
     if mesh.cell_kind == "quadrilaterals":
-        _check_rectangles(mesh)
         skmesh, element = MeshQuad(vertices, cells), _CentredBFS()
     else:
         skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
@@ -225,18 +224,3 @@ def _forbidden(vertex: HeldVertex, h: float) -> Array:
         else:
             rows += [[0, tx, ty, 0, 0, 0], [0, *(h * turn), tx * tx, 2 * tx * ty, ty * ty]]
     return np.array(rows)
-
-
-def _check_rectangles(mesh: PanelMesh) -> None:
-    """Refuse quadrilaterals on which the Bogner-Fox-Schmit element is not C1."""
-    corners = mesh.vertices[mesh.cells]
-    extent = np.ptp(corners, axis=1)
-    edges = np.abs(np.roll(corners, -1, axis=1) - corners)
-    # each edge runs along x or along y: its smaller component vanishes
-    skew = np.min(edges, axis=2).max(axis=1) / extent.min(axis=1)
-    worst = int(np.argmax(skew))
-    if skew[worst] > 1e-9:
-        raise ValueError(
-            f"cell {worst} with corners {corners[worst].tolist()} m is not an axis-parallel"
-            " rectangle; quadrilaterals of a thin plate must be, or use triangles"
-        )

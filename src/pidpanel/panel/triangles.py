@@ -79,8 +79,6 @@ def mesh_triangles(
         name.
     """
     check_names(patches, points)
-    if element_size <= 0:
-        raise ValueError(f"element_size is {element_size:g} m; it must be positive")
     check_panel(outline, holes, {**patches, **imprints}, {**points, **anchors})
     smallest = CORNER_SHARE * element_size if corner_size is None else corner_size
 

@@ -32,7 +32,6 @@ from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
-    checked_maximum,
     even_interpolation,
     node_count,
 )
@@ -73,7 +72,7 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     Raises
     ------
     FieldError
-        Where k_max is not positive, or the points serve less than twice k_max.
+        Where the points serve less than twice k_max.
 
     Notes
     -----
@@ -82,7 +81,7 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     ρ₀/K kg/m² on a shape that lies wholly beyond K, 0.02 kg/m² for the sound of 2 kHz, and in
     proportion less on those of the range.
     """
-    k_max = checked_maximum(wavenumber_max)
+    k_max = float(wavenumber_max)
     reach = panel.wavenumber
     if not np.isfinite(reach):
         reach = FINEST / np.sqrt(panel.weight.sum() / panel.weight.size)

@@ -27,11 +27,6 @@ class PanelQuadrature:
         face (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh.
     overlap
         (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
-
-    Raises
-    ------
-    FieldError
-        Where shapes of arrays do not agree or a value is not finite.
     """
 
     position: Array
@@ -43,16 +38,7 @@ class PanelQuadrature:
     def __post_init__(self) -> None:
         for name in ("position", "weight", "shape"):
             array = np.asarray(getattr(self, name), dtype=np.float64)
-            if not np.all(np.isfinite(array)):
-                raise FieldError(f"{name} has values that are not finite")
             object.__setattr__(self, name, array)
-        count = self.weight.size
-        if self.weight.ndim != 1 or count == 0:
-            raise FieldError(f"weight has shape {self.weight.shape}: (nq,) with nq > 0 is needed")
-        if self.position.shape != (count, 2):
-            raise FieldError(f"position has shape {self.position.shape}: ({count}, 2) is needed")
-        if self.shape.ndim != 2 or self.shape.shape[0] != count:
-            raise FieldError(f"shape has shape {self.shape.shape}: ({count}, n) is needed")
 
     @property
     def center(self) -> Array:

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array, Complexes
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
-from pidpanel.sound.wavenumber_table import FieldError, WavenumberTable
+from pidpanel.sound.wavenumber_table import WavenumberTable
 
 
 @dataclass(frozen=True)
@@ -105,11 +105,6 @@ def air_resistance(
     -------
     (nf, n, n) R [N s/m].
     """
-    if wetted_sides not in (1, 2):
-        raise FieldError(f"wetted_sides = {wetted_sides!r}: allowed are 1 and 2")
-    for name, value in (("density", density), ("speed_of_sound", speed_of_sound)):
-        if not (np.isfinite(value) and value > 0):
-            raise FieldError(f"{name} = {value!r} must be finite and positive")
     omega = 2 * np.pi * np.asarray(frequency, dtype=np.float64)[:, None, None]
     resistance: Array = (
         wetted_sides * density * omega**2 / (2 * np.pi * speed_of_sound)

@@ -181,7 +181,7 @@ def _orthotropic_frequencies(mesh: PanelMesh, turn: float) -> Array:
     (x0, y0), (x1, y1) = (CORNERS[1:3] @ matrix.T).tolist()
     supports = Supports("simply_supported", edges=[EdgeSupport((x0, y0), (x1, y1), "clamped")])
     turned = replace(mesh, vertices=mesh.vertices @ matrix.T)
-    return normal_modes(assemble_shear_plate(turned, section, supports), 900.0)[0]
+    return normal_modes(assemble_shear_plate(turned, section, supports), 2000.0)[0]
 
 
 def turned_rows(folder: Path) -> list[Row]:

@@ -140,9 +140,9 @@ def read_rows(path: Path) -> list[Row]:
     ValueError
         With the file and its columns, if they are others.
     """
-    types = {field.name: str for field in fields(Row) if field.type == "str"}
-    table = pd.read_csv(path, dtype=types, float_precision="round_trip")
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
     if list(table) != [*COLUMNS, "error"]:
         raise ValueError(f"{path}:1: columns {list(table)}, not {[*COLUMNS, 'error']}")
-    numbers = dict.fromkeys(set(COLUMNS) - set(types), float)
-    return [Row(**row) for row in table[list(COLUMNS)].astype(numbers).to_dict("records")]
+    numbers = {field.name: float for field in fields(Row) if field.type == "float"}
+    table = table[list(COLUMNS)].astype(numbers)
+    return [Row(*row) for row in table.itertuples(index=False)]

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-from pidpanel.coupon import finished
+from pidpanel.coupon import coding, finished
 from pidpanel.coupon.attempts import JUDGING_VERSION
 from pidpanel.coupon.batches import Batch, Part, batches_of, parts_of
 from pidpanel.coupon.bed import Bed, Run
@@ -97,7 +97,7 @@ class CouponRuns:
         """Return the file of the values of a packing."""
         request = requests.request_of(COUPON / "packing" / label)
         if self._asked.is_new(request):
-            requests.ask(request, self.packings[label].as_dict(), (), is_made=True)
+            requests.ask(request, coding.encode(self.packings[label]), (), is_made=True)
             self.is_open |= not (COUPON / "packing" / label / "packing.json").exists()
         return str(request)
 
@@ -105,7 +105,7 @@ class CouponRuns:
         """Return the file of the values of a bed."""
         request = requests.request_of(COUPON / "bed" / label)
         if self._asked.is_new(request):
-            requests.ask(request, self.beds[label].as_dict(), (), is_made=True)
+            requests.ask(request, coding.encode(self.beds[label]), (), is_made=True)
             self.is_open |= not (COUPON / "bed" / label / "bed.json").exists()
         return str(request)
 
@@ -124,7 +124,11 @@ class CouponRuns:
     def leg(self, case: str, part: int, leg: int) -> str:
         """Return the request of a leg of a part of a long case."""
         runs, legs = self.part(case, part).runs, self.part(case, part).legs
-        values = {"case": self._cases[case].as_dict(), "runs": runs, "is_last": leg + 1 == legs}
+        values = {
+            "case": coding.encode(self._cases[case]),
+            "runs": runs,
+            "is_last": leg + 1 == legs,
+        }
         return self._asked.job([_leg_file(case, part, leg)], values)
 
     # ------------------------------------------------------------------ files upstream

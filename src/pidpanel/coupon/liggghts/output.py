@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.coupon.balance import Contacts
 from pidpanel.coupon.liggghts import sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
 
@@ -170,30 +171,6 @@ class SphereMotion(NamedTuple):
     force: Array
 
 
-class ContactList(NamedTuple):
-    """Contacts with the frame of each.
-
-    Attributes
-    ----------
-    frame
-        (n,) index of the frame.
-    first
-        (n,) the sphere on which the force acts, from 0.
-    second
-        (n,) the other sphere, from 0; for walls the triangle.
-    force
-        (n, 3) [N]
-    torque
-        (n, 3) [N m]; None where it was not listed.
-    """
-
-    frame: Index
-    first: Index
-    second: Index
-    force: Array
-    torque: Array | None
-
-
 def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
     """Read the binary dump of the energy balance."""
     table = read_binary_dump(content, source, atoms=spheres, columns=1 + len(MOTION))
@@ -219,7 +196,7 @@ def read_contacts(
     ids: tuple[int, int],
     with_wall: bool,
     rolling: bool,
-) -> ContactList:
+) -> Contacts:
     """Read the local dump of contacts between spheres or with walls."""
     frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)
     left, right = table[:, 0].astype(int), table[:, 1].astype(int)
@@ -233,7 +210,7 @@ def read_contacts(
             f"{source}: contact {worst + 1} of {table[worst, 0]:g} with {table[worst, 1]:g}; there "
             f"are {ids[0]} spheres and {ids[1]} partners"
         )
-    return ContactList(frame, first, second, table[:, 2:5], table[:, 5:8] if rolling else None)
+    return Contacts(frame, first, second, table[:, 2:5], table[:, 5:8] if rolling else None)
 
 
 def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -> Array:

@@ -224,16 +224,6 @@ class Liggghts:
         text = "\n".join([*commands, f"write_restart {restart}"])
         return self._execute(text, steps=cycles * steps, report=steps)
 
-    def run_from_files(self, steps: int, stride: int, variables: tuple[str, ...]) -> Instant:
-        """Run so many steps; every few of them variables of style ``file`` take their next line."""
-        # the log would have five lines for each line of the files
-        return self._execute(
-            f"log none\nrun 0\nrun {steps} pre no post no every {stride} "
-            f'"next {" ".join(variables)}"',
-            steps=steps,
-            report=stride,  # the start of each line of the files is given
-        )
-
     def run_and_dump(
         self, steps: int, stride: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
     ) -> Instant:
@@ -252,13 +242,9 @@ class Liggghts:
             f"dump last all custom 1 {file} id {' '.join(columns)}\nrun 0\nundump last"
         )
 
-    def end_cycle_rows(self) -> None:
-        """Write no more rows of cycles."""
-        self._execute("unfix cycle")
-
-    def end_cell_rows(self) -> None:
-        """Write no more rows of cycles by cell."""
-        self._execute("unfix cycle_cells")
+    def end_rows(self, *, by_cell: bool) -> None:
+        """Write no more rows of cycles, nor those by cell where there are any."""
+        self._execute("unfix cycle" + ("\nunfix cycle_cells" if by_cell else ""))
 
     def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
         """Run so many steps and list the motion and all contacts every few of them."""
