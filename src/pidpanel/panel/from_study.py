@@ -1,5 +1,6 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
