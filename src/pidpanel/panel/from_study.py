@@ -59,10 +59,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
         )
     if spec.kind == "solid":
         return SolidSection(
-            spec.youngs_modulus,
-            spec.poissons_ratio,
-            spec.density_kg_m3,
-            spec.thickness,
+            spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
         )
     materials = {name: _material(material) for name, material in spec.materials.items()}
     shear_l, shear_w, density = spec.core.properties
@@ -73,13 +70,7 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
     return layup.SandwichSection(
         face(spec.plies("top")),
         face(spec.plies("bottom")),
-        layup.Core(
-            shear_l,
-            shear_w,
-            density,
-            spec.core.thickness,
-            spec.core.ribbon,
-        ),
+        layup.Core(shear_l, shear_w, density, spec.core.thickness, spec.core.ribbon),
         spec.extra_mass_per_area_kg_m2,
     )
 
@@ -188,17 +179,8 @@ class StudiedPanel:
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
 
-        Parameters
-        ----------
-        frequency
-            The highest of the response [Hz].
-        damper_mass
-            Heaviest damper of each patch by name [kg/m²].
-
-        Raises
-        ------
-        ValueError
-            One line: name, value, what is allowed.
+        ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. A `ValueError` says
+        in one line what is wrong and what is allowed.
         """
         spec = self.panel.mesh
         check_names(self.patches, self.points)
@@ -240,13 +222,7 @@ class StudiedPanel:
         check_resolution(self.element, regions, self.section, frequency, ratio)
 
     def patch_sizes(self, frequency: float, damper_mass: Mapping[str, float]) -> dict[str, float]:
-        """Return the element sizes that the dampers of patches need, where they are shorter [m].
-
-        Parameters
-        ----------
-        frequency, damper_mass
-            As of `check`.
-        """
+        """Return the element sizes that the dampers of patches need, where they are shorter [m]."""
         if self.panel.mesh.kind != "triangles":
             return {}
         sizes = {
@@ -259,15 +235,7 @@ class StudiedPanel:
         return {name: size for name, size in sizes.items() if size < self._element_size}
 
     def mesh(self, path: Path, patch_sizes: Mapping[str, float] | None = None) -> PanelMesh:
-        """Mesh the panel and write the mesh to a ``.msh`` file.
-
-        Parameters
-        ----------
-        path
-            The file.
-        patch_sizes
-            From `patch_sizes`, of triangles.
-        """
+        """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
             return mesh_quadrilaterals(
@@ -393,14 +361,13 @@ def resolved_masses(study: Study) -> dict[str, float]:
     if not study.response.damper_mass:
         return masses
     common = study.damping.table if "table" in study.readings else None
-    for scenario in study.all_scenarios():
-        for filling in scenario.fillings:
-            damper = study.all_dampers.get(filling.damper or "")
-            mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
-            if common is not None:
-                weighs_as = study.damping.apparent_mass
-                mass = max(mass, mass_in_table(common, filling.fill_fraction, weighs_as))
-            masses[filling.patch] = max(masses[filling.patch], mass)
+    for filling in (filling for scenario in study.all_scenarios() for filling in scenario.fillings):
+        damper = study.all_dampers.get(filling.damper or "")
+        mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
+        if common is not None:
+            weighs_as = study.damping.apparent_mass
+            mass = max(mass, mass_in_table(common, filling.fill_fraction, weighs_as))
+        masses[filling.patch] = max(masses[filling.patch], mass)
     return masses
 
 
