@@ -75,15 +75,7 @@ class SphereFrames:
 
 @dataclass(frozen=True)
 class ContactMaterial:
-    """One kind of contact.
-
-    Attributes
-    ----------
-    effective_modulus
-        E*, see `effective_modulus` [Pa].
-    friction
-        μ [1].
-    """
+    """One kind of contact: E* of `effective_modulus` [Pa] and the friction μ."""
 
     effective_modulus: float
     friction: float
@@ -93,14 +85,7 @@ class ContactMaterial:
 class EnergyBalance:
     """Energies of one run over a window [J]; see the head of the module.
 
-    Attributes
-    ----------
-    work, gravity_work
-        Of the inertial force and of gravity on the spheres.
-    kinetic_change, elastic_change
-        Of the kinetic energy, spin included, and of the Hertz energy.
-    sphere_normal, sphere_tangential, wall_normal, wall_tangential
-        Dissipated along and across the normal, between spheres and at walls.
+    The last five are dissipated: along and across the normal between spheres and at walls, in rolling.
     """
 
     work: float
@@ -161,23 +146,10 @@ def contact_losses(
     *,
     with_wall: bool,
 ) -> tuple[Array, Array, Array, Array]:
-    """Power lost in each contact, and its elastic energy.
+    """Power lost in each contact (n,) along the normal, along the surface and in rolling [W]; 2/5 F δ [J].
 
-    Parameters
-    ----------
-    normal
-        (n, 3) unit vector towards the first sphere.
-    overlap, relative_radius
-        (n,) δ and R* = R₁R₂/(R₁+R₂), R₁ against a wall [m].
-    with_wall
-        Whether the second partner is a wall, which does not move.
-
-    Returns
-    -------
-    normal, tangential, rolling
-        (n,) lost along the normal, along the surface and in rolling [W].
-    elastic
-        (n,) (2/5) F_Hertz δ [J].
+    ``normal`` (n, 3) is the unit vector towards the first sphere, ``overlap`` δ and
+    ``relative_radius`` R* = R₁R₂/(R₁+R₂), R₁ against a wall, (n,) [m]. A wall does not move.
 
     Notes
     -----
@@ -267,20 +239,11 @@ def energy_balance(
     gravity: Array,
     step: float,
 ) -> EnergyBalance:
-    """Energy balance over a window of equally spaced frames, by the trapezoidal rule.
+    """Energy balance over a window of frames a ``step`` [s] apart, by the trapezoidal rule.
 
-    Parameters
-    ----------
-    planes
-        (t, 4) unit normal into the cell and offset of each wall triangle: n·x = offset on it.
-    materials
-        Of sphere on sphere and of sphere on wall.
-    acceleration
-        (frames,) of the inertial force along z, as seen from the cells [m/s²].
-    gravity
-        (3,) [m/s²]
-    step
-        Time between frames [s].
+    ``planes`` (t, 4) are unit normal into the cell and offset of each wall triangle, n·x = offset on
+    it; ``materials`` those of sphere on sphere and of sphere on wall; ``acceleration`` (frames,) that
+    of the inertial force along z as seen from the cells, ``gravity`` (3,) [m/s²].
     """
     frames = len(spheres.position)
     pair = _pair_losses(pairs, spheres, materials[0])

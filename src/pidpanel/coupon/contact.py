@@ -14,12 +14,7 @@ def rayleigh_time(
     """Time in which a Rayleigh wave runs half round a sphere [s].
 
     T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
-    ``fix check/timestep/gran`` compares the time step.
-
-    Parameters
-    ----------
-    radius, density, youngs_modulus, poissons_ratio
-        Of the sphere [m], [kg/m³], [Pa], [1].
+    ``fix check/timestep/gran`` compares the time step; R [m], ρ [kg/m³], E [Pa].
 
     Examples
     --------
@@ -37,18 +32,7 @@ def wall_overlap(
 ) -> float:
     """Deepest overlap of a sphere that hits a wall of its own material head-on [m].
 
-    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)).
-
-    Parameters
-    ----------
-    radius, density, youngs_modulus, poissons_ratio
-        Of the sphere [m], [kg/m³], [Pa], [1].
-    speed
-        Of the impact [m/s].
-
-    References
-    ----------
-    Johnson, *Contact Mechanics* (1985), eq. 11.22.
+    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985), eq. 11.22.
     """
     mass = density * 4 / 3 * math.pi * radius**3
     effective_modulus = youngs_modulus / (2 * (1 - poissons_ratio**2))
@@ -58,17 +42,7 @@ def wall_overlap(
 def wall_contact_time(
     radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
 ) -> float:
-    """Duration of the impact of `wall_overlap` [s]: t_c = 2.943 δ_max / v.
-
-    Parameters
-    ----------
-    radius, density, youngs_modulus, poissons_ratio, speed
-        As of `wall_overlap`.
-
-    References
-    ----------
-    Johnson, *Contact Mechanics* (1985), eq. 11.24.
-    """
+    """Duration of the impact of `wall_overlap` [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
     return (
         HERTZ_DURATION
         * wall_overlap(radius, density, youngs_modulus, poissons_ratio, speed)
@@ -91,17 +65,8 @@ AGITATED = 80.0
 def deepening(layers: float, acceleration_g: float) -> float:
     """How much more a deep bed is biased by long contacts than one at half fill [1].
 
-    Parameters
-    ----------
-    layers
-        Height of the bed over the diameter of its spheres [1].
-    acceleration_g
-        Γ [1].
-
-    Notes
-    -----
-    A bed that is thrown as one body rebounds layer by layer. Excess of η over that of the
-    material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over the
+    A bed of so many layers that is thrown as one body rebounds layer by layer. Excess of η over that
+    of the material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over the
     difference in t_c f: at r = 0.5 (6.25 layers), 20 g, 500 Hz 4.4; at r = 0.7, 20 g, 250 Hz 5; at
     r = 0.9 (11.25 layers), 20 g, 250 and 500 Hz 11 to 21, at 40 g 12. At 80 g (steel) and 120 g
     there is no excess up to t_c f = 0.07, whatever the height.
@@ -123,16 +88,8 @@ def modulus_bias(
 ) -> float:
     """Share by which softened spheres dissipate too much [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
 
-    The larger of the two; the first times that of `deepening`.
-
-    Parameters
-    ----------
-    contact_per_period, material_contact_per_period
-        Duration of an impact over the period, of the softened spheres and of the material [1].
-    overlap, material_overlap
-        δ/R, where the bed crosses its gap (W/L from `CROSSING` on) [1].
-    deepening
-        Of the bed, where it rides [1].
+    The larger of the two; the first times that of `deepening`, where the bed rides; the second where
+    it crosses its gap (W/L from `CROSSING` on).
 
     Notes
     -----
@@ -163,22 +120,11 @@ def softest_modulus(
     contact_time_per_period: float,
     overlap_per_radius: float,
 ) -> float:
-    """Softest modulus whose contacts stay short and shallow at a drive's speed [Pa].
+    """Softest modulus [Pa] whose contacts stay short and shallow at a drive's speed.
 
     A soft sphere allows a long time step but dissipates too much once its contacts last a
     noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own
     modulus is returned: it is the truth, however long its contacts.
-
-    Parameters
-    ----------
-    choices, material_modulus
-        Moduli to choose from, and the material's own [Pa].
-    radius, density, poissons_ratio
-        Of the sphere [m], [kg/m³], [1].
-    speed, frequency
-        Of the drive [m/s], [Hz].
-    contact_time_per_period, overlap_per_radius
-        The most that is allowed [1].
     """
     for modulus in sorted(choices):
         if modulus >= material_modulus:

@@ -53,16 +53,9 @@ class Estimate:
 def first_harmonic(
     p_sin: Array, p_cos: Array, *, amplitude: float, frequency: float, mass: float, area: float
 ) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle, (n,) each.
+    """C_e [N s/m³] and m_a [kg/m²] of each cycle from ⟨p sin ωt⟩ and ⟨p cos ωt⟩ [kg m/s], (n,) each.
 
-    Parameters
-    ----------
-    p_sin, p_cos
-        (n,) ⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cycle [kg m/s].
-    amplitude, frequency
-        W [m] and f [Hz] of the coupon's motion W sin 2πft.
-    mass, area
-        M of all spheres [kg], A_c of all cells [m²].
+    The coupon moves by W sin 2πft ([m], [Hz]); M is that of all spheres [kg], A_c of all cells [m²].
     """
     equivalent_damping = 2 * p_sin / (amplitude * area)
     apparent_mass = (mass + 2 * p_cos / (2 * math.pi * frequency * amplitude)) / area
@@ -72,41 +65,20 @@ def first_harmonic(
 def dissipated_energy(
     equivalent_damping: Array | float, amplitude: float, frequency: float
 ) -> Array | float:
-    """E_d = π C_e ω W² per cycle [J/m²] (the paper's Eq. 4 with ẇ² in place of ẇ).
-
-    Parameters
-    ----------
-    equivalent_damping
-        C_e [N s/m³].
-    amplitude, frequency
-        W [m], f [Hz].
-    """
+    """E_d = π C_e ω W² per cycle [J/m²] (the paper's Eq. 4 with ẇ² in place of ẇ)."""
     return math.pi * equivalent_damping * 2 * math.pi * frequency * amplitude**2
 
 
 def loss_factor(
     equivalent_damping: Array | float, mass_per_area: float, frequency: float
 ) -> Array | float:
-    """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω) [1]: loss over the spheres' kinetic energy.
-
-    Parameters
-    ----------
-    equivalent_damping, mass_per_area, frequency
-        C_e [N s/m³], m″ of the spheres [kg/m²], f [Hz].
-    """
+    """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω) [1]: loss over the spheres' kinetic energy."""
     return equivalent_damping / (mass_per_area * 2 * math.pi * frequency)
 
 
 def inelastic_bound(mass_per_area: float, frequency: float) -> float:
     """C_e ≤ 4 m″ ω / π [N s/m³]: perfectly inelastic mass thrown from wall to wall.
 
-    Parameters
-    ----------
-    mass_per_area, frequency
-        m″ [kg/m²], f [Hz].
-
-    Notes
-    -----
     Reached at a clear gap L = πW without gravity, where E_d = 4 m″ (ωW)². A bed that keeps
     some of its energy from one wall to the next can exceed it.
     """
@@ -114,16 +86,11 @@ def inelastic_bound(mass_per_area: float, frequency: float) -> float:
 
 
 def transient_end(series: Array) -> int:
-    """Row at which the transient ends, by the marginal standard error rule.
+    """Row of a series (n,) at which the transient ends, by the marginal standard error rule.
 
     Of all truncation points d the one that minimises Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches
     of five rows (of fewer where there are fewer than fifty). The search ends at half the series:
     a minimum there means that the end was not seen, and the caller must run on.
-
-    Parameters
-    ----------
-    series
-        (n,) one value a cycle.
 
     References
     ----------
@@ -140,16 +107,11 @@ def transient_end(series: Array) -> int:
 
 
 def block_error(series: Array) -> float:
-    """Standard error of the mean of a correlated series, by blocking.
+    """Standard error of the mean of a correlated series (n,), by blocking.
 
     Neighbours are averaged in pairs again and again; the error from the blocks rises until they
     are independent. The largest error from at least `MIN_BLOCKS` blocks is taken, which is on
     the safe side; infinity for shorter series.
-
-    Parameters
-    ----------
-    series
-        (n,) one value a cycle.
 
     References
     ----------
@@ -165,17 +127,10 @@ def block_error(series: Array) -> float:
 
 
 def estimate(series: Array, start: int | None = None, stored: Array | None = None) -> Estimate:
-    """Mean after the transient with its standard error and drift.
+    """Mean of a series (n,) after the transient with its standard error and drift.
 
-    Parameters
-    ----------
-    series
-        (n,) one value a cycle.
-    start
-        First row; left out, it is `transient_end` of the series itself.
-    stored
-        (n,) energy that the bed stores [J], see `without_storage`; used where at least
-        `ROWS_FOR_STORAGE` rows are left.
+    ``start`` defaults to `transient_end`; ``stored`` is the energy that the bed stores (n,) [J], used
+    where `ROWS_FOR_STORAGE` rows are left (`without_storage`).
     """
     first = transient_end(series) if start is None else start
     steady, freedom = series[first:], 1
@@ -202,12 +157,9 @@ one cell is −0.55, 0.03, 0.86 times m″ω in turn round a mean of 0.11 (100 H
 
 
 def settled(series: Array) -> tuple[float, float]:
-    """Mean of a series without a transient and its standard error, from blocks of a common period.
+    """Mean of a series (n,) without a transient and its error, from blocks of a common period.
 
-    Parameters
-    ----------
-    series
-        (n,) one value a cycle; in fewer than two blocks the error is infinite.
+    In fewer than two blocks the error is infinite.
     """
     count = len(series) // COMMON_PERIOD
     if count < 2:
@@ -217,15 +169,8 @@ def settled(series: Array) -> tuple[float, float]:
 
 
 def without_storage(series: Array, stored: Array, start: int) -> Array:
-    """The series less what follows the rise and fall of the energy that the bed stores, (n,).
+    """The series (n,) less what follows the rise and fall of the energy that the bed stores (n,) [J].
 
-    Parameters
-    ----------
-    series, stored
-        (n,) one value a cycle, and the stored energy [J].
-
-    Notes
-    -----
     What the shaker gives in one cycle and the bed gives back in the next is no loss and
     has no mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half
     full, it lands every third cycle, and C_e of single cycles is −2000, 200, 3700 N s/m³ round
@@ -250,29 +195,14 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
 
 
 def packed(means: Array, errors: Array, scatter: float) -> float:
-    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n: each is a packing of its own.
-
-    Parameters
-    ----------
-    means, errors
-        (n,) of each seed.
-    scatter
-        s, the standard deviation between packings over the mean [1].
-    """
+    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n, with the scatter s between packings."""
     variance = np.square(errors) + (scatter * np.mean(means)) ** 2
     return float(np.sqrt(np.sum(variance))) / len(means)
 
 
 def combine(means: Array, errors: Array) -> tuple[float, float]:
-    """Mean over seeds and its standard error, from within and between.
+    """Mean over seeds (n,) and its standard error, from within and between.
 
-    Parameters
-    ----------
-    means, errors
-        (n,) of each seed.
-
-    Notes
-    -----
     The error is the larger of what the runs say of themselves, √Σσ²/n, and what their
     scatter says, s/√n. With two or three seeds the scatter alone is too uncertain (one or
     two degrees of freedom); the runs alone miss that a packing stays what it is.

@@ -34,19 +34,8 @@ def cell_centres(across_flats: float, count: int) -> Array:
 
 
 def side_walls(outline: Array, centres: Array, height: float) -> Array:
-    """Triangles of the cells' side walls, one to a side, (c k, 3, 3) [m].
+    """Triangles of the side walls of convex cells, one to a side, (c k, 3, 3) [m].
 
-    Parameters
-    ----------
-    outline
-        (k, 2) corners of one convex cell round its centre [m].
-    centres
-        (c, 2) of the cells [m].
-    height
-        Of the walls [m].
-
-    Notes
-    -----
     A triangle holds the rectangle side × ``height`` and reaches past it, twice as wide at the
     floor and twice as high. Past a side of a convex cell there is nothing of the cell, so the
     spheres meet the same planes as with two triangles to a side, at half the cost, and never an
@@ -77,15 +66,7 @@ def caps(outline: Array, centres: Array, depth: float) -> Array:
 
 
 def closed_cells(outline: Array, centres: Array, depth: float) -> Array:
-    """Triangles of closed cells: sides, then floors, then lids, (c (k + 2), 3, 3) [m].
-
-    Parameters
-    ----------
-    outline, centres
-        As of `side_walls`.
-    depth
-        Of the cells [m].
-    """
+    """Triangles of closed cells: sides, then floors, then lids, (c (k + 2), 3, 3) [m]."""
     sides = side_walls(outline, centres, depth)
     return np.concatenate([sides, caps(outline, centres, depth)])
 
@@ -102,13 +83,7 @@ def simulation_box(across_flats: float, centres: Array, height: float, below: fl
 
 
 def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Generator) -> Array:
-    """Diameters of enough spheres for one cell that the bed rises above ``depth``, (n,) [m].
-
-    Parameters
-    ----------
-    cell_area, depth
-        Of the cell [m²], [m].
-    """
+    """Diameters of enough spheres for one cell that the bed rises above ``depth``, (n,) [m]."""
     volume = DENSEST_FRACTION * cell_area * depth
     most = math.ceil(volume / (math.pi / 6 * sizes.smallest**3)) + 1
     diameters = sizes.draw(most, rng)
@@ -117,15 +92,7 @@ def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Ge
 
 
 def chimney_height(outline: Array, diameters: Array) -> float:
-    """Height in which spheres of these diameters find room at `LOOSE_FRACTION` [m].
-
-    Parameters
-    ----------
-    outline
-        (k, 2) corners of the convex cell [m].
-    diameters
-        (n,) [m]
-    """
+    """Height in which spheres of these diameters (n,) [m] find room at `LOOSE_FRACTION` [m]."""
     inradius = _inradius(outline)
     widest = float(diameters.max())
     reachable = polygon_area(outline) * ((inradius - widest / 2) / inradius) ** 2
@@ -155,24 +122,11 @@ def _inradius(outline: Array) -> float:
 
 
 def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Generator) -> Array:
-    """Place spheres at random in a prism without overlap, (n, 3) [m].
+    """Place spheres at random in a prism of a convex outline without overlap, (n, 3) [m].
 
     Random sequential addition, the largest first: positions are drawn uniformly over the
-    part of the cell that a centre can reach and kept when 1 % clear of all earlier ones.
-
-    Parameters
-    ----------
-    outline
-        (k, 2) corners of the convex cell [m].
-    height
-        Of the prism [m].
-    diameters
-        (n,) [m]
-
-    Raises
-    ------
-    ValueError
-        If no room is found after three hundred tries per sphere.
+    part of the cell that a centre can reach and kept when 1 % clear of all earlier ones. A
+    `ValueError` says that no room was found after three hundred tries per sphere.
     """
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
@@ -200,19 +154,10 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
 
 
 def full_count(cell: Index, z: Array, depth: float, diameters: Array) -> int:
-    """Spheres per cell that are wholly below the lid in the emptiest cell: N_full.
+    """Spheres per cell that are wholly below the lid in the emptiest cell: N_full of r = N/N_full.
 
-    The fill fraction is r = N/N_full.
-
-    Parameters
-    ----------
-    cell
-        (n,) index of each sphere's cell.
-    z, diameters
-        (n,) height of its centre above the floor in a bed poured higher than the cell, and its
-        diameter [m].
-    depth
-        Of the cell [m].
+    ``cell`` (n,) is the index of each sphere's cell, ``z`` the height of its centre above the floor
+    in a bed poured higher than the cell [m].
     """
     inside = z <= depth - diameters / 2
     return int(np.bincount(cell[inside], minlength=int(cell.max()) + 1).min())
@@ -230,13 +175,7 @@ def lowest(cell: Index, z: Array, count: int) -> Index:
 
 
 def deepest_overlap(positions: Array, diameters: Array) -> float:
-    """Deepest overlap of two spheres [m]; 0 if none touch.
-
-    Parameters
-    ----------
-    positions, diameters
-        (n, 3) centres and (n,) [m].
-    """
+    """Deepest overlap of two spheres of centres (n, 3) and diameters (n,) [m]; 0 if none touch."""
     # neighbours in height, one further at a time; scipy's tree takes half a second to import
     order = np.argsort(positions[:, 2])
     place, radius = positions[order], diameters[order] / 2

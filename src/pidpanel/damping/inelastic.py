@@ -30,21 +30,9 @@ def slug_energy(gap_over_amplitude: float) -> float:
         L/A = π cos t + 2 sin t,  E = 4 cos² t m A²ω²              for π < L/A ≤ √(π² + 4)
 
     In the second range it lands when that wall has passed its greatest speed, so that it leaves
-    at once, t after it. The largest loss, 4 m A²ω², is at L = πA: "collect and collide".
-
-    Parameters
-    ----------
-    gap_over_amplitude
-        L/A [1].
-
-    Raises
-    ------
-    ValueError
-        Outside 0 < L/A ≤ √(π² + 4).
-
-    References
-    ----------
-    Sack, Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013).
+    at once, t after it. The largest loss, 4 m A²ω², is at L = πA: "collect and collide" (Sack,
+    Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013)). Outside
+    0 < L/A ≤ √(π² + 4) a `ValueError` is raised.
 
     Examples
     --------
@@ -56,7 +44,7 @@ def slug_energy(gap_over_amplitude: float) -> float:
 
 
 def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
-    """Loss [m A²ω²] and apparent mass [m] of the body of `slug_energy`, for any number of gaps.
+    """Loss [m A²ω²] and apparent mass [m] of the body of `slug_energy`, for any number of L/A.
 
     With θ = ωt from the instant at which a wall has its greatest speed, the body moves at Aω for
     0 < θ < φ and with the other wall, at Aω cos θ, for φ < θ < π; in the second half the same the
@@ -66,16 +54,6 @@ def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
         m_a/m = −(2/π) sin 2t                                    for π < L/A ≤ √(π² + 4)
 
     From m for no gap it falls through 0 and is negative beyond L = πA.
-
-    Parameters
-    ----------
-    gap_over_amplitude
-        L/A [1], any shape.
-
-    Raises
-    ------
-    ValueError
-        Outside 0 < L/A ≤ √(π² + 4).
 
     Examples
     --------
@@ -109,7 +87,7 @@ def _landing(gap: Array) -> Array:
 
 
 def floor_energy(gamma: float) -> float:
-    """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²].
+    """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²], Γ = Aω²/g.
 
     It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ
     later in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
@@ -117,21 +95,8 @@ def floor_energy(gamma: float) -> float:
         sin φ₀ + τ cos φ₀ − τ²/(2Γ) = sin(φ₀ + τ),  u = τ/Γ − cos φ₀ + cos(φ₀ + τ)
 
     Up to Γ = 1 it never leaves the floor and loses nothing. The largest loss, 2.2604 m A²ω², is
-    at Γ = 2.581.
-
-    Parameters
-    ----------
-    gamma
-        Γ = Aω²/g [1].
-
-    Raises
-    ------
-    ValueError
-        Outside 0 < Γ ≤ √(1 + π²), beyond which a flight is longer than a period.
-
-    References
-    ----------
-    Mehta & Luck, *Phys. Rev. Lett.* 65, 393 (1990).
+    at Γ = 2.581. Beyond √(1 + π²) a flight is longer than a period: a `ValueError` (Mehta & Luck,
+    *Phys. Rev. Lett.* 65, 393 (1990)).
 
     Examples
     --------
@@ -155,22 +120,13 @@ def floor_energy(gamma: float) -> float:
 
 
 def ball_energy(gamma: float, restitution: float) -> float:
-    """Loss of a ball that lands once in every period of a floor under gravity [m A²ω²].
+    """Loss of a ball that lands once in every period of a floor under gravity [m A²ω²], Γ = Aω²/g.
 
     It is thrown up at gT/2 in each period T, whatever the amplitude:
 
         E = ½ m (gT)² (1 − e)/(1 + e) = 2π² (1 − e)/((1 + e) Γ²) m A²ω²
 
-    which needs π(1 − e)/(1 + e) < Γ.
-
-    Parameters
-    ----------
-    gamma, restitution
-        Γ = Aω²/g, e [1].
-
-    References
-    ----------
-    Luck & Mehta, *Phys. Rev. E* 48, 3988 (1993).
+    which needs π(1 − e)/(1 + e) < Γ (Luck & Mehta, *Phys. Rev. E* 48, 3988 (1993)).
 
     Examples
     --------

@@ -32,15 +32,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Rectangle:
-    """An axis-parallel rectangle, such as the area of a damper patch.
-
-    Attributes
-    ----------
-    centre
-        Centre (x, y) [m].
-    size
-        Edge lengths along x and y [m].
-    """
+    """An axis-parallel rectangle by its centre and its edge lengths along x and y [m]."""
 
     centre: Position
     size: tuple[float, float]
@@ -71,15 +63,7 @@ class Rectangle:
 class Circle:
     """A disc as a regular polygon with its corners on the circle.
 
-    Attributes
-    ----------
-    centre
-        Centre (x, y) [m].
-    radius
-        [m].
-    pieces
-        Corners of the polygon. The frequencies of a simply supported thin disc are 0.04 % off
-        with 48 and 6 % with 24.
+    The frequencies of a simply supported thin disc are 0.04 % off with 48 pieces and 6 % with 24.
     """
 
     centre: Position
@@ -105,15 +89,7 @@ class Circle:
 
 @dataclass(frozen=True)
 class Polygon:
-    """A polygon by its corners, which may be rounded.
-
-    Attributes
-    ----------
-    points
-        Corners (x, y) [m], in order, the first not repeated.
-    radius
-        Radius of every corner [m].
-    """
+    """A polygon by its corners [m], in order, the first not repeated; all rounded by a radius [m]."""
 
     points: tuple[Position, ...]
     radius: float = 0.0
@@ -147,25 +123,10 @@ def signed_area(corners: ArrayLike) -> float:
 
 
 def rounded(points: Sequence[Position], radius: float) -> Array:
-    """Return the corners of a polygon with every corner cut by an arc of straight pieces.
+    """Return the corners (n, 2) [m] of a polygon with every corner cut by an arc of straight pieces.
 
-    The pieces' ends lie on the arc, which touches both edges.
-
-    Parameters
-    ----------
-    points
-        [m].
-    radius
-        [m]; 0 leaves the corners.
-
-    Returns
-    -------
-    (n, 2) [m].
-
-    Raises
-    ------
-    ValueError
-        If two arcs need more than the edge between them.
+    The pieces' ends lie on the arc, which touches both edges. A `ValueError` says where two arcs need
+    more than the edge between them.
     """
     corners = np.asarray(points, dtype=float)
     if radius == 0:
@@ -242,16 +203,9 @@ def check_simple(name: str, shape: Shape) -> None:
 
 
 def location(points: ArrayLike, corners: ArrayLike, slack: float) -> Index:
-    """Return whether points lie inside a polygon (1), on its edge (0) or outside (-1).
+    """Return whether points (n, 2) [m] lie inside a polygon (1), on its edge (0) or outside (-1).
 
-    Parameters
-    ----------
-    points
-        (n, 2) positions [m].
-    corners
-        (k, 2) corners of the polygon [m].
-    slack
-        Distance from the edge up to which a point lies on it [m].
+    A point within ``slack`` [m] of the edge lies on it.
 
     Examples
     --------

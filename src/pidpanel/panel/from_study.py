@@ -51,12 +51,8 @@ def section_of(panel: Panel) -> ThinSection | ShearSection:
     """Return the section of a panel in SI units."""
     spec = panel.section
     if spec.kind == "thin":
-        return ThinSection(
-            spec.bending_stiffness_n_m,
-            spec.mass_per_area_kg_m2,
-            spec.poissons_ratio,
-            spec.thickness,
-        )
+        D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
+        return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
     if spec.kind == "solid":
         return SolidSection(
             spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness

@@ -20,23 +20,9 @@ def thin_plate_frequency(
     bending_stiffness: float,
     mass_per_area: float,
 ) -> Array:
-    """Return the natural frequency of a thin rectangle, ω² = D k⁴ / m″.
+    """Return the natural frequency of a thin rectangle [Hz], ω² = D k⁴ / m″.
 
-    Parameters
-    ----------
-    m, n
-        Half waves along x and y, from 1.
-    size
-        Edge lengths (a, b) [m].
-    bending_stiffness
-        D [N m].
-    mass_per_area
-        m″ [kg/m²].
-
-    Returns
-    -------
-    ndarray
-        [Hz], in the common shape of `m` and `n`.
+    ``m``, ``n`` are half waves along the edges ``size`` [m]; D [N m], m″ [kg/m²].
 
     Examples
     --------
@@ -52,31 +38,13 @@ def thin_plate_frequency(
 def shear_plate_frequency(
     m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ShearSection
 ) -> Array:
-    """Return the first natural frequency of each order of a rectangle with transverse shear.
+    """Return the first natural frequency [Hz] of each order of a rectangle with transverse shear.
 
     Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and
     b_y = Y sin(px) cos(qy), p = mπ/a and q = nπ/b, the equations of motion are a 3 × 3
     eigenproblem K (W, X, Y) = ω² M (W, X, Y) with M = diag(m″, I, I) and I the rotary
-    inertia (Whitney and Pagano, J. Appl. Mech. 37, 1970).
-
-    Parameters
-    ----------
-    m, n
-        Half waves along x and y, from 1.
-    size
-        Edge lengths (a, b) [m].
-    section
-        Orthotropic along the edges: D_16, D_26 and S_12 are zero.
-
-    Returns
-    -------
-    ndarray
-        [Hz], in the common shape of `m` and `n`.
-
-    Raises
-    ------
-    ValueError
-        If the section is not orthotropic along the edges: there is no closed form.
+    inertia (Whitney and Pagano, J. Appl. Mech. 37, 1970). There is no closed form, and a `ValueError`,
+    unless D_16, D_26 and S_12 are zero.
     """
     D, S = section.bending, section.shear
     if not is_aligned(section):
@@ -113,21 +81,7 @@ def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -
 
 
 def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:
-    """Return the shapes sin(mπx/a) sin(nπy/b) at positions.
-
-    Parameters
-    ----------
-    m, n
-        (n_shapes,) half waves along x and y.
-    size
-        Edge lengths (a, b) [m].
-    position
-        (n_positions, 2) [m].
-
-    Returns
-    -------
-    (n_positions, n_shapes) [1].
-    """
+    """Return the shapes sin(mπx/a) sin(nπy/b) at positions (n_positions, 2) [m]."""
     x, y = position[:, :1], position[:, 1:]
     return np.sin(np.asarray(m) * np.pi * x / size[0]) * np.sin(np.asarray(n) * np.pi * y / size[1])
 
@@ -140,24 +94,8 @@ def mode_orders(
     Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, are computed as an
     arbitrary basis of their common subspace. So modes whose frequencies (nearly) coincide are
     compared as subspaces: together they get the sines that lie most in their span, and each of
-    them the one that it resembles most.
-
-    Parameters
-    ----------
-    basis
-        Its residual vectors are left out.
-    size
-        Edge lengths (a, b) [m] of the panel, one corner at the origin.
-    pair_tolerance
-        Relative difference of frequencies up to which neighbours are one subspace.
-
-    Returns
-    -------
-    orders
-        (n_modes, 2) m and n of each mode.
-    share
-        (n_modes,) share of ∫ sine² dA that lies in the subspace; 1 for a perfect match. A low share
-        means that the panel is no simply supported rectangle of this size.
+    them the one that it resembles most. Returns (n_modes, 2) orders and the share (n_modes,) of
+    ∫ sine² dA in the subspace: a low share means that the panel is no such rectangle.
     """
     modes = ~basis.is_residual
     frequency = basis.natural_frequency[modes]

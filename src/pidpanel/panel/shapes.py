@@ -120,25 +120,21 @@ def panel_shapes(
     residual_tolerance: float = 1e-4,
     damper_mass: Mapping[str, float] | None = None,
 ) -> Shapes:
-    """Compute the modes below a frequency and the shapes that the patches of the plate need.
+    """Compute the modes below a frequency [Hz] and the shapes that the patches of the plate need.
 
     Parameters
     ----------
     frequency_limit
-        All modes below this frequency [Hz] are kept, and at least `LEAST_MODES`: twice the
-        highest frequency of the analysis leaves PSDs within 0.5 %.
+        All modes below are kept, and at least `LEAST_MODES`: twice the highest frequency of the
+        analysis leaves PSDs within 0.5 %.
     residual_tolerance
-        Which residual vectors to keep, see `residual_vectors`. With 1e-4 each patch of 4 × 4
-        elements brings about 20; 1 keeps none.
+        See `residual_vectors`. With 1e-4 each patch of 4 × 4 elements brings about 20; 1 keeps none.
     damper_mass
-        Heaviest damper of each patch by name [kg/m²]; patches without one carry no mass. Modes of
-        the panel with all of them are kept below `LOADED_BEYOND` / `MODES_BEYOND` times
-        `frequency_limit`.
+        Heaviest damper of each patch by name [kg/m²]. Modes of the panel with all of them are kept
+        below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`.
 
     Raises
     ------
-    ValueError
-        If `frequency_limit` is not positive, or `residual_tolerance` is negative.
     RuntimeError
         If the modes found are not as many as Sylvester's count.
     """
@@ -159,28 +155,9 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
     X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal),
     reduced to its strongest directions in elastic energy and diagonalised in M and K. Where the
     panel can move as a rigid body, K + (2πf)² M takes the place of the singular K, with f its
-    first frequency above 0 Hz.
-
-    Parameters
-    ----------
-    modes
-        (n_free, n_modes) normal modes Φ, M-orthogonal.
-    tolerance
-        A direction is dropped if its singular value, in the norm of elastic energy, is not
-        above this fraction of the largest. 0 drops only what rounding made; 1 drops all.
-
-    Returns
-    -------
-    frequency
-        (n_residual,) [Hz], ascending.
-    residuals
-        (n_free, n_residual) normalised to max |w| = 1 over the vertices. Empty if the panel has no
-        patches.
-
-    Raises
-    ------
-    ValueError
-        If `tolerance` is negative.
+    first frequency above 0 Hz. A direction is dropped if its singular value, in the norm of elastic
+    energy, is not above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all.
+    Frequencies (n_residual,) [Hz] ascend; vectors (n_free, n_residual) have max |w| = 1.
     """
     n_free = plate.stiffness.shape[0]
     if not plate.patch_overlap:
@@ -212,15 +189,7 @@ def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> t
 
 
 def on_patch(overlap: sp.csr_array, vectors: Array) -> tuple[Index, sp.csr_array, Array]:
-    """Return the coordinates (k,) of a patch, few of a large panel, and D and vectors there.
-
-    Parameters
-    ----------
-    overlap
-        (n_free, n_free) D.
-    vectors
-        (n_free, n); they come back in double precision.
-    """
+    """Return the coordinates (k,) of a patch, few of a large panel, and D and vectors there."""
     rows: Index = np.unique(overlap.nonzero()[0])
     return rows, overlap[rows][:, rows], vectors[rows].astype(np.float64)
 

@@ -24,15 +24,7 @@ SMOOTH_TURN = np.radians(30.0)
 
 @dataclass(frozen=True)
 class EdgeSupport:
-    """Support of the part of the outline between two points of a straight edge.
-
-    Attributes
-    ----------
-    start, end
-        Ends (x, y) [m].
-    kind
-        One of `EDGE_KINDS`.
-    """
+    """Support of one of `EDGE_KINDS` between two points of a straight edge of the outline [m]."""
 
     start: Position
     end: Position
@@ -94,25 +86,10 @@ class HeldVertex:
 
 
 def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
-    """Return the closed chains of vertices round a set of cells, outer boundaries and holes.
+    """Return the closed chains of vertices round a set of cells, the first vertex not repeated.
 
-    Parameters
-    ----------
-    vertices
-        (n_vertices, 2) [m].
-    cells
-        (n_cells, 3) or (n_cells, 4) counter-clockwise.
-
-    Returns
-    -------
-    list of ndarray of int
-        Vertices in order, the first not repeated; counter-clockwise round the set, clockwise
-        round a hole.
-
-    Raises
-    ------
-    ValueError
-        If the boundary touches itself at a vertex.
+    Counter-clockwise round the set, clockwise round a hole. A `ValueError` says where the boundary
+    touches itself at a vertex.
     """
     edges = boundary_edges(cells)
     following = dict(edges.tolist())
@@ -130,17 +107,10 @@ def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
 
 
 def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:
-    """Return the supported vertices of the boundary and the kind of each supported edge.
+    """Return the supported vertices of the boundary, and kind and unit tangent of supported edges.
 
-    Returns
-    -------
-    edges
-        Kind and unit tangent of each supported edge by its vertices, the smaller first.
-
-    Raises
-    ------
-    ValueError
-        If a kind is unknown, or no boundary of the mesh lies along an `EdgeSupport`.
+    The edges are those of two vertices, the smaller first. A `ValueError` says where no boundary of
+    the mesh lies along an `EdgeSupport`.
     """
     vertices, edges = [], {}
     loops = boundary_loops(mesh.vertices, mesh.cells)

@@ -70,27 +70,15 @@ def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
 
 
 def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
-    """Return G for a diffuse field at one wavenumber, as a sum over plane waves.
+    """Return G (n, n) [m⁴] of a diffuse field at one wavenumber k [rad/m], as a sum of plane waves.
 
     sin(kR)/(kR) is the mean of exp(i k·(x − x′)) over all directions, so
 
         G = (1/2π) ∫₀¹ dμ ∫₀^2π dα Re(B Bᴴ),   B_i = ∫ φ_i exp(i k s n_α·x) dA,   s = √(1 − μ²).
 
     Gauss in μ = cos θ (half of an even rule, since the integrand is even in μ), equal steps in
-    α (half the circle, since B turns into its conjugate on the other half).
-
-    Parameters
-    ----------
-    wavenumber
-        k [rad/m], ≥ 0.
-
-    Returns
-    -------
-    (n, n) G [m⁴], symmetric positive semidefinite.
-
-    Notes
-    -----
-    The sum itself is exact to about 1e-12; the quadrature over the panel is the caller's.
+    α (half the circle, since B turns into its conjugate on the other half). The sum itself is
+    exact to about 1e-12; the quadrature over the panel is the caller's.
     """
     cosine, cosine_weight = _half_gauss(wavenumber, panel.diameter)
     azimuth = half_circle(wavenumber, panel.diameter)
@@ -102,32 +90,20 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
 def tabulate_diffuse(
     wavenumber_max: float, panel: PanelQuadrature, nodes_in_k: int | None = None
 ) -> WavenumberTable:
-    """Tabulate G of a diffuse field for 0 ≤ k ≤ k_max and check the table against direct values.
+    """Tabulate G of a diffuse field for 0 ≤ k ≤ k_max [rad/m]; check the table against direct values.
 
     With k² = κ² + k² cos² θ, G is a mean of Ā(κ) = (1/2π) ∮ Re B Bᴴ dα over cos θ, and Ā, even and
     entire in κ, is computed once at the Chebyshev nodes of the table:
 
         G(k) = ∫₀¹ Ā(k √(1 − μ²)) dμ.
 
-    Parameters
-    ----------
-    wavenumber_max
-        k_max [rad/m] > 0.
-    nodes_in_k
-        By default `node_count`.
-
-    Returns
-    -------
-    WavenumberTable
-
     Raises
     ------
     TableNotResolved
         Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), of some shapes spread over all; or by more
-        than what is known of the face.
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than what is known of the face.
     FieldError
-        Where k_max is not positive, or the face is not condensed for twice as much.
+        Where the face is not condensed for twice k_max.
     """
     k_max = float(wavenumber_max)
     diameter = panel.diameter
@@ -164,22 +140,10 @@ def uniform_modal_force(panel: PanelQuadrature) -> Array:
 def plane_wave_modal_force(
     wavenumber: ArrayLike, incidence: float, azimuth: float, panel: PanelQuadrature
 ) -> Complexes:
-    """Return G of one plane wave.
+    """Return G (nf, n, n) [m⁴] of one plane wave at k (nf,) [rad/m], Hermitian of rank one.
 
-    b_i = ∫ φ_i exp(−i k sin θ n_α·x) dA, G = b bᴴ: Hermitian of rank one, not real.
-
-    Parameters
-    ----------
-    wavenumber
-        (nf,) k [rad/m].
-    incidence
-        θ [rad] from the normal, 0 to π/2.
-    azimuth
-        α [rad] from the x axis; the wave runs towards n_α = (cos α, sin α).
-
-    Returns
-    -------
-    (nf, n, n) G [m⁴].
+    b_i = ∫ φ_i exp(−i k sin θ n_α·x) dA, G = b bᴴ. θ is the angle from the normal, α that of the
+    direction n_α = (cos α, sin α) in which the wave runs [rad].
     """
     radial = np.asarray(wavenumber, dtype=np.float64) * np.sin(incidence)
     even, odd = transform(radial, np.array([azimuth]), panel)
@@ -208,24 +172,13 @@ def tabulate_plane_wave(
 
 
 def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Array:
-    """Return G of pressures lumped on elements or nodes, independent of one another (the paper's).
+    """Return G (n, n) [m⁴] of independent pressures lumped on elements or nodes (the paper's).
 
-    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in place of Eq. 22. It does not
-    depend on frequency but **on the mesh**: each halving of the element edge lowers it by
-    6.02 dB, so it has no limit and is no sound field. For 30 × 20 elements on 1.5 m × 1.0 m and
-    c₀ = 343 m/s its PSD is below that of the diffuse field by 25.6 dB in mode (1,1) at its own
+    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in place of Eq. 22, of areas (ne,) [m²] and
+    shapes (ne, n). It does not depend on frequency but **on the mesh**: each halving of the element
+    edge lowers it by 6.02 dB, so it has no limit and is no sound field. For 30 × 20 elements on
+    1.5 m × 1.0 m its PSD is below that of the diffuse field by 25.6 dB in mode (1,1) at its own
     frequency, by 14.6 dB in (3,1) and by 5.4 dB in (9,1). It serves to reproduce the paper.
-
-    Parameters
-    ----------
-    area
-        (ne,) A_e [m²] of the elements, or the shares of the nodes (`lumped_area`).
-    shape
-        (ne, n) shapes at the middle of the elements, or at the nodes [1].
-
-    Returns
-    -------
-    (n, n) G [m⁴].
     """
     area = np.asarray(area, dtype=np.float64)
     shape = np.asarray(shape, dtype=np.float64)
@@ -234,18 +187,7 @@ def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Array:
 
 
 def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
-    """Return the area that belongs to each vertex: each cell shared equally by its corners.
-
-    Parameters
-    ----------
-    vertex_position
-        (n_vertices, 2) [m].
-    cells
-        (n_cells, 3) or (n_cells, 4) vertex numbers, in order round each cell.
-
-    Returns
-    -------
-    (n_vertices,) [m²]; the sum is the area of the panel.
+    """Return the area (n_vertices,) [m²] of each vertex: cells are shared equally by their corners.
 
     Examples
     --------
@@ -261,22 +203,9 @@ def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
 def radiation_efficiency(
     wavenumber: ArrayLike, modal_force_diagonal: ArrayLike, shape_square_integral: ArrayLike
 ) -> Array:
-    """Return the one-sided radiation efficiency of a baffled panel from G of the diffuse field.
+    """Return the one-sided radiation efficiency σ (nf, n) of a baffled panel from the diffuse field.
 
-    By reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA.
-
-    Parameters
-    ----------
-    wavenumber
-        (nf,) k [rad/m].
-    modal_force_diagonal
-        (nf, n) G_ii [m⁴].
-    shape_square_integral
-        (n,) ∫φ_i² dA [m²].
-
-    Returns
-    -------
-    (nf, n) σ [1].
+    By reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA, with G_ii (nf, n) [m⁴] and ∫φ_i² dA (n,) [m²].
     """
     k = np.asarray(wavenumber, dtype=np.float64)
     diagonal = np.asarray(modal_force_diagonal, dtype=np.float64)

@@ -36,16 +36,7 @@ WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
 
 def spectrum_of(sound: Sound) -> BandSpectrum:
-    """Return the band levels of a study, at the overall level or with the shift it states.
-
-    Parameters
-    ----------
-    sound
-        The section ``sound`` of a study.
-
-    Returns
-    -------
-    The table of ``sound.spectrum`` at ``oaspl_db``, or every band ``shift_db`` higher.
+    """Return the band levels of a study, at ``oaspl_db`` or with every band ``shift_db`` higher.
 
     Raises
     ------
@@ -79,15 +70,7 @@ def band_table(sound: Sound) -> pd.DataFrame:
 
 
 def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
-    """Return the sound of a study on a panel.
-
-    Parameters
-    ----------
-    sound
-        The section ``sound`` of a study.
-    table
-        G over wavenumber (`modal_force_tables`).
-    """
+    """Return the sound of a study on a panel of which `modal_force_tables` made the table."""
     return SoundExcitation(
         spectrum_of(sound), table, sound.speed_m_s, sound.pressure_reference, sound.loaded_sides
     )
@@ -96,20 +79,7 @@ def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
 def read_air(
     study: Study, radiation: Radiation, modal_force: WavenumberTable, path: Path | None
 ) -> Air | None:
-    """Read the air on the panel of a study; None where it is left out.
-
-    Parameters
-    ----------
-    radiation
-        Sides that radiate into the air.
-    path
-        ``sound/air.nc``.
-
-    Raises
-    ------
-    ValueError
-        Where the file is not given though it counts.
-    """
+    """Read the air on the panel of a study from ``sound/air.nc``; None where it is left out."""
     if radiation == "none":
         return None
     if path is None:
@@ -167,19 +137,7 @@ class WettedShapes(FaceShapes, Protocol):
 def modal_force_tables(
     sound: Sound, frequency_max: float, shapes: FaceShapes
 ) -> dict[str, WavenumberTable]:
-    """Tabulate G of the field of a study up to the highest frequency of the response.
-
-    Parameters
-    ----------
-    sound
-        The section ``sound`` of a study.
-    frequency_max
-        [Hz].
-
-    Returns
-    -------
-    `MODAL_FORCE`: G [m⁴] over the wavenumber.
-    """
+    """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
     k_max, face = float(field.wavenumber(frequency_max, sound.speed_m_s)), _face(shapes)
     match sound.field:
         case "diffuse":
@@ -223,19 +181,8 @@ def air_tables(
 ) -> dict[str, WavenumberTable]:
     """Tabulate the reaction of the air on one side of the panel to its motion.
 
-    Parameters
-    ----------
-    sound
-        The section ``sound`` of a study.
-    modal_force
-        Of the field of the study (`modal_force_tables`), which sets the range.
-    air_mass
-        Whether the mass of the air counts.
-
-    Returns
-    -------
-    `DIFFUSE`: G of the diffuse field [m⁴], which gives the radiation resistance whatever field
-    drives the panel; left out where that is the field of the study. `ADDED_VOLUME`: V of the added
+    `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance whatever field
+    drives the panel; left out where that is the field of the study. `ADDED_VOLUME` is V of the added
     mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
     k_max = modal_force[MODAL_FORCE].wavenumber_max
