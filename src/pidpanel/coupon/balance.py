@@ -85,7 +85,8 @@ class ContactMaterial:
 class EnergyBalance:
     """Energies of one run over a window [J]; see the head of the module.
 
-    The last five are dissipated: along and across the normal between spheres and at walls, in rolling.
+    The last five are dissipated: along and across the normal between spheres and at walls, in
+    rolling.
     """
 
     work: float
@@ -146,7 +147,7 @@ def contact_losses(
     *,
     with_wall: bool,
 ) -> tuple[Array, Array, Array, Array]:
-    """Power lost in each contact (n,) along the normal, along the surface and in rolling [W]; 2/5 F δ [J].
+    """Power lost in each contact along the normal, the surface and in rolling [W]; 2/5 F δ [J].
 
     ``normal`` (n, 3) is the unit vector towards the first sphere, ``overlap`` δ and
     ``relative_radius`` R* = R₁R₂/(R₁+R₂), R₁ against a wall, (n,) [m]. A wall does not move.
@@ -241,9 +242,9 @@ def energy_balance(
 ) -> EnergyBalance:
     """Energy balance over a window of frames a ``step`` [s] apart, by the trapezoidal rule.
 
-    ``planes`` (t, 4) are unit normal into the cell and offset of each wall triangle, n·x = offset on
-    it; ``materials`` those of sphere on sphere and of sphere on wall; ``acceleration`` (frames,) that
-    of the inertial force along z as seen from the cells, ``gravity`` (3,) [m/s²].
+    ``planes`` (t, 4) are unit normal into the cell and offset of each wall triangle, n·x = offset
+    on it; ``materials`` those of sphere on sphere and of sphere on wall; ``acceleration`` (frames,)
+    that of the inertial force along z as seen from the cells, ``gravity`` (3,) [m/s²].
     """
     frames = len(spheres.position)
     pair = _pair_losses(pairs, spheres, materials[0])

@@ -13,8 +13,8 @@ def rayleigh_time(
 ) -> float:
     """Time in which a Rayleigh wave runs half round a sphere [s].
 
-    T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
-    ``fix check/timestep/gran`` compares the time step; R [m], ρ [kg/m³], E [Pa].
+    T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS' ``fix
+    check/timestep/gran`` compares the time step; R [m], ρ [kg/m³], E [Pa].
 
     Examples
     --------
@@ -32,7 +32,8 @@ def wall_overlap(
 ) -> float:
     """Deepest overlap of a sphere that hits a wall of its own material head-on [m].
 
-    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985), eq. 11.22.
+    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985), eq.
+    11.22.
     """
     mass = density * 4 / 3 * math.pi * radius**3
     effective_modulus = youngs_modulus / (2 * (1 - poissons_ratio**2))
@@ -65,10 +66,10 @@ AGITATED = 80.0
 def deepening(layers: float, acceleration_g: float) -> float:
     """How much more a deep bed is biased by long contacts than one at half fill [1].
 
-    A bed of so many layers that is thrown as one body rebounds layer by layer. Excess of η over that
-    of the material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over the
-    difference in t_c f: at r = 0.5 (6.25 layers), 20 g, 500 Hz 4.4; at r = 0.7, 20 g, 250 Hz 5; at
-    r = 0.9 (11.25 layers), 20 g, 250 and 500 Hz 11 to 21, at 40 g 12. At 80 g (steel) and 120 g
+    A bed of so many layers that is thrown as one body rebounds layer by layer. Excess of η over
+    that of the material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over
+    the difference in t_c f: at r = 0.5 (6.25 layers), 20 g, 500 Hz 4.4; at r = 0.7, 20 g, 250 Hz 5;
+    at r = 0.9 (11.25 layers), 20 g, 250 and 500 Hz 11 to 21, at 40 g 12. At 80 g (steel) and 120 g
     there is no excess up to t_c f = 0.07, whatever the height.
 
     Examples
@@ -88,8 +89,8 @@ def modulus_bias(
 ) -> float:
     """Share by which softened spheres dissipate too much [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
 
-    The larger of the two; the first times that of `deepening`, where the bed rides; the second where
-    it crosses its gap (W/L from `CROSSING` on).
+    The larger of the two; the first times that of `deepening`, where the bed rides; the second
+    where it crosses its gap (W/L from `CROSSING` on).
 
     Notes
     -----
@@ -99,9 +100,9 @@ def modulus_bias(
     1.305 (1.8); at W/L = 0.48 (steel, r = 0.5, 50 Hz, 60 g) 0.6, at 0.62 (acrylic, 120 g) 0.8.
 
     The first was measured with 2 mm spheres at half fill and Γ = 20 against the material's 3.2 GPa
-    (``coupon_modulus.yaml``): 1.2 ± 2.2 %, 5.2 ± 1.7 % and 12.0 ± 1.1 % at differences of
-    0.009, 0.016 and 0.064; earlier 1.6, 7.5 and 23 % at 0.011, 0.019 and 0.073. Both go into
-    the error, not into the value, and hold where the bed is thrown: see `Stiffness`.
+    (``coupon_modulus.yaml``): 1.2 ± 2.2 %, 5.2 ± 1.7 % and 12.0 ± 1.1 % at differences of 0.009,
+    0.016 and 0.064; earlier 1.6, 7.5 and 23 % at 0.011, 0.019 and 0.073. Both go into the error,
+    not into the value, and hold where the bed is thrown: see `Stiffness`.
     """
     of_time = 2.5 * deepening * (contact_per_period - material_contact_per_period)
     of_depth = 1.5 * (overlap - material_overlap)
@@ -123,8 +124,8 @@ def softest_modulus(
     """Softest modulus [Pa] whose contacts stay short and shallow at a drive's speed.
 
     A soft sphere allows a long time step but dissipates too much once its contacts last a
-    noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own
-    modulus is returned: it is the truth, however long its contacts.
+    noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own modulus
+    is returned: it is the truth, however long its contacts.
     """
     for modulus in sorted(choices):
         if modulus >= material_modulus:

@@ -53,9 +53,10 @@ class Estimate:
 def first_harmonic(
     p_sin: Array, p_cos: Array, *, amplitude: float, frequency: float, mass: float, area: float
 ) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle from ⟨p sin ωt⟩ and ⟨p cos ωt⟩ [kg m/s], (n,) each.
+    """C_e [N s/m³] and m_a [kg/m²] of each cycle (n,) from ⟨p sin ωt⟩ and ⟨p cos ωt⟩ [kg m/s].
 
-    The coupon moves by W sin 2πft ([m], [Hz]); M is that of all spheres [kg], A_c of all cells [m²].
+    The coupon moves by W sin 2πft ([m], [Hz]); M is that of all spheres [kg], A_c of all cells
+    [m²].
     """
     equivalent_damping = 2 * p_sin / (amplitude * area)
     apparent_mass = (mass + 2 * p_cos / (2 * math.pi * frequency * amplitude)) / area
@@ -79,8 +80,8 @@ def loss_factor(
 def inelastic_bound(mass_per_area: float, frequency: float) -> float:
     """C_e ≤ 4 m″ ω / π [N s/m³]: perfectly inelastic mass thrown from wall to wall.
 
-    Reached at a clear gap L = πW without gravity, where E_d = 4 m″ (ωW)². A bed that keeps
-    some of its energy from one wall to the next can exceed it.
+    Reached at a clear gap L = πW without gravity, where E_d = 4 m″ (ωW)². A bed that keeps some of
+    its energy from one wall to the next can exceed it.
     """
     return 4 * mass_per_area * 2 * math.pi * frequency / math.pi
 
@@ -88,9 +89,9 @@ def inelastic_bound(mass_per_area: float, frequency: float) -> float:
 def transient_end(series: Array) -> int:
     """Row of a series (n,) at which the transient ends, by the marginal standard error rule.
 
-    Of all truncation points d the one that minimises Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches
-    of five rows (of fewer where there are fewer than fifty). The search ends at half the series:
-    a minimum there means that the end was not seen, and the caller must run on.
+    Of all truncation points d the one that minimises Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches of
+    five rows (of fewer where there are fewer than fifty). The search ends at half the series: a
+    minimum there means that the end was not seen, and the caller must run on.
 
     References
     ----------
@@ -109,9 +110,9 @@ def transient_end(series: Array) -> int:
 def block_error(series: Array) -> float:
     """Standard error of the mean of a correlated series (n,), by blocking.
 
-    Neighbours are averaged in pairs again and again; the error from the blocks rises until they
-    are independent. The largest error from at least `MIN_BLOCKS` blocks is taken, which is on
-    the safe side; infinity for shorter series.
+    Neighbours are averaged in pairs again and again; the error from the blocks rises until they are
+    independent. The largest error from at least `MIN_BLOCKS` blocks is taken, which is on the safe
+    side; infinity for shorter series.
 
     References
     ----------
@@ -129,8 +130,8 @@ def block_error(series: Array) -> float:
 def estimate(series: Array, start: int | None = None, stored: Array | None = None) -> Estimate:
     """Mean of a series (n,) after the transient with its standard error and drift.
 
-    ``start`` defaults to `transient_end`; ``stored`` is the energy that the bed stores (n,) [J], used
-    where `ROWS_FOR_STORAGE` rows are left (`without_storage`).
+    ``start`` defaults to `transient_end`; ``stored`` is the energy that the bed stores (n,) [J],
+    used where `ROWS_FOR_STORAGE` rows are left (`without_storage`).
     """
     first = transient_end(series) if start is None else start
     steady, freedom = series[first:], 1
@@ -169,15 +170,15 @@ def settled(series: Array) -> tuple[float, float]:
 
 
 def without_storage(series: Array, stored: Array, start: int) -> Array:
-    """The series (n,) less what follows the rise and fall of the energy that the bed stores (n,) [J].
+    """The series (n,) less what follows the energy that the bed stores (n,) [J].
 
-    What the shaker gives in one cycle and the bed gives back in the next is no loss and
-    has no mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half
-    full, it lands every third cycle, and C_e of single cycles is −2000, 200, 3700 N s/m³ round
-    a mean of 600. The increments of the stored energy to the cycle before and after have the
-    mean zero in a steady run, so any multiple of them may be taken off (control variates);
-    the multiples are those of least squares from row ``start`` on. There the scatter falls by
-    ten, elsewhere by a tenth. The first and last row have no such neighbours and stay.
+    What the shaker gives in one cycle and the bed gives back in the next is no loss and has no
+    mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half full, it
+    lands every third cycle, and C_e of single cycles is −2000, 200, 3700 N s/m³ round a mean of
+    600. The increments of the stored energy to the cycle before and after have the mean zero in a
+    steady run, so any multiple of them may be taken off (control variates); the multiples are those
+    of least squares from row ``start`` on. There the scatter falls by ten, elsewhere by a tenth.
+    The first and last row have no such neighbours and stay.
     """
     rise = np.diff(stored)
     controls = np.column_stack([rise[1:], rise[:-1]])
@@ -195,7 +196,7 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
 
 
 def packed(means: Array, errors: Array, scatter: float) -> float:
-    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n, with the scatter s between packings."""
+    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n; s is the scatter of packings."""
     variance = np.square(errors) + (scatter * np.mean(means)) ** 2
     return float(np.sqrt(np.sum(variance))) / len(means)
 
@@ -203,9 +204,9 @@ def packed(means: Array, errors: Array, scatter: float) -> float:
 def combine(means: Array, errors: Array) -> tuple[float, float]:
     """Mean over seeds (n,) and its standard error, from within and between.
 
-    The error is the larger of what the runs say of themselves, √Σσ²/n, and what their
-    scatter says, s/√n. With two or three seeds the scatter alone is too uncertain (one or
-    two degrees of freedom); the runs alone miss that a packing stays what it is.
+    The error is the larger of what the runs say of themselves, √Σσ²/n, and what their scatter says,
+    s/√n. With two or three seeds the scatter alone is too uncertain (one or two degrees of
+    freedom); the runs alone miss that a packing stays what it is.
     """
     n = len(means)
     within_seeds = float(np.sqrt(np.sum(np.square(errors)))) / n

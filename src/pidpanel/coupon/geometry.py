@@ -36,10 +36,9 @@ def cell_centres(across_flats: float, count: int) -> Array:
 def side_walls(outline: Array, centres: Array, height: float) -> Array:
     """Triangles of the side walls of convex cells, one to a side, (c k, 3, 3) [m].
 
-    A triangle holds the rectangle side × ``height`` and reaches past it, twice as wide at the
-    floor and twice as high. Past a side of a convex cell there is nothing of the cell, so the
-    spheres meet the same planes as with two triangles to a side, at half the cost, and never an
-    edge.
+    A triangle holds the rectangle side × ``height`` and reaches past it, twice as wide at the floor
+    and twice as high. Past a side of a convex cell there is nothing of the cell, so the spheres
+    meet the same planes as with two triangles to a side, at half the cost, and never an edge.
     """
     corners = outline[None] + centres[:, None]
     side = np.roll(corners, -1, axis=1) - corners
@@ -124,9 +123,9 @@ def _inradius(outline: Array) -> float:
 def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Generator) -> Array:
     """Place spheres at random in a prism of a convex outline without overlap, (n, 3) [m].
 
-    Random sequential addition, the largest first: positions are drawn uniformly over the
-    part of the cell that a centre can reach and kept when 1 % clear of all earlier ones. A
-    `ValueError` says that no room was found after three hundred tries per sphere.
+    Random sequential addition, the largest first: positions are drawn uniformly over the part of
+    the cell that a centre can reach and kept when 1 % clear of all earlier ones. A `ValueError`
+    says that no room was found after three hundred tries per sphere.
     """
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]

@@ -29,10 +29,10 @@ def slug_energy(gap_over_amplitude: float) -> float:
         L/A = φ − sin φ,  E = (1 − cos φ)² m A²ω²                  for L/A ≤ π
         L/A = π cos t + 2 sin t,  E = 4 cos² t m A²ω²              for π < L/A ≤ √(π² + 4)
 
-    In the second range it lands when that wall has passed its greatest speed, so that it leaves
-    at once, t after it. The largest loss, 4 m A²ω², is at L = πA: "collect and collide" (Sack,
-    Heckel, Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013)). Outside
-    0 < L/A ≤ √(π² + 4) a `ValueError` is raised.
+    In the second range it lands when that wall has passed its greatest speed, so that it leaves at
+    once, t after it. The largest loss, 4 m A²ω², is at L = πA: "collect and collide" (Sack, Heckel,
+    Kollmer, Zimber & Pöschel, *Phys. Rev. Lett.* 111, 018001 (2013)). Outside 0 < L/A ≤ √(π² + 4) a
+    `ValueError` is raised.
 
     Examples
     --------
@@ -46,8 +46,8 @@ def slug_energy(gap_over_amplitude: float) -> float:
 def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
     """Loss [m A²ω²] and apparent mass [m] of the body of `slug_energy`, for any number of L/A.
 
-    With θ = ωt from the instant at which a wall has its greatest speed, the body moves at Aω for
-    0 < θ < φ and with the other wall, at Aω cos θ, for φ < θ < π; in the second half the same the
+    With θ = ωt from the instant at which a wall has its greatest speed, the body moves at Aω for 0
+    < θ < φ and with the other wall, at Aω cos θ, for φ < θ < π; in the second half the same the
     other way. The first harmonic of its momentum in phase with the wall is then
 
         m_a/m = (2/π) ∫ v cos θ dθ/(Aω) = (2/π)(sin φ + (π − φ)/2 − sin(2φ)/4)    for L/A ≤ π
@@ -89,13 +89,13 @@ def _landing(gap: Array) -> Array:
 def floor_energy(gamma: float) -> float:
     """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²], Γ = Aω²/g.
 
-    It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ
-    later in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
+    It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ later
+    in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
 
         sin φ₀ + τ cos φ₀ − τ²/(2Γ) = sin(φ₀ + τ),  u = τ/Γ − cos φ₀ + cos(φ₀ + τ)
 
-    Up to Γ = 1 it never leaves the floor and loses nothing. The largest loss, 2.2604 m A²ω², is
-    at Γ = 2.581. Beyond √(1 + π²) a flight is longer than a period: a `ValueError` (Mehta & Luck,
+    Up to Γ = 1 it never leaves the floor and loses nothing. The largest loss, 2.2604 m A²ω², is at
+    Γ = 2.581. Beyond √(1 + π²) a flight is longer than a period: a `ValueError` (Mehta & Luck,
     *Phys. Rev. Lett.* 65, 393 (1990)).
 
     Examples

@@ -89,7 +89,7 @@ class Circle:
 
 @dataclass(frozen=True)
 class Polygon:
-    """A polygon by its corners [m], in order, the first not repeated; all rounded by a radius [m]."""
+    """A polygon by its corners [m], the first not repeated; all rounded by a radius [m]."""
 
     points: tuple[Position, ...]
     radius: float = 0.0
@@ -123,10 +123,10 @@ def signed_area(corners: ArrayLike) -> float:
 
 
 def rounded(points: Sequence[Position], radius: float) -> Array:
-    """Return the corners (n, 2) [m] of a polygon with every corner cut by an arc of straight pieces.
+    """Return the corners (n, 2) [m] of a polygon, each cut by an arc of straight pieces.
 
-    The pieces' ends lie on the arc, which touches both edges. A `ValueError` says where two arcs need
-    more than the edge between them.
+    The pieces' ends lie on the arc, which touches both edges. A `ValueError` says where two arcs
+    need more than the edge between them.
     """
     corners = np.asarray(points, dtype=float)
     if radius == 0:

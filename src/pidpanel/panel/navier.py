@@ -40,11 +40,11 @@ def shear_plate_frequency(
 ) -> Array:
     """Return the first natural frequency [Hz] of each order of a rectangle with transverse shear.
 
-    Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and
-    b_y = Y sin(px) cos(qy), p = mπ/a and q = nπ/b, the equations of motion are a 3 × 3
-    eigenproblem K (W, X, Y) = ω² M (W, X, Y) with M = diag(m″, I, I) and I the rotary
-    inertia (Whitney and Pagano, J. Appl. Mech. 37, 1970). There is no closed form, and a `ValueError`,
-    unless D_16, D_26 and S_12 are zero.
+    Hard simple support. With w = W sin(px) sin(qy), b_x = X cos(px) sin(qy) and b_y = Y sin(px)
+    cos(qy), p = mπ/a and q = nπ/b, the equations of motion are a 3 × 3 eigenproblem K (W, X, Y) =
+    ω² M (W, X, Y) with M = diag(m″, I, I) and I the rotary inertia (Whitney and Pagano, J. Appl.
+    Mech. 37, 1970). There is no closed form, and a `ValueError`, unless D_16, D_26 and S_12 are
+    zero.
     """
     D, S = section.bending, section.shear
     if not is_aligned(section):
@@ -93,9 +93,9 @@ def mode_orders(
 
     Modes of one frequency, such as (3, 4) and (6, 2) of the paper's panel, are computed as an
     arbitrary basis of their common subspace. So modes whose frequencies (nearly) coincide are
-    compared as subspaces: together they get the sines that lie most in their span, and each of
-    them the one that it resembles most. Returns (n_modes, 2) orders and the share (n_modes,) of
-    ∫ sine² dA in the subspace: a low share means that the panel is no such rectangle.
+    compared as subspaces: together they get the sines that lie most in their span, and each of them
+    the one that it resembles most. Returns (n_modes, 2) orders and the share (n_modes,) of ∫ sine²
+    dA in the subspace: a low share means that the panel is no such rectangle.
     """
     modes = ~basis.is_residual
     frequency = basis.natural_frequency[modes]

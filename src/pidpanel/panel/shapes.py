@@ -128,7 +128,8 @@ def panel_shapes(
         All modes below are kept, and at least `LEAST_MODES`: twice the highest frequency of the
         analysis leaves PSDs within 0.5 %.
     residual_tolerance
-        See `residual_vectors`. With 1e-4 each patch of 4 × 4 elements brings about 20; 1 keeps none.
+        See `residual_vectors`. With 1e-4 each patch of 4 × 4 elements brings about 20; 1 keeps
+        none.
     damper_mass
         Heaviest damper of each patch by name [kg/m²]. Modes of the panel with all of them are kept
         below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`.
@@ -152,12 +153,12 @@ def panel_shapes(
 def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> tuple[Array, Array]:
     """Compute the static response to the forces of the patches that the modes lack.
 
-    X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal),
-    reduced to its strongest directions in elastic energy and diagonalised in M and K. Where the
-    panel can move as a rigid body, K + (2πf)² M takes the place of the singular K, with f its
-    first frequency above 0 Hz. A direction is dropped if its singular value, in the norm of elastic
-    energy, is not above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all.
-    Frequencies (n_residual,) [Hz] ascend; vectors (n_free, n_residual) have max |w| = 1.
+    X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal), reduced to
+    its strongest directions in elastic energy and diagonalised in M and K. Where the panel can move
+    as a rigid body, K + (2πf)² M takes the place of the singular K, with f its first frequency
+    above 0 Hz. A direction is dropped if its singular value, in the norm of elastic energy, is not
+    above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all. Frequencies
+    (n_residual,) [Hz] ascend; vectors (n_free, n_residual) have max |w| = 1.
     """
     n_free = plate.stiffness.shape[0]
     if not plate.patch_overlap:

@@ -76,9 +76,9 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
 
         G = (1/2π) ∫₀¹ dμ ∫₀^2π dα Re(B Bᴴ),   B_i = ∫ φ_i exp(i k s n_α·x) dA,   s = √(1 − μ²).
 
-    Gauss in μ = cos θ (half of an even rule, since the integrand is even in μ), equal steps in
-    α (half the circle, since B turns into its conjugate on the other half). The sum itself is
-    exact to about 1e-12; the quadrature over the panel is the caller's.
+    Gauss in μ = cos θ (half of an even rule, since the integrand is even in μ), equal steps in α
+    (half the circle, since B turns into its conjugate on the other half). The sum itself is exact
+    to about 1e-12; the quadrature over the panel is the caller's.
     """
     cosine, cosine_weight = _half_gauss(wavenumber, panel.diameter)
     azimuth = half_circle(wavenumber, panel.diameter)
@@ -90,7 +90,7 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
 def tabulate_diffuse(
     wavenumber_max: float, panel: PanelQuadrature, nodes_in_k: int | None = None
 ) -> WavenumberTable:
-    """Tabulate G of a diffuse field for 0 ≤ k ≤ k_max [rad/m]; check the table against direct values.
+    """Tabulate G of a diffuse field up to k_max [rad/m]; check the table against direct values.
 
     With k² = κ² + k² cos² θ, G is a mean of Ā(κ) = (1/2π) ∮ Re B Bᴴ dα over cos θ, and Ā, even and
     entire in κ, is computed once at the Chebyshev nodes of the table:
@@ -174,11 +174,11 @@ def tabulate_plane_wave(
 def uncorrelated_modal_force(area: ArrayLike, shape: ArrayLike) -> Array:
     """Return G (n, n) [m⁴] of independent pressures lumped on elements or nodes (the paper's).
 
-    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in place of Eq. 22, of areas (ne,) [m²] and
-    shapes (ne, n). It does not depend on frequency but **on the mesh**: each halving of the element
-    edge lowers it by 6.02 dB, so it has no limit and is no sound field. For 30 × 20 elements on
-    1.5 m × 1.0 m its PSD is below that of the diffuse field by 25.6 dB in mode (1,1) at its own
-    frequency, by 14.6 dB in (3,1) and by 5.4 dB in (9,1). It serves to reproduce the paper.
+    G_ij = Σ_e (A_e φ_i(e)) (A_e φ_j(e)), the unit matrix in place of Eq. 22, of areas (ne,) [m²]
+    and shapes (ne, n). It does not depend on frequency but **on the mesh**: each halving of the
+    element edge lowers it by 6.02 dB, so it has no limit and is no sound field. For 30 × 20
+    elements on 1.5 m × 1.0 m its PSD is below that of the diffuse field by 25.6 dB in mode (1,1) at
+    its own frequency, by 14.6 dB in (3,1) and by 5.4 dB in (9,1). It serves to reproduce the paper.
     """
     area = np.asarray(area, dtype=np.float64)
     shape = np.asarray(shape, dtype=np.float64)
@@ -203,7 +203,7 @@ def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
 def radiation_efficiency(
     wavenumber: ArrayLike, modal_force_diagonal: ArrayLike, shape_square_integral: ArrayLike
 ) -> Array:
-    """Return the one-sided radiation efficiency σ (nf, n) of a baffled panel from the diffuse field.
+    """Return the one-sided radiation efficiency σ (nf, n) of a baffled panel from G.
 
     By reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA, with G_ii (nf, n) [m⁴] and ∫φ_i² dA (n,) [m²].
     """

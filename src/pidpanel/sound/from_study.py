@@ -182,8 +182,8 @@ def air_tables(
     """Tabulate the reaction of the air on one side of the panel to its motion.
 
     `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance whatever field
-    drives the panel; left out where that is the field of the study. `ADDED_VOLUME` is V of the added
-    mass [m³]; left out where the air has no mass (``response.air_mass``).
+    drives the panel; left out where that is the field of the study. `ADDED_VOLUME` is V of the
+    added mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
     k_max = modal_force[MODAL_FORCE].wavenumber_max
     face = _face(shapes, shapes.face_overlap)
