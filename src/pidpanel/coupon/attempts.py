@@ -72,15 +72,7 @@ def pour_packing(packing: Packing, file: Path) -> PourOutcome:
 
 
 def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
-    """Shake a bed loose, in the folder of ``bed.json``, and write that.
-
-    Parameters
-    ----------
-    packing_file
-        The ``packing.json`` of its packing, whose failure is handed on.
-    file
-        ``bed.json``.
-    """
+    """Shake a bed loose, in the folder of ``bed.json``, and write that or a failed packing."""
     source = sound_packing(bed.packing, packing_file)
     poured = source.found
     with exclusive_lock(_lock(file.parent)):
@@ -161,13 +153,10 @@ def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
 
 
 def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> ShakeOutcome:
-    """Shake a run in a folder.
+    """Shake a run in a folder; hand on the failure of its bed.
 
-    Parameters
-    ----------
-    bed_file
-        The ``bed.json`` of its bed, whose failure is handed on. The packing of the bed is looked
-        for in ``../../packing`` of its folder, should the bed have to be made again.
+    The packing of the bed is looked for in ``../../packing`` of the folder of ``bed.json``, should
+    the bed have to be made again.
     """
     bed = bed_in_store(run.bed, bed_file)
     if bed.found is None:
@@ -219,19 +208,9 @@ def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
 def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
     """Shake the seeds of a case, and those of its reserve if its cells end in several states.
 
-    A case of which that is possible lasts at least a third of ``state_cycles``. With several
-    states all its runs last ``state_cycles``, and no longer on account of being apart: they need
-    not ever agree.
-
-    Parameters
-    ----------
-    folder
-        ``results/coupon``.
-
-    Returns
-    -------
-    list of ShakeOutcome
-        Of the runs of the case or, with several states, of `Case.with_reserve`.
+    A case of which that is possible lasts at least a third of ``state_cycles``. With several states
+    all its runs last ``state_cycles``, and no longer on account of being apart: they need not ever
+    agree. Returns the outcomes of the case or, with several states, of `Case.with_reserve`.
     """
     target, first = case.target, first_target(case)
     outcomes = _shake_all(case, first, folder)
@@ -286,16 +265,9 @@ def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[ShakeOutcome
 
 
 def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
-    """Shake all seeds of some cases, one after the other, and write how each ended.
+    """Shake all seeds of some cases in ``results/coupon``; write how each ended.
 
     One process for all of them: what Python imports is paid once.
-
-    Parameters
-    ----------
-    folder
-        ``results/coupon``, with the beds in ``bed``; each run is in its folder there.
-    file
-        Gets the status of each run as JSON.
     """
     ended = {}
     for case in tracked(cases, "cases"):

@@ -75,16 +75,10 @@ def run_cost(run: Run, case: Case) -> float:
 
 
 class Part(NamedTuple):
-    """Runs of a long case that a job shakes, one after the other.
+    """Runs of a long case that a job shakes, one after the other, with their CPU time [s].
 
-    Attributes
-    ----------
-    runs
-        Their numbers in the case.
-    cost
-        CPU time that they will take on an ordinary core [s].
-    legs
-        Jobs that share them. What they take beyond these the last one does when it is tried again.
+    Several jobs, its legs, share them. What they take beyond these the last one does when it is
+    tried again.
     """
 
     runs: tuple[int, ...]

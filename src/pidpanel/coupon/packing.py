@@ -32,16 +32,10 @@ def identity_digest(*parts: Any) -> str:
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the contacts of spheres with spheres and with walls.
+    """Constants of the contacts of spheres with spheres and with walls: moduli [Pa], others [1].
 
-    Attributes
-    ----------
-    youngs_modulus, wall_youngs_modulus
-        [Pa]. Those of a run, which may be softer than the material; see `contact.softest_modulus`.
-    poissons_ratio, wall_poissons_ratio, restitution, wall_restitution
-        [1]
-    friction, wall_friction, rolling_friction, wall_rolling_friction
-        Coefficients [1].
+    The moduli are those of a run, which may be softer than the material
+    (`contact.softest_modulus`).
     """
 
     youngs_modulus: float

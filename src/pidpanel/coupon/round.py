@@ -16,18 +16,14 @@ class Round:
 
     Attributes
     ----------
-    round
-        Its number, from 0.
     cases
         Labels of all cases of the sweep chosen so far, those of this round last.
     new
         How many cases this round adds; none in the last.
     reached
         Whether all rms accelerations were accurate enough before this round.
-    largest_relative_error
-        The largest stated before this round [1]; None in round 0.
-    relative_error
-        By scenario and point [1].
+    largest_relative_error, relative_error
+        Stated before this round [1], None in round 0; by scenario and point.
     tones
         (r, f [Hz], Γ) of all cases beside the sweep chosen so far, those of this round last.
     """

@@ -80,20 +80,9 @@ class CoupledDamping(BandDamping):
     """C_e, m_a and own force of one patch at the motion that it has.
 
     ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
-    bands. Fill and Γ are not arguments: they are those of the runs.
-
-    Parameters
-    ----------
-    frequency
-        (n,) rising nodes [Hz].
-    own_length
-        Coherence length times frequency [m Hz].
-    cell_area
-        Of a cell [m²].
-    weight
-        Of the particles [kg/m²].
-    with_mass
-        Whether m_a counts.
+    bands at ``frequency`` (n,) [Hz]. Fill and Γ are not arguments: they are those of the runs.
+    ``own_length`` is the coherence length times frequency [m Hz], ``cell_area`` [m²], ``weight`` of
+    the particles [kg/m²].
     """
 
     frequency: Array

@@ -67,21 +67,9 @@ def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, 
 
 
 def fit_at_fill(frequency: Array, damping: Array, error: Array) -> FittedValue:
-    """ln a₁, a₂ and a₃ of one fill.
+    """ln a₁, a₂ and a₃ of one fill from C_e (…, n) at frequencies (n,) [Hz], four at least.
 
-    Parameters
-    ----------
-    frequency
-        (n,) [Hz]; at least four, for three constants and an interval.
-    damping
-        (…, n) C_e > 0 [N s/m³].
-    error
-        (n,) standard errors of ln C_e; only their ratios matter.
-
-    Raises
-    ------
-    ValueError
-        With fewer than four frequencies.
+    Of the standard errors of ln C_e (n,) only the ratios matter.
     """
     omega = 2 * np.pi * np.asarray(frequency, float)
     if len(np.unique(omega)) < 4:
@@ -100,21 +88,10 @@ def fit_at_fill(frequency: Array, damping: Array, error: Array) -> FittedValue:
 def fit_over_fill(
     frequency: Array, fill_fraction: Array, damping: Array, error: Array
 ) -> FittedValue:
-    """Return the constants of the structure of Eq. 6 over all fills at once.
+    """Return the constants of the structure of Eq. 6 over all fills at once, from C_e (…, n).
 
-    Parameters
-    ----------
-    frequency, fill_fraction
-        (n,) Hz and –; at least eight points, three fills, four frequencies.
-    damping
-        (…, n) C_e > 0 [N s/m³].
-    error
-        (n,) standard errors of ln C_e; only their ratios matter.
-
-    Raises
-    ------
-    ValueError
-        With fewer points.
+    Eight points, three fills and four frequencies [Hz] at least; of the standard errors of ln C_e
+    (n,) only the ratios matter.
     """
     omega = 2 * np.pi * np.asarray(frequency, float)
     r = np.asarray(fill_fraction, float)

@@ -100,18 +100,10 @@ FORMS = (
 
 @dataclass(frozen=True)
 class Fit:
-    """A form with its constants.
+    """A form with its constants (p,) and their 95 % intervals of the linearised problem.
 
-    Attributes
-    ----------
-    constants, low, high
-        (p,) with 95 % intervals of the linearised problem.
-    rms
-        Of ln C_e over the cases it was fitted to.
-    held_out_rms, held_out_largest
-        Of ln C_e over cases left out of the fit, a tenth at a time.
-    information
-        Akaike's criterion corrected for few data; lower is better.
+    The errors are of ln C_e, over the cases and over a tenth of them left out at a time;
+    ``information`` is Akaike's criterion corrected for few data, lower is better.
     """
 
     form: Form

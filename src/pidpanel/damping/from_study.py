@@ -36,11 +36,6 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
     """Return the surface of the rows of ``cases.csv``.
 
     Only gravity along the motion holds the particles down: Γ₀ is its component.
-
-    Raises
-    ------
-    DampingError
-        If the rows make no surface; see `DampingSurface.from_frame`.
     """
     *_, along = np.array(coupon.gravity_direction) / np.hypot.reduce(coupon.gravity_direction)
     return DampingSurface.from_frame(

@@ -142,18 +142,10 @@ def fit(
     centre: float | None = None,
     unit: float | None = None,
 ) -> GaussianProcess:
-    """Fit the process of largest posterior probability.
+    """Fit the process of largest posterior probability to values (n,) at points (n, d) with errors.
 
-    Parameters
-    ----------
-    points
-        (n, d); an axis without spread plays no part.
-    values, error
-        (n,) observations and their standard errors (0 where unknown).
-    axes
-        (d,) of `spreads`, where the points are a part of those by which lengths are measured.
-    centre, unit
-        As of `GaussianProcess`.
+    An axis without spread plays no part. ``axes`` (d,) are of `spreads`, where the points are a
+    part of those by which lengths are measured.
 
     Examples
     --------

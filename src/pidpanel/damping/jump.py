@@ -47,13 +47,7 @@ SWEEPS, CONVERGED = 50, 1e-6
 
 
 def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
-    """Return u (n,) of ln(W/L) and ln Γ; −∞ where the bed does not get to the lid.
-
-    Examples
-    --------
-    >>> reach(np.log([0.5, 0.5]), np.log([4.0, 16.0]), 1.0).round(4)
-    array([  -inf, -0.837])
-    """
+    """Return u (n,) of ln(W/L) and ln Γ; −∞ where the bed does not get to the lid."""
     left = 1 - 2 * onset_g * np.exp(-log_stroke - log_gamma)
     with np.errstate(divide="ignore"):
         return log_stroke + 0.5 * np.log(np.maximum(left, 0.0))
@@ -97,15 +91,7 @@ class Jump:
             object.__setattr__(self, name, value)
 
     def probability(self, points: Array, reached: Array) -> Array:
-        """Return the probability (k,) that the bed crosses.
-
-        Parameters
-        ----------
-        points
-            (k, 2) r and ln Γ.
-        reached
-            (k,) u of `reach`.
-        """
+        """Return the probability (k,) that the bed crosses at r, ln Γ (k, 2) and u (k,)."""
         cross = _kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
         mean = cross @ self._weights  # type: ignore[attr-defined]
         scaled = cross * self._root  # type: ignore[attr-defined]

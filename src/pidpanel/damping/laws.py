@@ -41,17 +41,10 @@ def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) ->
 def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     """Return C_e of Eq. 5 and 6 as printed [N s/m³]; negative for every fill.
 
-    Parameters
-    ----------
-    frequency
-        (n,) [Hz], within `FREQUENCY_RANGE`.
-    fill_fraction
-        0 < r ≤ 1.
-
     Raises
     ------
     DampingError
-        Outside these ranges.
+        Outside `FREQUENCY_RANGE` [Hz] and 0 < r ≤ 1.
 
     Examples
     --------

@@ -42,10 +42,8 @@ class Mixture:
     ----------
     points
         (n, 3) r, ln Γ, ln W/L.
-    crossing
-        (n,) p.
-    riding, step
-        (n,) ā, d.
+    crossing, riding, step
+        (n,) p, ā, d.
     restless
         (2, n) further noise of a and b, standard deviations.
     """
@@ -91,19 +89,7 @@ class Sides:
     crossing: GaussianProcess | None = None
 
     def mixture(self, points: Array, crossing: Array, expected: Array, restless: Array) -> Mixture:
-        """Return what is known at points (n, 3).
-
-        Parameters
-        ----------
-        points
-            (n, 3) r, ln Γ, ln W/L.
-        crossing
-            (n,) p.
-        expected
-            (n,) what is known of b beforehand.
-        restless
-            (2, n) further noise of a and b, standard deviations.
-        """
+        """Return what is known at points (n, 3), with p (n,) and the expectation of b (n,)."""
         riding = self.riding.mean(points)
         if self.crossing is None:
             return Mixture(points, np.zeros(len(points)), riding, np.zeros(len(points)), restless)
@@ -146,15 +132,8 @@ class Sides:
     ) -> tuple[Array, Array]:
         """Return errors (n,) of the cases' values predicted by the others, and standard errors.
 
-        Parameters
-        ----------
-        values, error
-            (n,) of the cases.
-        side
-            (n,) 0 of the cases of `riding`, 1 of those of `crossing`, both in order; others are
-            of neither.
-        mixture
-            At the cases, with the jump as the others have it.
+        ``side`` is 0 of the cases of `riding`, 1 of those of `crossing`, both in order; others are
+        of neither. ``mixture`` is at the cases, with the jump as the others have it.
         """
         mean, variance = [mixture.riding, mixture.riding + mixture.step], []
         for number, process in enumerate((self.riding, self.crossing)):

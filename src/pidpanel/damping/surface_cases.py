@@ -94,15 +94,7 @@ def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Arr
 
 @dataclass(frozen=True)
 class SurfaceBed:
-    """What all cases of a surface have in common.
-
-    Attributes
-    ----------
-    mass_per_fill
-        m₁ [kg/m²]; NaN where it is not known.
-    depth
-        Of the cells [m]; NaN where it is not known.
-    """
+    """What all cases of a surface have in common: Γ₀, m₁ [kg/m²], depth [m]; NaN where unknown."""
 
     onset_g: float
     mass_per_fill: float
@@ -272,17 +264,8 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
 
     Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
     not has no logarithm to speak of) and whose Γ is above the onset; of very many those that are
-    spread over all of them (`thinned`).
-
-    Parameters
-    ----------
-    frame, onset_g
-        As of `surface.DampingSurface.from_frame`.
-
-    Raises
-    ------
-    DampingError
-        If a column is missing, a point is duplicated or no row counts.
+    spread over all of them (`thinned`). A `DampingError` says that a column is missing, a point is
+    duplicated or no row counts.
     """
     for column in (*AXES, VALUE):
         if column not in frame:

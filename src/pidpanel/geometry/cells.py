@@ -37,15 +37,8 @@ class CellShape:
     def outline(self, across_flats: float) -> Array:
         """Corners of a cell round the origin, (corners, 2) [m], anticlockwise.
 
-        Parameters
-        ----------
-        across_flats
-            Width of hexagon and square between opposite sides, diameter of the circle [m].
-
-        Notes
-        -----
-        The circle is a polygon of 24 sides with the area of the circle; its corners are 0.6 % of
-        the radius outside it.
+        ``across_flats`` is the width between opposite sides, or the diameter of the circle [m], a
+        polygon of 24 sides with its area, whose corners are 0.6 % of the radius outside it.
         """
         corners, inradius = self.corners, across_flats / 2
         if self.round:

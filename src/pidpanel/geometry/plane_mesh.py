@@ -7,18 +7,9 @@ from pidpanel.arrays import Array, Index
 
 
 def cell_areas(vertices: ArrayLike, cells: Index) -> Array:
-    """Return the signed area of each cell [m²], negative where its vertices go round clockwise.
+    """Return the signed area (n_cells,) [m²], negative where the vertices go round clockwise.
 
-    Parameters
-    ----------
-    vertices
-        (n_vertices, 2) positions [m].
-    cells
-        (n_cells, 3) or (n_cells, 4) vertex numbers, in order round each cell.
-
-    Returns
-    -------
-    (n_cells,) areas by the shoelace formula, positions counted from the first vertex of the cell.
+    By the shoelace formula, positions counted from the first vertex of each cell.
 
     Examples
     --------
@@ -33,35 +24,13 @@ def cell_areas(vertices: ArrayLike, cells: Index) -> Array:
 
 
 def edge_lengths(vertices: Array, cells: Index) -> Array:
-    """Return the length of every edge of every cell [m].
-
-    Parameters
-    ----------
-    vertices
-        (n_vertices, 2) positions [m].
-    cells
-        (n_cells, k) vertex numbers, in order round each cell.
-
-    Returns
-    -------
-    (n_cells, k); edge j of a cell leads from its vertex j to the next.
-    """
+    """Return the length (n_cells, k) of every edge of every cell [m], from vertex j to the next."""
     length: Array = np.linalg.norm(vertices[np.roll(cells, -1, axis=1)] - vertices[cells], axis=2)
     return length
 
 
 def boundary_edges(cells: Index) -> Index:
-    """Return the edges with a cell on one side only, in the direction of that cell.
-
-    Parameters
-    ----------
-    cells
-        (n_cells, k) vertex numbers, in order round each cell: counter-clockwise, the cell is to
-        the left of its edges.
-
-    Returns
-    -------
-    (n, 2) vertex numbers, in the order of the cells.
+    """Return the edges (n, 2) with a cell on one side only, in the direction of that cell.
 
     Examples
     --------

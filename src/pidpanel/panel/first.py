@@ -15,19 +15,10 @@ RIGID = 1e-3
 
 
 def first_frequencies(plate: Matrices, count: int) -> tuple[int, Array]:
-    """Return the number of rigid-body modes and the first natural frequencies above.
+    """Return the number of rigid-body modes and the first natural frequencies above [Hz].
 
-    No check that none is missed; `modes.normal_modes` has it.
-
-    Parameters
-    ----------
-    count
-        Frequencies that are wanted, rigid-body modes among them; a small mesh may have fewer.
-
-    Returns
-    -------
-    int
-    (n,) [Hz], ascending.
+    No check that none is missed; `modes.normal_modes` has it. Rigid-body modes count; a small mesh
+    may have fewer than ``count``.
     """
     n_free = plate.stiffness.shape[0]
     shift = (2 * np.pi * SHIFT) ** 2

@@ -137,19 +137,11 @@ class FlatMesh:
     def panel_mesh(
         self, patches: Mapping[str, Shape | str], points: Mapping[str, Position]
     ) -> PanelMesh:
-        """Return the mesh with its patches and points.
+        """Return the mesh with its patches and points, which are positions of nodes [m].
 
-        Parameters
-        ----------
-        patches
-            A shape holds the triangles whose centre lies in it; text names a group of the file.
-        points
-            Positions of nodes [m].
-
-        Raises
-        ------
-        ValueError
-            If a group is not there, elements do not follow a shape, or a point is at no node.
+        A shape holds the triangles whose centre lies in it; text names a group of the file. A
+        `ValueError` says that a group is not there, elements do not follow a shape, or a point is
+        at no node.
         """
         centre = self.position[self.triangles].mean(axis=1)
         extent = float(np.ptp(self.position, axis=0).max())
@@ -182,22 +174,10 @@ class FlatMesh:
 
 
 def read_gmsh(path: Path) -> FlatMesh:
-    """Read a plane mesh from a gmsh file.
+    """Read a plane mesh of triangles and quadrilaterals of first order from a gmsh file.
 
-    Parameters
-    ----------
-    path
-        A ``.msh`` file of triangles and quadrilaterals of first order.
-
-    Returns
-    -------
-    FlatMesh
-        Groups are the names of the physical surfaces, or their numbers where they have none.
-
-    Raises
-    ------
-    ValueError
-        One line: file, what is wrong, what is allowed.
+    Groups are the names of the physical surfaces, or their numbers where they have none. A
+    `ValueError` says in one line what is wrong and what is allowed.
     """
     with gmsh_session():
         if not path.read_bytes()[:100].lstrip().startswith((b"$MeshFormat", b"$Comments")):

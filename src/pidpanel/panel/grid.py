@@ -24,10 +24,7 @@ def check_grid(
     patches: Mapping[str, Rectangle],
     points: Mapping[str, tuple[float, float]],
 ) -> tuple[list[int], list[int]]:
-    """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made.
-
-    Parameters are those of `mesh_quadrilaterals`.
-    """
+    """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made."""
     check_names(patches, points)
     for name, patch in patches.items():
         _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
@@ -47,33 +44,11 @@ def mesh_quadrilaterals(
     patches: Mapping[str, Rectangle],
     points: Mapping[str, tuple[float, float]],
 ) -> PanelMesh:
-    """Mesh the rectangle [0, a] × [0, b] by a regular grid of quadrilaterals.
+    """Mesh the rectangle [0, a] × [0, b] [m] by a regular grid of quadrilaterals.
 
-    The rectangle is cut along every patch edge and through every point, so that in gmsh each
-    patch is a set of whole surfaces and each point is a corner of one.
-
-    Parameters
-    ----------
-    path
-        The ``.msh`` file to write.
-    size
-        Edge lengths (a, b) [m] along x and y.
-    patches
-        Damper patches; their edges lie on element edges. They may touch or overlap.
-    points
-        Response points (x, y) [m]; each is a grid point.
-
-    Returns
-    -------
-    PanelMesh
-        The mesh as read back from `path`.
-
-    Raises
-    ------
-    ValueError
-        If a patch or a point leaves the panel,
-        a patch edge is not on an element edge, a point is not at a grid point, or two groups
-        share a name.
+    The rectangle is cut along every patch edge and through every point, so that in gmsh each patch
+    is a set of whole surfaces and each point is a corner of one. A `ValueError` says that a patch
+    or a point leaves the panel or lies beside the grid, or that two groups share a name.
     """
     columns, rows = check_grid(size, elements, patches, points)
     spacing = (size[0] / elements[0], size[1] / elements[1])

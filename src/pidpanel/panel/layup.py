@@ -21,23 +21,7 @@ from pidpanel.panel.section import Layer
 
 @dataclass(frozen=True)
 class Material:
-    """Orthotropic material of a ply, in plane stress.
-
-    Attributes
-    ----------
-    E1, E2, G12
-        Moduli along and across the fibre and in shear [Pa].
-    nu12
-        Major Poisson's ratio [1].
-    density
-        [kg/m³].
-
-    Raises
-    ------
-    ValueError
-        If a modulus or the density is not positive, or nu12² is not below E1/E2 (the energy of
-        some strain would be negative).
-    """
+    """Orthotropic material in plane stress: moduli along, across and in shear [Pa], ν12, ρ."""
 
     E1: float
     E2: float
@@ -63,15 +47,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Ply:
-    """A layer of one material.
-
-    Attributes
-    ----------
-    thickness
-        [m].
-    angle
-        From the x axis of the panel to the fibre, turning towards y [rad].
-    """
+    """A layer of one material; its fibre is turned from the x axis of the panel towards y [rad]."""
 
     material: Material
     thickness: float
@@ -94,19 +70,7 @@ class Ply:
 
 @dataclass(frozen=True)
 class Core:
-    """A honeycomb core.
-
-    Attributes
-    ----------
-    shear_modulus_l, shear_modulus_w
-        Plate shear moduli along and across the ribbon [Pa].
-    density
-        [kg/m³].
-    thickness
-        [m].
-    ribbon
-        From the x axis of the panel to the ribbon [rad].
-    """
+    """A honeycomb core: shear moduli along and across the ribbon [Pa], ρ, thickness [m], turn."""
 
     shear_modulus_l: float
     shear_modulus_w: float
@@ -117,18 +81,11 @@ class Core:
 
 @dataclass(frozen=True)
 class SandwichSection:
-    """Two laminated faces on a core.
+    """Two laminated faces, the outermost ply first, on a core.
 
     In-plane forces vanish (the panel is free to shrink in its plane), so a face pair that is not
-    symmetric bends with the reduced stiffness D - B A⁻¹ B.
-
-    Attributes
-    ----------
-    top, bottom
-        Plies of each face, the outermost first.
-    extra_mass_per_area
-        Mass without stiffness, such as adhesive and solar cells [kg/m²]. Its rotary inertia is
-        neglected.
+    symmetric bends with the reduced stiffness D - B A⁻¹ B. Extra mass such as adhesive and solar
+    cells [kg/m²] has no stiffness; its rotary inertia is neglected.
     """
 
     top: tuple[Ply, ...]

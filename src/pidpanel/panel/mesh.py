@@ -56,20 +56,9 @@ class PanelMesh:
 def read_mesh(
     path: Path, patches: Sequence[str] | Mapping[str, object], points: Sequence[str] | Mapping
 ) -> PanelMesh:
-    """Read a panel mesh from a ``.msh`` file with named physical groups.
+    """Read a panel mesh from a ``.msh`` file (MSH 4.1) with named physical groups.
 
-    Parameters
-    ----------
-    path
-        A gmsh file (MSH 4.1) of one kind of cell, quadrilaterals or triangles, in the plane
-        z = 0, with a surface group "panel" that holds every cell.
-    patches, points
-        Names of the surface groups that are damper patches and of the point groups that are
-        response points.
-
-    Returns
-    -------
-    PanelMesh
+    One kind of cell in the plane z = 0; patches are surface groups, response points point groups.
     """
     raw = meshio.gmsh.read(path)
     kind = next(block.type for block in raw.cells if block.type in CELL_KINDS)

@@ -105,25 +105,11 @@ def inertia_form(b, c, _):  # type: ignore[no-untyped-def]
 def assemble_shear_plate(
     mesh: PanelMesh, section: ShearSection, supports: Supports = SIMPLY_SUPPORTED
 ) -> AssembledPlate:
-    """Assemble a plate with transverse shear.
+    """Assemble a plate with transverse shear; by default its outline is simply supported (hard).
 
-    Supports forbid w along the edge; a hard simple support also the rotation along the edge
-    (b_t = 0, as behind a stiff frame), a soft one leaves it free, clamping forbids both
-    rotations.
-
-    Parameters
-    ----------
-    supports
-        By default the whole outline is simply supported (hard), holes are free.
-
-    Returns
-    -------
-    AssembledPlate
-
-    Raises
-    ------
-    ValueError
-        If a support does not fit the mesh.
+    Supports forbid w along the edge; a hard simple support also the rotation along the edge (b_t =
+    0, as behind a stiff frame), a soft one leaves it free, clamping forbids both rotations. A
+    `ValueError` says which support does not fit the mesh.
     """
     skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
     degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE

@@ -85,25 +85,11 @@ class Loaded:
 
 
 def count_modes_below(plate: Matrices, frequency: float) -> int:
-    """Count the modes below a frequency without computing them.
+    """Count the modes below a frequency [Hz], itself no eigenfrequency, without computing them.
 
     By Sylvester's law of inertia, the eigenvalues of (K, M) below (2πf)² are as many as the
-    negative pivots of K − (2πf)² M, if rows and columns are permuted alike.
-
-    Parameters
-    ----------
-    frequency
-        Frequency [Hz]; not itself an eigenfrequency.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    RuntimeError
-        If the factorisation had to permute rows and columns differently, because a pivot
-        vanished: `frequency` hits an eigenfrequency of the plate or of a part of it.
+    negative pivots of K − (2πf)² M, if rows and columns are permuted alike. A `RuntimeError` says
+    that they had to be permuted differently, because a pivot vanished.
     """
     shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
     # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
@@ -118,30 +104,13 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
 
 
 def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
-    """Compute all modes below a frequency, (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
+    """Compute all modes below a frequency [Hz], (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
     Shift-invert Lanczos from fixed vectors (of a large panel by blocks, `pidpanel.panel.eigen`), so
     that the same plate always gives the same modes, also where two frequencies coincide; none is
-    missed, by Sylvester's count. A mesh with hardly more coordinates than modes is solved whole.
-
-    Parameters
-    ----------
-    frequency_limit
-        [Hz].
-    at_least
-        So many modes, also where fewer lie below the limit; of a small mesh, all that it has.
-
-    Returns
-    -------
-    frequency
-        (n,) [Hz], ascending.
-    modes
-        (n_free, n) normalised to max |w| = 1 over the vertices.
-
-    Raises
-    ------
-    RuntimeError
-        If the modes found are not as many as Sylvester's count.
+    missed, by Sylvester's count (else a `RuntimeError`). A mesh with hardly more coordinates than
+    modes is solved whole. ``at_least`` so many modes are returned where fewer lie below: (n,) [Hz],
+    ascending, and (n_free, n) with max |w| = 1 over the vertices.
     """
     count = count_modes_below(plate, frequency_limit)
     n_free = plate.stiffness.shape[0]

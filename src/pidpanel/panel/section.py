@@ -55,25 +55,11 @@ class Section(Protocol):
 
 @dataclass(frozen=True)
 class ThinSection:
-    """Isotropic thin plate.
+    """Isotropic thin plate of D [N m], m″ [kg/m²], ν and thickness t [m].
 
-    Attributes
-    ----------
-    bending_stiffness
-        D [N m], per unit width.
-    mass_per_area
-        m″ [kg/m²].
-    poissons_ratio
-        ν [1]. Of no influence on simply supported polygons, where the Gaussian curvature
-        integrates to zero.
-    thickness
-        t [m]; of no influence on the motion. Strains are those at z = ±t/2, stresses those of
-        the homogeneous plate with this D, E = 12 (1 − ν²) D / t³.
-
-    Raises
-    ------
-    ValueError
-        If D, m″ or t is not positive, or ν is not in (-1, 0.5].
+    ν has no influence on simply supported polygons, where the Gaussian curvature integrates to
+    zero, t none on the motion. Strains are those at z = ±t/2, stresses those of the homogeneous
+    plate with this D, E = 12 (1 − ν²) D / t³.
     """
 
     bending_stiffness: float
@@ -106,18 +92,7 @@ class ThinSection:
 class SolidSection:
     """Thick plate of one isotropic material, with transverse shear and rotary inertia.
 
-    Attributes
-    ----------
-    youngs_modulus
-        E [Pa].
-    poissons_ratio
-        ν [1].
-    density
-        [kg/m³].
-    thickness
-        t [m].
-    shear_correction
-        κ in S = κ G t [1]: 5/6 (Reissner); Mindlin's π²/12 is close by.
+    S = κ G t with κ = 5/6 (Reissner); Mindlin's π²/12 is close by.
     """
 
     youngs_modulus: float

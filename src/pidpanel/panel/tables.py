@@ -20,16 +20,8 @@ def mode_table(
 ) -> pd.DataFrame:
     """Return the modes with their frequencies and the closed form where there is one.
 
-    Parameters
-    ----------
-    size
-        Edge lengths [m] of a simply supported rectangle without holes, masses and springs.
-
-    Returns
-    -------
-    DataFrame
-        mode, frequency_hz, modal_mass_kg; for a rectangle also m, n, share_of_sine, and
-        navier_hz unless its section couples bending and twist.
+    For a simply supported rectangle of edge lengths ``size`` [m] also m, n, share_of_sine, and
+    navier_hz unless its section couples bending and twist.
     """
     count = int(np.sum(~basis.is_residual))
     table = pd.DataFrame(
@@ -55,18 +47,7 @@ def mode_table(
 
 
 def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFrame:
-    """Return matrices and masses of the section and of the panel, one entry per row.
-
-    Parameters
-    ----------
-    area
-        Of the panel [m²].
-
-    Returns
-    -------
-    DataFrame
-        quantity, row, column (from 1; 0 for a scalar), value, unit.
-    """
+    """Return matrices and masses of the section and of a panel of an area [m²], entry by entry."""
     entries: list[tuple[str, np.ndarray | float, str]] = []
     if isinstance(section, SandwichSection):
         A, B, D = section.abd

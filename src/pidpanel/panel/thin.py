@@ -66,27 +66,12 @@ def _bent(w):  # type: ignore[no-untyped-def]
 def assemble_thin_plate(
     mesh: PanelMesh, section: ThinSection, supports: Supports = SIMPLY_SUPPORTED
 ) -> AssembledPlate:
-    """Assemble a thin plate.
+    """Assemble a thin plate; by default its outline is simply supported.
 
-    Deflections and slopes that a support forbids are essential conditions, with what follows
-    from them along the edge; moments and forces vanish by themselves (natural conditions).
-    Hard and soft simple support are one: a thin plate's normals follow its slope.
-
-    Parameters
-    ----------
-    mesh
-        Quadrilaterals must be axis-parallel rectangles.
-    supports
-        By default the whole outline is simply supported, holes are free.
-
-    Returns
-    -------
-    AssembledPlate
-
-    Raises
-    ------
-    ValueError
-        If a support does not fit the mesh.
+    Deflections and slopes that a support forbids are essential conditions, with what follows from
+    them along the edge; moments and forces vanish by themselves (natural conditions). Hard and soft
+    simple support are one: a thin plate's normals follow its slope. Quadrilaterals must be
+    axis-parallel rectangles. A `ValueError` says which support does not fit the mesh.
     """
     skmesh: Mesh
     element: Element

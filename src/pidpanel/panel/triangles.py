@@ -44,39 +44,25 @@ def mesh_triangles(
 ) -> PanelMesh:
     """Mesh a polygon by unstructured triangles with embedded patches and points.
 
-    At re-entrant corners the slope of the deflection is singular, and elements shrink towards
-    them.
+    At re-entrant corners the slope of the deflection is singular, and elements shrink towards them.
 
     Parameters
     ----------
-    path
-        The ``.msh`` file to write.
     element_size
         Target length of the element edges [m].
-    patches
-        Damper patches; they may touch the outline and each other, or overlap.
-    points
-        Response points (x, y) [m] anywhere on the panel.
-    imprints
-        Shapes whose edges elements follow, such as the feet of supports.
-    anchors
-        Positions [m] of further vertices, such as ends of supported edges.
+    patches, points
+        May touch the outline and each other, or overlap; anywhere on the panel [m].
+    imprints, anchors
+        Shapes whose edges elements follow, such as the feet of supports; further vertices [m].
     corner_size
         Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
     patch_sizes
         Target length of the element edges on patches, where it is shorter [m].
 
-    Returns
-    -------
-    PanelMesh
-        The mesh as read back from `path`.
-
     Raises
     ------
     ValueError
-        If the outline or a shape crosses itself or has no area, the element size is not
-        positive, a hole, a patch, an imprint or a point leaves the panel, or two groups share a
-        name.
+        If a shape crosses itself or has no area, leaves the panel, or two groups share a name.
     """
     check_names(patches, points)
     check_panel(outline, holes, {**patches, **imprints}, {**points, **anchors})

@@ -20,15 +20,7 @@ DRAFT = ".new_"
 def replacing(path: Path) -> Iterator[Path]:
     """Give the path of a draft that takes the place of a file, or of a folder, when it is whole.
 
-    Parameters
-    ----------
-    path
-        Of the file or the folder, whose own folder is there.
-
-    Yields
-    ------
-    Path
-        Beside it. After a failure nothing of it is left, and what was there before stays.
+    After a failure nothing of it is left, and what was there before stays.
     """
     draft = path.with_name(DRAFT + path.name)
     discard(draft)

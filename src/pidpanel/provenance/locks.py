@@ -23,15 +23,10 @@ RUNNING = ".running"
 
 @contextlib.contextmanager
 def exclusive_lock(path: Path) -> Iterator[None]:
-    """Wait until no other process holds a lock, and hold it.
+    """Wait until no other process holds the lock of a file, which stays, and hold it.
 
     It ends with the process that holds it, however that ends. On a file system without locks
     nothing is waited for.
-
-    Parameters
-    ----------
-    path
-        File of the lock, which stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a+", encoding="ascii") as file:
@@ -86,15 +81,10 @@ def is_running(results: Path) -> bool:
 
 
 def hold(folder: Path) -> IO[str] | None:
-    """Lock a folder of results for the workflow of this process.
+    """Lock a folder of results for the workflow of this process; None if another process has it.
 
-    The lock ends with the process, however that ends, so there is nothing to unlock by hand.
-
-    Returns
-    -------
-    file
-        Locked as long as it is open; open but not locked on a file system without locks. None if
-        another process has it.
+    The lock ends with the process, however that ends, so there is nothing to unlock by hand. On a
+    file system without locks the file is open but not locked.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock = (folder / RUNNING).open("a", encoding="ascii")

@@ -78,12 +78,8 @@ def is_made(
 ) -> tuple[bool, list[Path]]:
     """Compare what is there with the record that a job left.
 
-    Returns
-    -------
-    made : bool
-        Whether all its files are there, undamaged, and made from this content.
-    damaged : list of Path
-        Files that are not as the job left them, or are gone.
+    Returns whether all its files are there, undamaged, and made from this content; and those that
+    are not as the job left them, or are gone.
     """
     record = read_record(request)
     if record is None:

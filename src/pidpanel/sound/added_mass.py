@@ -55,31 +55,13 @@ memory."""
 
 
 def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> WavenumberTable:
-    """Tabulate V for 0 ≤ k ≤ k_max.
+    """Tabulate V [m³], symmetric positive semidefinite, for 0 ≤ k ≤ k_max [rad/m].
 
-    Parameters
-    ----------
-    wavenumber_max
-        k_max [rad/m] > 0.
-    panel
-        Shapes at quadrature points, or condensed; the integral goes to the wavenumber K that
-        either serves.
-
-    Returns
-    -------
-    WavenumberTable of V [m³], symmetric positive semidefinite.
-
-    Raises
-    ------
-    FieldError
-        Where the points serve less than twice k_max.
-
-    Notes
-    -----
-    What a shape has beyond K is at most wrong by Q_ii/2K for any fall of κ⁻³ or faster, and by
-    Q_ii/K whatever it does. Q_ii is a share of ∫ φ_i² dA, so the error of M_air is less than
-    ρ₀/K kg/m² on a shape that lies wholly beyond K, 0.02 kg/m² for the sound of 2 kHz, and in
-    proportion less on those of the range.
+    The integral goes to the wavenumber K that the face serves; a `FieldError` says that it is less
+    than twice k_max. What a shape has beyond K is at most wrong by Q_ii/2K for any fall of κ⁻³ or
+    faster, and by Q_ii/K whatever it does. Q_ii is a share of ∫ φ_i² dA, so the error of M_air is
+    less than ρ₀/K kg/m² on a shape that lies wholly beyond K, 0.02 kg/m² for the sound of 2 kHz,
+    and in proportion less on those of the range.
     """
     k_max = float(wavenumber_max)
     reach = panel.wavenumber
@@ -132,17 +114,7 @@ def _content(upper: float, reach: float, count: int) -> Array:
 
 
 def _rest(k: float, reach: float, farther: Array, nearer: Array) -> Array:
-    """Return what V(k) has beyond K = `reach`, (n, n).
-
-    Parameters
-    ----------
-    k, reach
-        [rad/m].
-    farther
-        (n, n) Q(K) [m²].
-    nearer
-        (n,) Q_ii(K/√2) [m²]; with Q_ii(K) it tells the fall p of each shape.
-    """
+    """Return what V(k) has beyond K, (n, n), from Q(K) and Q_ii(K/√2), which tells the fall p."""
     diagonal = np.maximum(np.diagonal(farther), np.finfo(float).tiny)
     fall = 2 + np.log(np.maximum(nearer / diagonal, 1.0)) / np.log(np.sqrt(2))
     p = np.clip(fall, *FALL)

@@ -29,21 +29,10 @@ from pidpanel.sound.wavenumber_table import WavenumberTable
 
 @dataclass(frozen=True)
 class Air:
-    """The air on the wetted sides of a baffled panel.
+    """The air on the wetted sides (1 or 2) of a baffled panel: ρ₀ [kg/m³], c₀ [m/s].
 
-    Parameters
-    ----------
-    density
-        ρ₀ [kg/m³].
-    speed_of_sound
-        c₀ [m/s].
-    wetted_sides
-        1 or 2.
-    diffuse
-        G of the diffuse field [m⁴] over wavenumber.
-    added_volume
-        V = M_air/ρ₀ of one side [m³] over wavenumber (`sound.added_mass`); None: the air has
-        resistance alone.
+    ``diffuse`` is G of the diffuse field [m⁴] over wavenumber, ``added_volume`` V = M_air/ρ₀ of one
+    side [m³] (`sound.added_mass`); without it the air has resistance alone.
     """
 
     density: float
@@ -84,26 +73,10 @@ def air_resistance(
     speed_of_sound: float,
     wetted_sides: int = 1,
 ) -> Array:
-    """Return the radiation resistance R = sides · ρ₀ω²/(2πc₀) G of a baffled panel.
+    """Return the radiation resistance R (nf, n, n) = sides · ρ₀ω²/(2πc₀) G of a panel [N s/m].
 
-    By reciprocity the resistance is that of the diffuse field's G, whatever field drives the panel.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    diffuse_modal_force
-        (nf, n, n) G of the diffuse field [m⁴].
-    density
-        ρ₀ [kg/m³].
-    speed_of_sound
-        c₀ [m/s].
-    wetted_sides
-        1 or 2.
-
-    Returns
-    -------
-    (nf, n, n) R [N s/m].
+    By reciprocity the resistance is that of the diffuse field's G [m⁴], whatever field drives the
+    panel.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=np.float64)[:, None, None]
     resistance: Array = (

@@ -101,24 +101,12 @@ def pressure_psd(
     pressure_reference: PressureReference = "surface",
     loaded_sides: int = 1,
 ) -> Array:
-    """Return the one-sided PSD of the pressure on the face, constant in each band.
+    """Return the one-sided PSD (nf,) [Pa²/Hz] of the pressure on the face, constant in each band.
 
-    S_p(f) = c p_ref² 10^(L/10) / (f_u − f_l) for f_l ≤ f < f_u, so that each band integrates
-    back to its level; c is 1, 2 or 4 by `pressure_reference` (see `PRESSURE_FACTOR`).
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz], each within the bands; the last edge belongs to the last band.
-    pressure_reference
-        What the levels refer to: `surface`, `room` or `incident`.
-    loaded_sides
-        2 doubles the PSD: fields of that level on both faces, independent of one another. (Where
-        the wave is longer than the way round the panel the two are not, and partly cancel.)
-
-    Returns
-    -------
-    (nf,) S_p [Pa²/Hz].
+    S_p(f) = c p_ref² 10^(L/10) / (f_u − f_l) for f_l ≤ f < f_u, so that each band integrates back
+    to its level; c is 1, 2 or 4 by `pressure_reference` (see `PRESSURE_FACTOR`). Two loaded sides
+    double the PSD: fields of that level on both faces, independent of one another. (Where the wave
+    is longer than the way round the panel the two are not, and partly cancel.)
 
     Raises
     ------

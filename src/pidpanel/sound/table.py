@@ -44,19 +44,10 @@ BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "
 
 
 def read_spl_table(path: str | Path) -> BandSpectrum:
-    """Read a table of octave or third-octave band levels.
+    """Read a CSV table of octave or third-octave band levels, with its comments as the source.
 
-    The kind of band is found from the ratio of neighbouring centres. Stated centres may be
-    nominal (31.5, 63, 125 …) or exact; the exact base-10 centre is used.
-
-    Parameters
-    ----------
-    path
-        CSV file, UTF-8.
-
-    Returns
-    -------
-    BandSpectrum with the comment lines as its `source`.
+    The kind of band is found from the ratio of neighbouring centres. Stated centres may be nominal
+    (31.5, 63, 125 …) or exact; the exact base-10 centre is used.
 
     Raises
     ------

@@ -32,17 +32,7 @@ from pidpanel.verification.rows import Row, read_rows
 
 @dataclass(frozen=True)
 class Presentation:
-    """What the section of a case has besides its table.
-
-    Attributes
-    ----------
-    name
-        Anchor of the section and stem of the figure's file.
-    text
-        What is computed and why it is a test.
-    figure
-        Makes the figure from the rows of the case.
-    """
+    """What the section of a case has besides its table: an anchor, a text and a figure."""
 
     name: str
     text: str
@@ -195,15 +185,7 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
 
 
 def write_verification_page(rows: Iterable[Path], file: Path, figures: Path) -> None:
-    """Write the page and the figures of the verification.
-
-    Parameters
-    ----------
-    rows
-        Files of `pidpanel.verification.rows.write_rows`, in the order of the page.
-    file, figures
-        The page, and the folder of its figures.
-    """
+    """Write the page and the figures of the verification from files of rows, in their order."""
     steps = [
         ("From the root of the project:", "make verification"),
         (

@@ -79,20 +79,7 @@ COLUMNS = tuple(field.name for field in fields(Row))
 
 
 def verify(stage: str, case: str) -> list[Row]:
-    """Compute a case of a stage in a temporary folder.
-
-    Parameters
-    ----------
-    stage
-        Package of `pidpanel` with a module ``verification``.
-    case
-        Key of its ``CASES``.
-
-    Raises
-    ------
-    ValueError
-        If the stage has no such case.
-    """
+    """Compute a case of a stage in a temporary folder; raise `ValueError` if it has none."""
     cases = importlib.import_module(f"pidpanel.verification.{stage}").CASES
     if case not in cases:
         raise ValueError(f"{case}: not a verification case of {stage}: {', '.join(cases)}")
@@ -102,11 +89,6 @@ def verify(stage: str, case: str) -> list[Row]:
 
 def confirm(rows: Sequence[Row]) -> str:
     """Check that all rows with a tolerance meet their reference, and return how many they are.
-
-    Raises
-    ------
-    ToleranceMissedError
-        If any of them does not.
 
     Examples
     --------

@@ -33,16 +33,8 @@ def shaken(
 ) -> Array:
     """Energy per cycle of spheres shaken with the deck of the product, (count,) [m A²ω²].
 
-    Parameters
-    ----------
-    folder
-        Gets what a run of the product leaves.
-    run
-        Drive, cell and contacts; one cell.
-    positions
-        (n, 3) centres at the start [m].
-    velocity
-        Along z at the start, in the frame of the cell [m/s]; at rest in space if left out.
+    They start at ``positions`` (n, 3) [m] with a velocity along z in the frame of the cell [m/s];
+    at rest in space if left out.
     """
     diameters = np.full(len(positions), run.packing.diameter)
     preparation.write_start(folder, run.packing, np.column_stack([positions, diameters]))
