@@ -7,6 +7,7 @@ that the whole way from the drive to the dissipated energy is compared with the 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -248,56 +249,52 @@ def _drive_text(run: Run) -> str:
     )
 
 
-def _spheres_text(spheres: int) -> str:
-    return "1 sphere" if spheres == 1 else f"{spheres} spheres"
+def _bed_rows(
+    folder: Path,
+    case: str,
+    energy_of: Callable[[Path, Array, int, float], tuple[Run, float]],
+    points: Mapping[float, float],
+    closed_form: Callable[[float], float],
+    texts: tuple[str, str, str],
+) -> list[Row]:
+    """Beds beside a closed form; ``points`` have the tolerance that the largest bed has to meet.
+
+    The texts name the variable, the cycles that count and the source.
+    """
+    settled = poured(folder / "pour")
+    name, counted, source = texts
+    rows = []
+    for spheres in BED_SIZES:
+        for point, tolerance in points.items():
+            run, energy = energy_of(folder / f"n{spheres}_{point:g}", settled, spheres, point)
+            rows.append(
+                Row(
+                    case=case,
+                    quantity=f"E/(m A²ω²), {name} = {point:g}",
+                    computed=energy,
+                    reference=closed_form(point),
+                    unit="1",
+                    tolerance=tolerance if spheres == BED_SIZES[-1] else math.nan,
+                    method=f"{spheres} sphere{'s' * (spheres > 1)}, {_drive_text(run)}; {counted}",
+                    source=source,
+                    at=point,
+                    resolution=spheres,
+                )
+            )
+    return rows
 
 
 def slug_rows(folder: Path) -> list[Row]:
     """The inelastic slug, over the gap and the number of spheres."""
-    settled = poured(folder / "pour")
-    table = []
-    for spheres in BED_SIZES:
-        for gap in SLUG_GAPS:
-            run, energy = slug(folder / f"n{spheres}_L{gap:g}", settled, spheres, gap)
-            is_checked = spheres == BED_SIZES[-1] and gap <= SLUG_HELD
-            table.append(
-                Row(
-                    case=SLUG,
-                    quantity=f"E/(m A²ω²), L/A = {gap:g}",
-                    computed=energy,
-                    reference=inelastic.slug_energy(gap),
-                    unit="1",
-                    tolerance=SLUG_TOLERANCE if is_checked else math.nan,
-                    method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 3–8",
-                    source="collect and collide: Sack et al., Phys. Rev. Lett. 111, 018001 (2013)",
-                    at=gap,
-                    resolution=spheres,
-                )
-            )
-    return table
+    points = {gap: SLUG_TOLERANCE if gap <= SLUG_HELD else math.nan for gap in SLUG_GAPS}
+    source = "collect and collide: Sack et al., Phys. Rev. Lett. 111, 018001 (2013)"
+    texts = "L/A", "cycles 3–8", source
+    return _bed_rows(folder, SLUG, slug, points, inelastic.slug_energy, texts)
 
 
 def floor_rows(folder: Path) -> list[Row]:
     """The inelastic bed on a floor, over Γ and the number of spheres."""
-    settled = poured(folder / "pour")
-    table = []
-    for spheres in BED_SIZES:
-        for gamma in FLOOR_GAMMAS:
-            run, energy = floor_bed(folder / f"n{spheres}_G{gamma:g}", settled, spheres, gamma)
-            is_checked = spheres == BED_SIZES[-1] and gamma <= FLOOR_HELD
-            tolerance = FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE
-            table.append(
-                Row(
-                    case=FLOOR,
-                    quantity=f"E/(m A²ω²), Γ = {gamma:g}",
-                    computed=energy,
-                    reference=inelastic.floor_energy(gamma),
-                    unit="1",
-                    tolerance=tolerance if is_checked else math.nan,
-                    method=f"{_spheres_text(spheres)}, {_drive_text(run)}; cycles 5–14",
-                    source="Mehta & Luck, Phys. Rev. Lett. 65, 393 (1990)",
-                    at=gamma,
-                    resolution=spheres,
-                )
-            )
-    return table
+    points = {gamma: FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE for gamma in FLOOR_GAMMAS}
+    points |= {gamma: math.nan for gamma in FLOOR_GAMMAS if gamma > FLOOR_HELD}
+    texts = "Γ", "cycles 5–14", "Mehta & Luck, Phys. Rev. Lett. 65, 393 (1990)"
+    return _bed_rows(folder, FLOOR, floor_bed, points, inelastic.floor_energy, texts)
