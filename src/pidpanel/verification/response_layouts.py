@@ -35,7 +35,7 @@ RAYLEIGH = (4.0, 6e-6)
 """α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too."""
 
 
-class PatchDamper(NamedTuple):
+class UniformDamper(NamedTuple):
     """C_e [N s/m³] and m_a [kg/m²] on a patch."""
 
     damping: float
@@ -56,7 +56,7 @@ class DampedPanel:
         ratio = RAYLEIGH[0] / (2 * omega) + RAYLEIGH[1] * omega / 2
         return ModalBasis(self.basis.natural_frequency, self.basis.modal_mass, ratio)
 
-    def patches(self, dampers: Mapping[str, PatchDamper]) -> Patches:
+    def patches(self, dampers: Mapping[str, UniformDamper]) -> Patches:
         """Return the patches with dampers."""
         index = [self.basis.patch_names.index(name) for name in dampers]
         return Patches(self.basis.patch_overlap[index], patch_areas(self.basis)[index])
@@ -69,7 +69,7 @@ class DampedPanel:
         )
         return np.stack([diffuse_modal_force(float(k), face) for k in wavenumber(frequency, SPEED)])
 
-    def psd(self, frequency: Array, force: Array, dampers: Mapping[str, PatchDamper]) -> Array:
+    def psd(self, frequency: Array, force: Array, dampers: Mapping[str, UniformDamper]) -> Array:
         """Return the displacement PSD at the points per S_p, (nf, n_points) [m²/Pa²]."""
         (bare,) = bare_panels(
             frequency, self.modal, [self.patches(dampers)], self.basis.shape_at_points,
@@ -78,7 +78,7 @@ class DampedPanel:
         damping, mass = _values(dampers, frequency.size)
         return attach_dampers(bare, damping, mass).displacement_psd
 
-    def psd_of_elements(self, frequency: float, dampers: Mapping[str, PatchDamper]) -> Array:
+    def psd_of_elements(self, frequency: float, dampers: Mapping[str, UniformDamper]) -> Array:
         """Return the displacement PSD at the points from all elements, (n_points,) [m²/Pa²].
 
         One sparse solve with unit forces at the points; by reciprocity its columns weigh the
@@ -106,14 +106,14 @@ class DampedPanel:
         return psd
 
 
-def _values(dampers: Mapping[str, PatchDamper], count: int) -> tuple[Array, Array]:
+def _values(dampers: Mapping[str, UniformDamper], count: int) -> tuple[Array, Array]:
     """C_e and m_a of dampers, (n_dampers, count) each."""
     values = np.array(list(dampers.values())).reshape(-1, 2)
     damping, mass = np.repeat(values.T[:, :, None], count, axis=2)
     return damping, mass
 
 
-def damped_panel(folder: Path, dampers: Mapping[str, PatchDamper], highest: float) -> DampedPanel:
+def damped_panel(folder: Path, dampers: Mapping[str, UniformDamper], highest: float) -> DampedPanel:
     """Return the paper's panel with the basis that a study has up to a frequency [Hz]."""
     patches = {name: PATCHES[name] for name in dampers}
     mesh = mesh_quadrilaterals(folder / "panel.msh", SIZE, ELEMENTS, patches, POINTS)
@@ -129,17 +129,17 @@ PATCHES = {
     "over the middle": Rectangle((0.7, 0.45), (0.3, 0.3)),
     "most": Rectangle((0.75, 0.475), (1.4, 0.85)),
 }
-STRONG = PatchDamper(3000.0, 5.0)
+STRONG = UniformDamper(3000.0, 5.0)
 LAYOUTS = {
     "one strong damper": {"middle": STRONG},
-    "two dampers": {"middle": PatchDamper(3000.0, 30.0), "corner": PatchDamper(800.0, 5.0)},
+    "two dampers": {"middle": UniformDamper(3000.0, 30.0), "corner": UniformDamper(800.0, 5.0)},
     "two that overlap, and a third": {
-        "middle": PatchDamper(3000.0, 30.0),
-        "corner": PatchDamper(800.0, 5.0),
-        "over the middle": PatchDamper(1500.0, 8.0),
+        "middle": UniformDamper(3000.0, 30.0),
+        "corner": UniformDamper(800.0, 5.0),
+        "over the middle": UniformDamper(1500.0, 8.0),
     },
-    "steel on most of the panel": {"most": PatchDamper(2000.0, 14.0)},
-    "tungsten in the middle": {"middle": PatchDamper(2000.0, 150.0)},
+    "steel on most of the panel": {"most": UniformDamper(2000.0, 14.0)},
+    "tungsten in the middle": {"middle": UniformDamper(2000.0, 150.0)},
 }
 LINES = (60.0, 300.0, 600.0, 951.0)
 HIGHEST = 1000.0
