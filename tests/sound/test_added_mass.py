@@ -63,10 +63,6 @@ def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
     assert np.linalg.eigvalsh(static)[0] > 0
 
 
-@pytest.mark.parametrize(
-    ("k_max", "elements", "message"),
-    [(0.0, (30, 20), "wavenumber_max = 0"), (36.0, (6, 4), "use smaller elements")],
-)
-def test_what_cannot_be_integrated_is_refused_by_name(k_max, elements, message):
-    with pytest.raises(FieldError, match=message):
-        tabulate_added_mass(k_max, sine_panel(MODES, elements))
+def test_what_cannot_be_integrated_is_refused_by_name():
+    with pytest.raises(FieldError, match="use smaller elements"):
+        tabulate_added_mass(36.0, sine_panel(MODES, (6, 4)))
