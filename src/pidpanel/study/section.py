@@ -135,7 +135,8 @@ class MaterialInput(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a choice of moduli that is neither isotropic nor orthotropic."""
-        keys = self.model_fields_set - {"density_kg_m3"}
+        keys = {k for k in self.model_fields_set if getattr(self, k) is not None}
+        keys -= {"density_kg_m3"}
         if keys == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
             if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
                 yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
