@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -23,7 +23,16 @@ from pidpanel.report.coupon_figures import (
 from pidpanel.report.evidence import DrawnSpheres
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture, Table
+from pidpanel.report.html import (
+    Block,
+    Cell,
+    Fold,
+    PageSection,
+    Paragraph,
+    Picture,
+    Table,
+    table_of,
+)
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.layout import swept
 from pidpanel.report.text import counted, number, percent, records, with_error
@@ -83,7 +92,7 @@ def states_paragraph(cases: pd.DataFrame) -> list[Paragraph]:
     ]
 
 
-def _states(row: dict[str, Any]) -> str:
+def _states(row: Mapping[str, Any]) -> str:
     """Return C_e of each state of a case and its share of the cells."""
     if not row["states"] > 1:
         return ""
@@ -187,40 +196,33 @@ def particles_picture(spheres: DrawnSpheres) -> Picture:
 
 def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:
     """Return every case of the coupon with its errors and its status."""
-    columns = [
-        *varied, "r", "f, Hz", "Γ", "E_d, J/m²", "C_e, N s/m³", "m_a, kg/m²", "η",
-        STATES, "share of bound", "particles per cell",
-        "modulus, MPa", "cycles run (used)",
-        "accuracy reached", "energy balance error, %", "normal loss, %", "status",
-    ]  # fmt: skip
     several = bool((cases["states"] > 1).any())
-    if not several:
-        columns.remove(STATES)
-    rows = [
-        [
-            *(str(row[key]) for key in varied),
-            f"{row['fill_fraction']:g}",
-            f"{row['frequency_hz']:g}",
-            f"{row['acceleration_g']:g}",
-            with_error(row["dissipated_energy_j_m2"], row["dissipated_energy_error_j_m2"]),
-            with_error(row["equivalent_damping_n_s_m3"], row["equivalent_damping_error_n_s_m3"]),
-            with_error(row["apparent_mass_kg_m2"], row["apparent_mass_error_kg_m2"]),
-            number(row["loss_factor"]),
-            *([_states(row)] if several else []),
-            number(row["share_of_bound"], 2),
-            number(row["spheres_per_cell"]),
-            f"{row['youngs_modulus_mpa']:g}",
-            f"{row['cycles_run']} ({row['cycles_used']})",
-            "yes" if row["target_met"] else "no",
-            number(100 * row["closure"], 2),
-            number(100 * row["normal_share"], 2),
-            row["status"],
-        ]
-        for row in records(cases)
-    ]
-    return Table(
-        f"{cases_text(cases)}; ±: one standard error",
-        columns,
-        rows,
-        folded=True,
-    )
+    cells: dict[str, Cell] = {
+        **{key: _plain(key) for key in varied},
+        "r": lambda row: f"{row['fill_fraction']:g}",
+        "f, Hz": lambda row: f"{row['frequency_hz']:g}",
+        "Γ": lambda row: f"{row['acceleration_g']:g}",
+        "E_d, J/m²": _pair("dissipated_energy_j_m2", "dissipated_energy_error_j_m2"),
+        "C_e, N s/m³": _pair(EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)),
+        "m_a, kg/m²": _pair("apparent_mass_kg_m2", "apparent_mass_error_kg_m2"),
+        "η": lambda row: number(row["loss_factor"]),
+        **({STATES: _states} if several else {}),
+        "share of bound": lambda row: number(row["share_of_bound"], 2),
+        "particles per cell": lambda row: number(row["spheres_per_cell"]),
+        "modulus, MPa": lambda row: f"{row['youngs_modulus_mpa']:g}",
+        "cycles run (used)": lambda row: f"{row['cycles_run']} ({row['cycles_used']})",
+        "accuracy reached": lambda row: "yes" if row["target_met"] else "no",
+        "energy balance error, %": lambda row: number(100 * row["closure"], 2),
+        "normal loss, %": lambda row: number(100 * row["normal_share"], 2),
+        "status": lambda row: row["status"],
+    }
+    caption = f"{cases_text(cases)}; ±: one standard error"
+    return table_of(records(cases), caption, cells, folded=True)
+
+
+def _plain(column: str) -> Cell:
+    return lambda row: str(row[column])
+
+
+def _pair(value: str, error: str) -> Cell:
+    return lambda row: with_error(row[value], row[error])

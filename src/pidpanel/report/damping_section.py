@@ -15,7 +15,7 @@ from pidpanel.damping import forms
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5, paper_constants
 from pidpanel.report import damping_figures, style
-from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
+from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import DampingResults
 from pidpanel.report.text import number, percent, records
 
@@ -228,26 +228,21 @@ def _at_fill_table(at_fills: pd.DataFrame) -> Table:
 
 def form_blocks(results: DampingResults) -> list[Block]:
     """Return the forms compared by cases left out, and the cases on dimensionless axes."""
-    rows = [
-        [
-            FORM_NAMES[row["form"]],
-            str(int(row["constants"])) if row["constants"] else "–",
-            f"{row['rms']:.2f}",
-            f"{row['held_out_rms']:.2f}",
-            number(np.exp(row["held_out_rms"]), 2),
-            number(np.exp(row["held_out_largest"]), 2),
-            number(row["information"]),
-        ]
-        for row in records(results.comparison)
-    ]
-    table = Table(
+    table = table_of(
+        records(results.comparison),
         "Closed forms for all cases at every Γ, with η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and the "
         "stroke over clear gap W/L. Errors are those of ln C_e. Left out: a tenth of the "
         "cases in turn, predicted with constants fitted to the others. AICc: lower is better.",
-        ["form", "constants", "rms, fitted", "rms, left out", "typical factor, left out",
-         "largest factor, left out", "AICc"],
-        rows,
-    )  # fmt: skip
+        {
+            "form": lambda row: FORM_NAMES[row["form"]],
+            "constants": lambda row: str(int(row["constants"])) if row["constants"] else "–",
+            "rms, fitted": lambda row: f"{row['rms']:.2f}",
+            "rms, left out": lambda row: f"{row['held_out_rms']:.2f}",
+            "typical factor, left out": lambda row: number(np.exp(row["held_out_rms"]), 2),
+            "largest factor, left out": lambda row: number(np.exp(row["held_out_largest"]), 2),
+            "AICc": lambda row: number(row["information"]),
+        },
+    )
     points, log_eta = forms.points_of(results.surface, results.depth)
     regimes = results.law[results.law["form"] == "two_regimes"].set_index("constant")
     drawn = None

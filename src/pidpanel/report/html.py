@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -155,6 +155,18 @@ class Table:
                     f"table '{self.caption}': a row of {len(row)} cells for "
                     f"{len(self.columns)} columns: {list(row)}"
                 )
+
+
+Cell = Callable[[Mapping[str, Any]], str]
+"""Text of a row in a column."""
+
+
+def table_of(
+    rows: Sequence[Mapping[str, Any]], caption: str, cells: Mapping[str, Cell], **options: Any
+) -> Table:
+    """Return a table of rows of results; cells by the heads of their columns."""
+    texts = [[cell(row) for cell in cells.values()] for row in rows]
+    return Table(caption, list(cells), texts, **options)
 
 
 @dataclass(frozen=True)

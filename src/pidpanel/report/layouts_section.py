@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,16 @@ import pandas as pd
 
 from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
-from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture, Table
+from pidpanel.report.html import (
+    Block,
+    Cell,
+    Fold,
+    PageSection,
+    Paragraph,
+    Picture,
+    Table,
+    table_of,
+)
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of, log_error_of
@@ -138,34 +147,28 @@ def patch_table(inputs: Inputs, scenarios: Sequence[ReportedScenario]) -> Table:
     if not layouts["damping_read_at_g"].notna().any():
         read = ""
     names = inputs.study.names
-    rows = [
-        [
-            names[row["scenario"]],
-            READINGS[row["reading"]],
-            row["patch"],
-            str(row["damper"]),
-            number(row["fill_fraction"], 2),
-            number(row["mass_kg"]),
-            number(row["damping_read_at_g"]),
-            number(row["patch_motion_g"]),
-            number(row["bare_patch_motion_g"]),
-            _range(row),
-            percent(row["outside_run_points_share"]),
-        ]
-        for row in records(layouts)
-    ]
-    return Table(
+    caption = (
         "Motion: amplitude of the sine with the rms acceleration of the patch, averaged over "
-        f"its area, with the dampers and on the bare panel. Elements: lowest and highest.{read}",
-        ["layout", "damping model", "patch", "damper", "r", "mass, kg", "Γ of C_e", "motion Γ",
-         "bare motion Γ", "of its elements Γ", "lines outside the simulated range"],
-        rows,
-        folded=len(rows) > ROWS_SHOWN,
-        title="Every filled patch",
-    )  # fmt: skip
+        f"its area, with the dampers and on the bare panel. Elements: lowest and highest.{read}"
+    )
+    cells: dict[str, Cell] = {
+        "layout": lambda row: names[row["scenario"]],
+        "damping model": lambda row: READINGS[row["reading"]],
+        "patch": lambda row: row["patch"],
+        "damper": lambda row: str(row["damper"]),
+        "r": lambda row: number(row["fill_fraction"], 2),
+        "mass, kg": lambda row: number(row["mass_kg"]),
+        "Γ of C_e": lambda row: number(row["damping_read_at_g"]),
+        "motion Γ": lambda row: number(row["patch_motion_g"]),
+        "bare motion Γ": lambda row: number(row["bare_patch_motion_g"]),
+        "of its elements Γ": _range,
+        "lines outside the simulated range": lambda row: percent(row["outside_run_points_share"]),
+    }
+    folded = len(layouts) > ROWS_SHOWN
+    return table_of(records(layouts), caption, cells, folded=folded, title="Every filled patch")
 
 
-def _range(row: dict[str, Any]) -> str:
+def _range(row: Mapping[str, Any]) -> str:
     low, high = row["lowest_element_motion_g"], row["highest_element_motion_g"]
     return f"{number(low)} to {number(high)}" if np.isfinite(low) else "–"
 

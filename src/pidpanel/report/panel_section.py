@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import pandas as pd
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import panel_figures, pictures, style
-from pidpanel.report.html import Block, PageSection, Picture, Table
+from pidpanel.report.html import Block, Cell, PageSection, Picture, Table, table_of
 from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.text import number, records, signed, unit
 
@@ -105,23 +105,19 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
 def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]:
     """Return Table 1 beside the computed frequencies, and the modes that it leaves out."""
     merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""), how="left")
-    rows = [
-        [
-            f"({row['m']}, {row['n']})",
-            f"{row['frequency_hz_printed']:.2f}",
-            f"{row['frequency_hz']:.2f}",
-            f"{row['navier_hz']:.2f}",
-            signed(100 * (row["frequency_hz"] / row["frequency_hz_printed"] - 1), 4),
-        ]
-        for row in records(merged)
-    ]
-    columns = ["mode (m, n)", "printed, Hz", "computed, Hz", "closed form (Navier), Hz"]
     worst = (merged["frequency_hz"] / merged["frequency_hz_printed"] - 1).abs().max()
-    first = Table(
+    first = table_of(
+        records(merged),
         f"Table 1 of the paper, all {len(printed)} rows in the printed order; the computed "
         f"frequencies differ from the printed ones by {100 * worst:.3f} % at most",
-        [*columns, "computed − printed, %"],
-        rows,
+        {
+            "mode (m, n)": _order,
+            "printed, Hz": _hertz("frequency_hz_printed"),
+            **COMPUTED,
+            "computed − printed, %": lambda row: signed(
+                100 * (row["frequency_hz"] / row["frequency_hz_printed"] - 1), 4
+            ),
+        },
         folded=True,
     )
     # to the next hundred above the last printed frequency
@@ -129,35 +125,34 @@ def paper_mode_tables(modes: pd.DataFrame, printed: pd.DataFrame) -> list[Table]
     listed = pd.MultiIndex.from_frame(printed[["m", "n"]])
     unlisted = ~pd.MultiIndex.from_frame(modes[["m", "n"]]).isin(listed)
     missing = modes[(modes["frequency_hz"] < limit) & unlisted]
-    second = Table(
-        f"The {len(missing)} modes below {limit} Hz that Table 1 leaves out",
-        [columns[0], *columns[2:]],
-        [
-            [f"({row['m']}, {row['n']})", f"{row['frequency_hz']:.2f}", f"{row['navier_hz']:.2f}"]
-            for row in records(missing)
-        ],
-        folded=True,
-    )
-    return [first, second]
+    caption = f"The {len(missing)} modes below {limit} Hz that Table 1 leaves out"
+    cells = {"mode (m, n)": _order, **COMPUTED}
+    return [first, table_of(records(missing), caption, cells, folded=True)]
+
+
+def _order(row: Mapping[str, Any]) -> str:
+    return f"({row['m']}, {row['n']})"
+
+
+def _hertz(column: str) -> Cell:
+    return lambda row: f"{row[column]:.2f}"
+
+
+COMPUTED = {
+    "computed, Hz": _hertz("frequency_hz"),
+    "closed form (Navier), Hz": _hertz("navier_hz"),
+}
 
 
 def mode_table(modes: pd.DataFrame, *, folded: bool = False) -> Table:
     """Return all modes, with their orders and closed forms where they have them."""
-    columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
-        ("mode", lambda row: str(row["mode"]))
-    ]
-    if "m" in modes:
-        columns.append(("(m, n)", lambda row: f"({row['m']}, {row['n']})"))
-    columns.append(("computed, Hz", lambda row: f"{row['frequency_hz']:.2f}"))
-    if "navier_hz" in modes:
-        columns.append(("closed form (Navier), Hz", lambda row: f"{row['navier_hz']:.2f}"))
-    columns.append(("modal mass, kg", lambda row: f"{row['modal_mass_kg']:.4f}"))
-    return Table(
-        f"All {len(modes)} modes of the panel",
-        [name for name, _ in columns],
-        [[cell(row) for _, cell in columns] for row in records(modes)],
-        folded=folded,
-    )
+    cells: dict[str, Cell] = {
+        "mode": lambda row: str(row["mode"]),
+        **({"(m, n)": _order} if "m" in modes else {}),
+        **(COMPUTED if "navier_hz" in modes else {"computed, Hz": _hertz("frequency_hz")}),
+        "modal mass, kg": lambda row: f"{row['modal_mass_kg']:.4f}",
+    }
+    return table_of(records(modes), f"All {len(modes)} modes of the panel", cells, folded=folded)
 
 
 def section_table(section: pd.DataFrame) -> Table:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from pidpanel.report.html import PageSection, Paragraph, Table
+from pidpanel.report.html import PageSection, Paragraph, table_of
 from pidpanel.report.text import READINGS, number, percent, records, signed
 from pidpanel.solve.bands import reduction
 
@@ -70,26 +70,19 @@ def radiation_section(
 ) -> PageSection:
     """Return the finding, and every scenario under both radiations."""
     pairs = compared(summary, radiation)
-    sides = (SIDES[base], SIDES[str(pairs["radiation"].iloc[0])])
-    rows = [
-        [
-            READINGS[row["reading"]],
-            row["scenario"],
-            row["point"],
-            number(row["acceleration_rms_g"]),
-            number(row["acceleration_rms_g_beside"]),
-            f"{row['reduction_db']:.2f}",
-            f"{row['reduction_db_beside']:.2f}",
-        ]
-        for row in records(pairs)
-    ]
-    columns = ["damping model", "scenario", "point"]
-    columns += [f"{side}: g rms" for side in sides]
-    columns += [f"{side}: reduction, dB" for side in sides]
-    table = Table(
+    base_side, rival_side = SIDES[base], SIDES[str(pairs["radiation"].iloc[0])]
+    table = table_of(
+        records(pairs),
         "Rms acceleration, and reduction against the bare panel with the same radiation",
-        columns,
-        rows,
+        {
+            "damping model": lambda row: READINGS[row["reading"]],
+            "scenario": lambda row: row["scenario"],
+            "point": lambda row: row["point"],
+            f"{base_side}: g rms": lambda row: number(row["acceleration_rms_g"]),
+            f"{rival_side}: g rms": lambda row: number(row["acceleration_rms_g_beside"]),
+            f"{base_side}: reduction, dB": lambda row: f"{row['reduction_db']:.2f}",
+            f"{rival_side}: reduction, dB": lambda row: f"{row['reduction_db_beside']:.2f}",
+        },
         folded=True,
     )
     return PageSection(
