@@ -23,18 +23,6 @@ from pidpanel.damping.coupled import BandDamping
 def nearest(level: float, levels: Sequence[float], largest: float) -> tuple[int, ...]:
     """Return the indices of the levels from which another is carried: one, or one on each side.
 
-    Parameters
-    ----------
-    level, levels
-        Of it, and those that were run [dB].
-    largest
-        How far a neighbour is at most [dB]; twice that the one on the other side.
-
-    Raises
-    ------
-    ValueError
-        If there is no neighbour.
-
     Examples
     --------
     >>> nearest(134.0, [138.0, 122.0, 132.0], 3.0), nearest(134.0, [142.0, 132.0], 3.0)
@@ -50,25 +38,13 @@ def nearest(level: float, levels: Sequence[float], largest: float) -> tuple[int,
 
 
 def extrapolated(distance: float, bed: BandDamping) -> BandDamping:
-    """Return a bed at another level, where nothing else is known.
-
-    Parameters
-    ----------
-    distance
-        Of the levels [dB].
-    """
+    """Return a bed at another level, where nothing else is known."""
     common = float(np.hypot(bed.common_error, abs(distance) * np.log(10) / 20))
     return replace(bed, common_error=common)
 
 
 def interpolated(share: float, low: BandDamping, high: BandDamping) -> BandDamping:
-    """Return a bed between two levels.
-
-    Parameters
-    ----------
-    share
-        Of the way from the lower to the higher level, in dB [1].
-    """
+    """Return a bed between two levels."""
 
     def mean(first: Array, second: Array) -> Array:
         return (1 - share) * first + share * second

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.provenance import durable
@@ -109,13 +110,7 @@ class Frames(NamedTuple):
 
 
 def frames(scenario: str, stored: xr.Dataset) -> Frames:
-    """Return the tables of a scenario.
-
-    Parameters
-    ----------
-    stored
-        Of `read_estimate`.
-    """
+    """Return the tables of a scenario."""
     frequency = stored["frequency"].to_numpy()
     scale = ((2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2)[:, None]
     psd, linear = (
@@ -138,34 +133,32 @@ def frames(scenario: str, stored: xr.Dataset) -> Frames:
             "runs": int(stored.attrs["runs"]),
         }
     )
-    bands = band_rms(frequency, psd, edge)
-    third_octaves = pd.concat(
-        pd.DataFrame(
-            {
-                "scenario": scenario,
-                "point": name,
-                "frequency_hz": centre,
-                "g_rms": bands[:, p],
-                "error_db": DECIBEL * stored["band_log_error"].to_numpy()[:, p],
-                "residual_db": DECIBEL * stored["band_residual"].to_numpy()[:, p],
-            }
+
+    def long_table(axis: Array, columns: Mapping[str, Array]) -> pd.DataFrame:
+        return pd.concat(
+            pd.DataFrame(
+                {"scenario": scenario, "point": name, "frequency_hz": axis}
+                | {column: values[:, p] for column, values in columns.items()}
+            )
+            for p, name in enumerate(points)
         )
-        for p, name in enumerate(points)
+
+    third_octaves = {
+        "g_rms": band_rms(frequency, psd, edge),
+        "error_db": DECIBEL * stored["band_log_error"].to_numpy(),
+        "residual_db": DECIBEL * stored["band_residual"].to_numpy(),
+    }
+    lines = {
+        "acceleration_psd_g2_hz": psd,
+        "error_db": DECIBEL * stored["displacement_psd_log_error"].to_numpy(),
+        "linear_acceleration_psd_g2_hz": linear,
+    }
+    return Frames(
+        summary,
+        long_table(centre, third_octaves),
+        _impedance(scenario, stored),
+        long_table(frequency, lines),
     )
-    lines = pd.concat(
-        pd.DataFrame(
-            {
-                "scenario": scenario,
-                "point": name,
-                "frequency_hz": frequency,
-                "acceleration_psd_g2_hz": psd[:, p],
-                "error_db": DECIBEL * stored["displacement_psd_log_error"].to_numpy()[:, p],
-                "linear_acceleration_psd_g2_hz": linear[:, p],
-            }
-        )
-        for p, name in enumerate(points)
-    )
-    return Frames(summary, third_octaves, _impedance(scenario, stored), lines)
 
 
 IMPEDANCE_COLUMNS = {

@@ -47,21 +47,6 @@ def draw_modal_force(
 
     f(t) = Re Σ_j X_j exp(iω_j t), X_j = √(2 S_p(f_j) Δf) L(f_j) ξ_j with G = L Lᴴ and ξ of random
     phases and size 1, so that E[X_j X_jᴴ] = 2 S_p G Δf. L is linear between nodes.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) evenly spaced [Hz], within the nodes.
-    spectrum
-        (nf,) S_p, one-sided [Pa²/Hz].
-    modal_force
-        G over frequency: (k,) [Hz] to (k, n, n) [m⁴].
-    nodes
-        (k,) rising [Hz].
-
-    Returns
-    -------
-    (nf, n) X [N].
     """
     step = float(frequency[1] - frequency[0])
     amplitude: Complexes | None = None
@@ -97,28 +82,12 @@ def _factor(matrix: Array | Complexes) -> Array | Complexes:
 
 
 def samples(amplitude: Complexes, first: int, count: int) -> Array:
-    """Return Re Σ_j X_j exp(2πi j m/count) of tones j = first, first + 1, …, (count, n).
-
-    Parameters
-    ----------
-    amplitude
-        (nf, n) X.
-    first
-        Number of the first tone, in periods of the record.
-    """
+    """Return Re Σ_j X_j exp(2πi j m/count) of tones j = first, first + 1, …, (count, n)."""
     spectrum = np.zeros((count // 2 + 1, amplitude.shape[1]), complex)
     spectrum[first : first + len(amplitude)] = amplitude
     return np.fft.irfft(spectrum, count, axis=0) * (count / 2)
 
 
 def before_hold(frequency: Array, interval: float) -> Array:
-    """Return 1/sinc²(f Δ), by which tones are enlarged that are joined linearly between samples.
-
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    interval
-        Δ between samples [s].
-    """
+    """Return 1/sinc²(f Δ), by which tones are enlarged that are joined linearly between samples."""
     return 1 / np.sinc(frequency * interval) ** 2

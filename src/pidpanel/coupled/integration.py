@@ -35,12 +35,7 @@ class CellParticles(Protocol):
         ...
 
     def advance(self, kick: Array, substeps: int) -> Array:
-        """Add a velocity along z [m/s] to the particles of each cell and go some steps.
-
-        Returns
-        -------
-        The impulse of the walls on the particles of each cell along z [N s].
-        """
+        """Add a velocity along z [m/s] to the particles of each cell and go some steps."""
         ...
 
 
@@ -172,22 +167,7 @@ class Integration:
         end: int,
         progress: Callable[[int], None] = lambda _: None,
     ) -> tuple[Rows, State]:
-        """Integrate from a state to a row.
-
-        Parameters
-        ----------
-        particles
-            Of the patches, their cells in the order of those of the panel.
-        state, end
-            From the row of the state to this one.
-        progress
-            Called with the number of each finished row.
-
-        Raises
-        ------
-        ValueError
-            If particles and panel differ in the number of cells.
-        """
+        """Integrate from a state to a row."""
         panel, interval, per_row = self.panel, self.interval, self.intervals_per_row
         mass, omega = panel.modal_mass, panel.angular_frequency
         direct, cross = free_motion(omega, panel.damping_ratio, interval)

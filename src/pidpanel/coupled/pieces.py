@@ -59,18 +59,7 @@ def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
 def integrated(
     name: str, run: Integration, start: Array, beds: Sequence[StartedBed], folder: Path
 ) -> Record:
-    """Return the record of a run, from its last checkpoint on.
-
-    Parameters
-    ----------
-    run, start
-        The panel with its forces; q [m] and q̇ [m/s], (2, n).
-
-    Raises
-    ------
-    SolverFailure
-        If LIGGGHTS stops or hangs.
-    """
+    """Return the record of a run, from its last checkpoint on."""
     row_s = cpu_per_row(run, [bed.spheres for bed in beds])
     identity = run_identity(run, start, beds)
     done = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))

@@ -19,13 +19,7 @@ IDENTITY, CONTENT = "identity", "content"
 def write_record(
     path: Path, record: SettledRecord, attributes: Mapping[str, str | float | list[float]]
 ) -> None:
-    """Write a record with its sound in single precision, which rounds to 1e-7 of the largest.
-
-    Parameters
-    ----------
-    path
-        The ``.nc`` file.
-    """
+    """Write a record with its sound in single precision, which rounds to 1e-7 of the largest."""
     single = np.float32
     amplitude = record.amplitude
     dataset = xr.Dataset(
@@ -62,13 +56,7 @@ def write_record(
 
 
 def read_record(path: Path, identity: str) -> SettledRecord | None:
-    """Read the record of a run; None where there is none, of another run, or with a changed byte.
-
-    Parameters
-    ----------
-    path
-        The ``.nc`` file.
-    """
+    """Read the record of a run; None without one, of another run, or with a changed byte."""
     try:
         with xr.open_dataset(path, engine="scipy") as dataset:
             data = dataset.load()

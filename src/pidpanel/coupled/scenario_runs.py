@@ -135,11 +135,6 @@ class ScenarioRuns:
         """Return the record of a run: the stored one, or that of its integration.
 
         A run that was stopped resumes from its checkpoint, to the same bits.
-
-        Raises
-        ------
-        SolverFailure
-            If a bed failed, LIGGGHTS stops or hangs, or the energy does not balance.
         """
         run, name = self.drawn(number), f"{self.scenario.name}, run {number}"
         path = self.folder / f"run{number}.nc"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -131,24 +131,18 @@ def plan_cases(
     models: DampingModels,
     *,
     dead_weight: bool = True,
-    only: Collection[str] | None = None,
 ) -> CasePlan:
     """Return what is to be solved for every scenario with every damping model.
 
     Parameters
     ----------
-    panel, scenarios, models
-        The panel, and the scenarios and damping models of the study.
     dead_weight
         Whether the same masses without damping are wanted too, once for each distinct set of
         patches, masses and level.
-    only
-        Labels of the scenarios that are wanted; None for all.
     """
     rows = [
         (scenario, name, _dampers(panel, scenario, models, name))
         for scenario in scenarios
-        if only is None or scenario.label in only
         for name in models.names
     ]
     # the bare panel once a level, dead weight once for each set of masses and level
@@ -188,18 +182,6 @@ def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
 
     A mass that is light beside the panel leaves the lines as they are: of their eight to a
     bandwidth `ENOUGH_LINES` do.
-
-    Parameters
-    ----------
-    panel
-        The panel.
-    mass
-        From `heaviest_dampers`.
-
-    Raises
-    ------
-    ResponseError
-        Where that takes more lines than there may be.
     """
     (low, high), damping_ratio = panel.settings.frequency_range, panel.settings.damping_ratio
     least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, (low, high))

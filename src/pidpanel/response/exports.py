@@ -92,22 +92,7 @@ def modal_damping(
     models: Sequence[str],
     psd: xr.Dataset,
 ) -> tuple[Array, dict[str, Array]]:
-    """Damping ratio of every mode in every scenario that has a steady response.
-
-    Parameters
-    ----------
-    damping_ratio
-        ζ of the bare panel [1].
-    psd
-        The dataset of ``response/psd.nc``, from which C_e is taken.
-
-    Returns
-    -------
-    frequency
-        (n,) natural frequencies within the range of the PSDs, rising [Hz].
-    ratios
-        (n,) damping ratios [1] by reading and scenario.
-    """
+    """Damping ratio of every mode in every scenario that has a steady response."""
     lines = psd["frequency"].to_numpy()
     natural = basis.natural_frequency
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))

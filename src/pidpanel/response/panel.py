@@ -254,13 +254,6 @@ def widen(panel: ResponsePanel, plate: StoredPlate, further_shapes: Array) -> Re
     """Return the panel with a basis that has what another left out.
 
     The excitation of the new shapes is computed here, since their choice follows from the response.
-
-    Parameters
-    ----------
-    panel
-        With the basis of the panel stage.
-    further_shapes
-        (n_free, k) further shapes.
     """
     if not further_shapes.shape[1]:
         return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))

@@ -70,13 +70,7 @@ class Tabulation:
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:
-    """Write all files of the stage but that of ``radiation_beside``.
-
-    Raises
-    ------
-    OutsideSimulatedRange
-        Where the study refuses an extrapolated C_e.
-    """
+    """Write all files of the stage but that of ``radiation_beside``."""
     panel, basis = checked.panel, checked.panel.basis
     rows = _Rows(checked, tabulation)
     for case, basis_error, mesh in zip(

@@ -128,61 +128,65 @@ def psd_dataset(
     points: Sequence[str],
     patches: Sequence[str],
 ) -> xr.Dataset:
-    """PSDs, C_e and m_a of all scenarios; NaN where a scenario has no response.
-
-    Parameters
-    ----------
-    responses
-        By (reading, scenario label).
-    dead_weight
-        Acceleration PSDs (nf, n_points) with the same masses and no damping.
-    frequency
-        (nf,) [Hz].
-    """
-    shape = (len(readings), len(labels), len(frequency))
-    acceleration, velocity, displacement, dead = np.full((4, *shape, len(points)), np.nan)
-    damping, mass, inside = np.full((3, *shape[:2], len(patches), shape[2]), np.nan)
-    for (reading, label), psd in dead_weight.items():
-        dead[readings.index(reading), labels.index(label)] = psd
-    for (reading, label), part in responses.items():
-        place = (readings.index(reading), labels.index(label))
-        acceleration[place] = part.response.acceleration_psd
-        velocity[place] = part.response.velocity_psd
-        displacement[place] = part.response.displacement_psd
-        damping[place], mass[place], inside[place] = (
-            part.equivalent_damping,
-            part.apparent_mass,
-            part.inside,
-        )
-    dims = ("reading", "scenario", "frequency")
-    by_patch = ("reading", "scenario", "patch", "frequency")
-    variables: list[tuple[str, tuple[str, ...], Array, str, str]] = [
-        ("acceleration_psd", (*dims, "point"), acceleration, "m2 s-4 Hz-1",
-         "one-sided acceleration PSD"),
-        ("velocity_psd", (*dims, "point"), velocity, "m2 s-2 Hz-1", "one-sided velocity PSD"),
-        ("displacement_psd", (*dims, "point"), displacement, "m2 Hz-1",
-         "one-sided displacement PSD"),
-        ("dead_weight_acceleration_psd", (*dims, "point"), dead, "m2 s-4 Hz-1",
-         "one-sided acceleration PSD with the same masses and no damping"),
-        ("equivalent_damping", by_patch, damping, "N s m-3", "C_e of the patch, 0 if not filled"),
-        ("apparent_mass", by_patch, mass, "kg m-2", "m_a of the patch, 0 if not filled"),
-        ("inside", by_patch, inside, "1", "1 where the damping is within the simulated range"),
-    ]  # fmt: skip
-    # a NetCDF 3 file has no dimension of length 0
-    variables = [part for part in variables if patches or "patch" not in part[1]]
+    """PSDs, C_e and m_a of all scenarios; NaN where a scenario has no response."""
+    shape, by_point = (len(frequency), len(points)), ("frequency", "point")
+    patch_shape, by_patch = (len(patches), len(frequency)), ("patch", "frequency")
+    psds = {key: part.response for key, part in responses.items()}
+    variables: list[tuple[str, tuple[str, ...], Array, str, str]] = []
+    for name, units in (
+        ("acceleration", "m2 s-4 Hz-1"), ("velocity", "m2 s-2 Hz-1"), ("displacement", "m2 Hz-1"),
+    ):  # fmt: skip
+        values = {key: getattr(psd, f"{name}_psd") for key, psd in psds.items()}
+        table = by_case(values, readings, labels, shape)
+        variables.append((f"{name}_psd", by_point, table, units, f"one-sided {name} PSD"))
+    dead = by_case(dead_weight, readings, labels, shape)
+    meaning = "one-sided acceleration PSD with the same masses and no damping"
+    variables.append(("dead_weight_acceleration_psd", by_point, dead, "m2 s-4 Hz-1", meaning))
+    for name, units, meaning in (
+        ("equivalent_damping", "N s m-3", "C_e of the patch, 0 if not filled"),
+        ("apparent_mass", "kg m-2", "m_a of the patch, 0 if not filled"),
+        ("inside", "1", "1 where the damping is within the simulated range"),
+    ):
+        values = {key: getattr(part, name) for key, part in responses.items()}
+        table = by_case(values, readings, labels, patch_shape)
+        # a NetCDF 3 file has no dimension of length 0
+        variables += [(name, by_patch, table, units, meaning)] if patches else []
     return xr.Dataset(
         {
-            name: (axes, values, {"units": units, "long_name": long_name})
-            for name, axes, values, units, long_name in variables
+            name: (("reading", "scenario", *dims), table, {"units": units, "long_name": long_name})
+            for name, dims, table, units, long_name in variables
         },
         coords={
-            "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
-            "reading": list(readings),
-            "scenario": list(labels),
-            "point": list(points),
+            **case_coordinates(frequency, readings, labels, points),
             **({"patch": list(patches)} if patches else {}),
         },
     )
+
+
+def by_case(
+    values: Mapping[tuple[str, str], Array],
+    readings: Sequence[str],
+    labels: Sequence[str],
+    shape: tuple[int, ...],
+    dtype: type = np.float64,
+) -> Array:
+    """Return values as (n_readings, n_scenarios, *shape); NaN where a case has none."""
+    table = np.full((len(readings), len(labels), *shape), np.nan, dtype)
+    for (reading, label), value in values.items():
+        table[readings.index(reading), labels.index(label)] = value
+    return table
+
+
+def case_coordinates(
+    frequency: Array, readings: Sequence[str], labels: Sequence[str], points: Sequence[str]
+) -> dict[str, Any]:
+    """Return the coordinates of all datasets of cases."""
+    return {
+        "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
+        "reading": list(readings),
+        "scenario": list(labels),
+        "point": list(points),
+    }
 
 
 DISPLAY_UNITS = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
@@ -224,28 +228,13 @@ def stress_dataset(
     quantities: Mapping[str, str],
 ) -> xr.Dataset:
     """PSDs of strain and stress in single precision; NaN where a scenario has no response."""
-    shape = (len(readings), len(labels), len(frequency), len(points), len(layers))
-    values = np.full((*shape, len(quantities)), np.nan, dtype=np.float32)
-    for (reading, label), psd in psds.items():
-        values[readings.index(reading), labels.index(label)] = psd
+    shape = (len(frequency), len(points), len(layers), len(quantities))
+    values = by_case(psds, readings, labels, shape, np.float32)
     dims = ("reading", "scenario", "frequency", "point", "layer")
-    return xr.Dataset(
-        {
-            f"{name}_psd": (
-                dims,
-                values[..., index],
-                {
-                    "units": "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
-                    "long_name": f"one-sided PSD of {name}",
-                },
-            )
-            for index, (name, unit) in enumerate(quantities.items())
-        },
-        coords={
-            "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
-            "reading": list(readings),
-            "scenario": list(labels),
-            "point": list(points),
-            "layer": list(layers),
-        },
-    )
+    variables = {}
+    for index, (name, unit) in enumerate(quantities.items()):
+        units = "Hz-1" if unit == "1" else f"{unit}2 Hz-1"
+        attributes = {"units": units, "long_name": f"one-sided PSD of {name}"}
+        variables[f"{name}_psd"] = (dims, values[..., index], attributes)
+    coordinates = case_coordinates(frequency, readings, labels, points)
+    return xr.Dataset(variables, coords={**coordinates, "layer": list(layers)})

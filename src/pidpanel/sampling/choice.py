@@ -51,16 +51,7 @@ def variances(surface: DampingSurface, demands: Sequence[Demand]) -> list[Array]
 def gains(
     surface: DampingSurface, demands: Sequence[Demand], cases: Array, relative_error: float
 ) -> list[Array]:
-    """Return the variance (m, k) of each quantity that a further case would take away.
-
-    Parameters
-    ----------
-    cases
-        (m, 3) r, f [Hz], Γ.
-    relative_error
-        Standard error of C_e that a case is run to, over C_e; m_a is taken to be as well known
-        as the cases are that there are.
-    """
+    """Return the variance (m, k) of each quantity that a further case would take away."""
     prospect = surface.prospect(cases, relative_error)
     reductions = []
     for w in demands:

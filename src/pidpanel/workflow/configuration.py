@@ -21,19 +21,7 @@ def has_study(config: Mapping[str, Any]) -> bool:
 
 
 def study_file(config: Mapping[str, Any], files: Sequence[str | Path]) -> Path:
-    """Return the file of the study that a configuration names or is.
-
-    Parameters
-    ----------
-    config
-        The configuration as Snakemake has merged it.
-
-    Raises
-    ------
-    StudyError
-        Without a study, and where the configuration has values that its file does not have, from
-        ``--config`` or from a further ``--configfile``.
-    """
+    """Return the file of the study that a configuration names or is."""
     if "study" in config:
         name = str(config["study"])
         if values := sorted(config.keys() & Study.model_fields.keys() - SETTINGS):

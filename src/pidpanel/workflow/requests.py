@@ -28,20 +28,7 @@ class Requests:
         return self.job(outputs, {"package": digests.package_digest, **values})
 
     def job(self, outputs: Sequence[str], values: Mapping[str, Any]) -> str:
-        """Request a job that leaves a record.
-
-        Parameters
-        ----------
-        outputs
-            Files and folders that it makes.
-        values
-            What they depend on besides other results; functions are called if need be.
-
-        Returns
-        -------
-        str
-            Path of the request, an input of the rule.
-        """
+        """Request a job that leaves a record."""
         request = requests.request_of(outputs[0])
         if self.is_new(request):
             content = {name: v() if callable(v) else v for name, v in values.items()}
