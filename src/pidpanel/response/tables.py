@@ -171,7 +171,7 @@ def by_case(
     dtype: type = np.float64,
 ) -> Array:
     """Return values as (n_readings, n_scenarios, *shape); NaN where a case has none."""
-    table = np.full((len(readings), len(labels), *shape), np.nan, dtype)
+    table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
     for (reading, label), value in values.items():
         table[readings.index(reading), labels.index(label)] = value
     return table
