@@ -12,6 +12,7 @@ import yaml
 
 from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import main
+from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.panel.from_study import resolved_masses
 from pidpanel.report.answer_text import massless_text
@@ -234,3 +235,48 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
     assert "no mass" not in capsys.readouterr().out
     assert massless_text(reported_study(checked_study(path))) == []
     assert resolved_masses(checked_study(path)) == {"arm": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("study", "way", "value", "says"),
+    [
+        # 900 mm at 300 Hz is 326 000 g
+        ("coupon_size", ("coupon", "sweep", "displacement_mm"), [0.1, 900], "at most 2000 g, "),
+        ("l_panel", ("response", "frequency_hz"), [100, 100.1], "at least 1.02 times the first"),
+        ("coupon_size", ("damping",), {"table": "acrylic_2mm.csv"}, "only in a study with a panel"),
+    ],
+)
+def test_what_no_test_is_like_is_refused_with_what_is_allowed(study, way, value, says, tmp_path):
+    # red: no `_mistakes_of_displacements`; no LEAST_SPAN; a coupon with `damping` asked for panel
+    values = changed(study, way, value)
+    if "displacement_mm" in way:
+        del values["coupon"]["sweep"]["acceleration_g"]
+    told = [line for _, line in refused(tmp_path, values)]
+    assert len(told) == 1 and says in told[0]
+
+
+def test_a_spectrum_in_pascal_is_refused_unless_its_level_is_stated(tmp_path):
+    # red: no QUIETEST in `_check_spectrum`
+    bands = [31.5, 63, 125, 250, 500, 1000, 2000]
+    pascal = [25, 40, 60, 80, 70, 50, 30]
+    rows = [f"{f:g},{p}" for f, p in zip(bands, pascal, strict=True)]
+    (tmp_path / "pa.csv").write_text("\n".join(["center_hz,spl_db", *rows]))
+    values = changed("l_panel", ("sound", "spectrum"), "pa.csv")
+    values["response"]["frequency_hz"] = [50, 1000]
+    ((line, told),) = refused(tmp_path, values)
+    assert line.startswith("spectrum:") and "far below a launch; in Pa or Pa²/Hz?" in told
+    values["sound"]["oaspl_db"] = 80.4
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    checked_study(path)
+
+
+def test_a_point_on_a_hinge_is_named(capsys):
+    # red: `fixed` left out of `_of_points`
+    study = load_any_study(STUDIES / "sandwich_hole_hinge.yaml")
+    name, support = next(iter(study.panel.support_input.points.items()))
+    panel = study.panel.model_copy(update={"points": {"P": support.at_m}})
+    assert main(["check", str(STUDIES / "sandwich_hole_hinge.yaml")]) == 0
+    assert "does not move" not in capsys.readouterr().out
+    lines = overview(study.model_copy(update={"panel": panel})).splitlines()
+    assert any(f"P on no patch, on {name}, where it does not move" in line for line in lines)

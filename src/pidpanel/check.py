@@ -30,7 +30,9 @@ from pidpanel.text_files import TextFileError, read_text
 
 LARGEST_DECK = 1_000_000
 """Most bytes of a deck."""
-MOST_CARRIED = 20
+QUIETEST = 100.0
+"""Level of a table [dB] below which it is taken for one in other units."""
+MOST_CARRIED = 5
 """Heaviest mass on a panel over that of the panel."""
 ANY_MESH = 1e-3
 """A frequency for which no mesh is too coarse [Hz]."""
@@ -233,6 +235,10 @@ def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake
         return
     if not OVERALL.holds(spectrum.oaspl):
         says = f"its bands sum to {spectrum.oaspl:.1f} dB; {OVERALL.allowed}: are they in Pa?"
+        yield Mistake(("sound", "spectrum"), says)
+    elif spectrum.oaspl < QUIETEST and sound.oaspl_db is None:
+        says = f"its bands sum to {spectrum.oaspl:.1f} dB, far below a launch; in Pa or Pa²/Hz? "
+        says += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
         yield Mistake(("sound", "spectrum"), says)
     low, high = spectrum.edge_frequency[[0, -1]]
     if response is not None and (response.frequency_hz[0] < low or response.frequency_hz[1] > high):

@@ -1,11 +1,14 @@
 """A run that is watched goes on where it ended, and nothing it left is touched."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from pidpanel.coupon import attempts, film, runs
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import sphere_dump
+from pidpanel.report import films
 from pidpanel.study.coupon import Coupon
 
 pytestmark = pytest.mark.liggghts
@@ -64,3 +67,13 @@ def test_a_run_without_its_restart_is_not_watched(left, tmp_path):
     away = state.rename(tmp_path / "away")
     assert film.watch(run, folder, cycles=1, frames=24) is None
     away.rename(state)
+
+
+def test_a_run_that_is_not_watched_leaves_a_file_that_can_be_read(tmp_path, monkeypatch):
+    # red: arrays without frames: NetCDF 3 could not read its own file, and there was no page
+    table = tmp_path / "cases.csv"
+    table.write_text("case,status,fill_fraction,frequency_hz,acceleration_g\nc,ok,0.5,100,10\n")
+    case = SimpleNamespace(point=None, folders=lambda folder: [folder])
+    monkeypatch.setattr(films, "watch", lambda *a, **k: None)  # as of a deck of the user's own
+    films.write_film({"c": case}, {"version": "1"}, table, tmp_path, tmp_path / "film.nc")
+    assert films.read_film({"c": case}, tmp_path / "film.nc") is None

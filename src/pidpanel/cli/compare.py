@@ -7,6 +7,7 @@ The arguments are studies or folders of results, results/<study>.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from pidpanel.cli.parser import FILES, add_directory, completed
@@ -28,6 +29,10 @@ def call(args: argparse.Namespace) -> int:
 
     results = args.directory / "results"
     first, second = (read_side(*_folder(name, results)) for name in (args.a, args.b))
+    if first.name == second.name:  # the same study in two folders
+        first, second = (
+            replace(side, name=str(name)) for side, name in ((first, args.a), (second, args.b))
+        )
     for line in comparison_lines(first, second):
         print(line)
     if args.page is not None:

@@ -127,7 +127,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
                         f"{estimate.coordinates} coordinates")  # fmt: skip
     yield _line("modes", _of_modes(study, estimate))
     of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
-    yield _line("points", "; ".join(_of_points(mesh)))
+    yield _line("points", "; ".join(_of_points(study, mesh)))
     for label, weights in _damper_masses(study, of_patch).items():
         shares = [100 * weight / (mass + attached) for weight in weights]
         yield _line(
@@ -154,11 +154,20 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     return f"{rigid}{frequencies} Hz on {source}{note}"
 
 
-def _of_points(mesh: PanelMesh) -> Iterator[str]:
-    """Yield each response point with the patches that it lies on."""
+def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
+    """Yield each response point with the patches that it lies on, or the support."""
+    from pidpanel.panel.from_study import StudiedPanel
+
+    supports = StudiedPanel(study.panel).supports.points
     for name, vertex in mesh.point_vertices.items():
         patches = [p for p, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
-        yield f"{name} on {' and '.join(patches) or 'no patch'}"
+        x, y = mesh.vertices[vertex]
+        fixed = [
+            f", on {label}, where it does not move"
+            for label, support in supports.items()
+            if math.dist((x, y), support.position) <= max(support.radius, 1e-6)
+        ]
+        yield f"{name} on {' and '.join(patches) or 'no patch'}{''.join(fixed)}"
 
 
 def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[float]]:

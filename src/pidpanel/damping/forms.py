@@ -168,7 +168,9 @@ def information(residual: Array, constants: int) -> float:
     n, k = len(residual), constants + 1
     if n < k + 2:
         return float("nan")
-    return float(n * np.log(np.mean(residual**2)) + 2 * k + 2 * k * (k + 1) / (n - k - 1))
+    # an exact fit leaves nothing but rounding, and on some processors not even that
+    square = max(float(np.mean(residual**2)), np.finfo(float).eps ** 2)
+    return float(n * np.log(square) + 2 * k + 2 * k * (k + 1) / (n - k - 1))
 
 
 def _rms(error: Array) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.report.answer_text import CAVEATS
 from pidpanel.report.coupon_section import coupon_section
 from pidpanel.report.coupon_text import coupon_finding, coupon_text
@@ -25,8 +26,8 @@ def coupon_page(
     steps: Sequence[tuple[str, str]],
 ) -> Page:
     """Return the whole page; call it within `style.context`."""
-    good = coupon.cases[coupon.cases["status"] == "ok"]
-    lost = coupon.cases[coupon.cases["status"] != "ok"]
+    good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
+    lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied
     findings = varied_findings(good, keys) or [coupon_finding(good)]
     varied = varied_section(good, keys) if keys else None

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
+from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.report import panel_figures, pictures, style
 from pidpanel.report.coupon_figures import (
@@ -46,8 +47,8 @@ Law = Callable[[Array, float], Array]
 STATES = "states: C_e (share of the cells)"
 
 BARS = (
-    "Bars: one standard error, from the scatter between cycles and between seeds. Only cases with "
-    "status ok are drawn."
+    "Bars: one standard error, from the scatter between cycles and between seeds. Only cases that "
+    "count are drawn: status ok, or NotSteady with enlarged errors."
 )
 
 
@@ -56,7 +57,7 @@ def coupon_section(
 ) -> PageSection:
     """Return the particles, how steady the runs are, the sweep and all cases."""
     cases = coupon.cases
-    good = cases[cases["status"] == "ok"]
+    good = cases[cases["status"].isin(COUNTED)]
     steadiness = Picture(
         "steadiness",
         style.png(steadiness_figure(coupon.records)),

@@ -14,6 +14,7 @@ from pidpanel.coupon.round import Round
 from pidpanel.damping import forms
 from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5, paper_constants
+from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.report import damping_figures, style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import DampingResults
@@ -82,7 +83,7 @@ def damping_section(results: DampingResults) -> PageSection:
         blocks.insert(1, rounds_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
-    good = results.cases[results.cases["status"] == "ok"]
+    good = results.cases[results.cases["status"].isin(COUNTED)]
     if all(column in good and good[column].notna().any() for column, _ in SHARES):
         blocks.append(
             _picture(

@@ -57,7 +57,10 @@ def write_film(
             recorded = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
         except SolverFailure as failure:
             print(f"no animation: {failure}")
-    film = recorded or Film(np.zeros(0), np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.zeros(0))
+    if recorded is None:  # NetCDF 3 has no empty dimensions: the file has nothing but its name
+        xr.Dataset(attrs={**stamp, "case": ""}).to_netcdf(file, engine="scipy")
+        return
+    film = recorded
     axes = ("frame", "sphere", "axis")
     xr.Dataset(
         {
@@ -77,7 +80,7 @@ def read_film(cases: Mapping[str, Case], file: Path) -> Shot | None:
     with xr.open_dataset(file, engine="scipy") as dataset:
         data = dataset.load()
     case = cases.get(data.attrs["case"])
-    if case is None or not data.sizes["frame"]:
+    if case is None:
         return None
     time, position, velocity, diameters = (
         data[name].to_numpy().astype(float) for name in ("time", "position", "velocity", "diameter")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pidpanel.damping.laws import paper_corrected
+from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
@@ -65,7 +66,7 @@ def _claims(inputs: Inputs) -> Table | None:
 def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSection]:
     """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
     coupon = inputs.coupons[name]
-    good = coupon.cases[coupon.cases["status"] == "ok"]
+    good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
     of_coupon = coupon_section(coupon, law=law)
     paragraph = Paragraph(coupon_text(coupon))
     sections = [replace(of_coupon, blocks=[paragraph, *of_coupon.blocks]), losses_section(good)]

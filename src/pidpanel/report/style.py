@@ -67,8 +67,8 @@ _RC: dict[Any, Any] = {
 
 
 def context() -> AbstractContextManager[None]:
-    """Return a context with the settings of matplotlib for the figures."""
-    return mpl.rc_context(_RC)
+    """Return a context with the settings of matplotlib for the figures, whatever a user's are."""
+    return mpl.rc_context({**mpl.rcParamsDefault, **_RC})
 
 
 def fill_colour(fill_fraction: float) -> str:

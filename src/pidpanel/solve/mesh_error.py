@@ -16,8 +16,9 @@ from pidpanel.arrays import Array
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.sharpness import LoadedModes
 
-ALLOWED_DB, ALLOWED_RMS = 0.5, 5e-3
-"""Largest error of a PSD at any line [dB], and of an rms acceleration [1]."""
+ALLOWED_DB, ALLOWED_RMS = 0.65, 5e-3
+"""Largest stated error of a PSD at any line [dB], and of an rms acceleration [1]. What is stated is
+1.2 to 3 times the difference from a converged mesh, so that PSDs are within 0.5 dB."""
 
 
 @dataclass(frozen=True)

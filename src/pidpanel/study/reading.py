@@ -69,7 +69,10 @@ def study_in(document: Document) -> Study | CouponStudy:
 def validated(document: Document) -> tuple[Study | CouponStudy | None, list[Mistake]]:
     """Return the study of a file, or None and its mistakes but those of the document itself."""
     of_panel = set(Study.model_fields) - set(CouponStudy.model_fields)
-    is_coupon = "coupon" in document.data and not of_panel & set(document.data)
+    is_coupon = "coupon" in document.data and not (of_panel - {"damping"}) & set(document.data)
+    if is_coupon and "damping" in document.data:
+        says = "only in a study with a panel; a study of the coupon alone reads no damping model"
+        return None, [Mistake(("damping",), f"{says}. Delete it, or add panel and sound")]
     model = CouponStudy if is_coupon else Study
     values = {"name": document.path.stem, **document.data}
     try:

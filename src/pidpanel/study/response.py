@@ -13,6 +13,9 @@ Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
 """[Hz]"""
 Radiation = Literal["none", "one_side", "two_sides"]
 
+LEAST_SPAN = 1.02
+"""Least ratio of the highest frequency to the lowest: several bandwidths of a resonance."""
+
 
 class Response(SectionModel):
     """The frequencies of the response, and the terms of the panel's equation of motion."""
@@ -39,6 +42,9 @@ class Response(SectionModel):
         """Yield frequencies that do not increase, and kinds of radiation that do not combine."""
         if self.frequency_hz[1] <= self.frequency_hz[0]:
             yield Mistake(("frequency_hz",), "must be two values, the second above the first")
+        elif self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:
+            says = f"the second must be at least {LEAST_SPAN:g} times the first"
+            yield Mistake(("frequency_hz",), f"spans hardly a resonance; {says}")
         if self.radiation_beside == self.radiation != "none":
             yield Mistake(("radiation_beside",), "must differ from radiation, or be none")
         if self.modal_damping == "diagonal":

@@ -54,7 +54,9 @@ class Range(SectionModel):
         return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
 
 
-Gamma = Annotated[float, Quantity(0, 2000, low_itself=False, units=GRAVITIES)]
+LARGEST_GAMMA = 2000.0
+"""Largest amplitude of an acceleration [g]."""
+Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
 """Amplitude of an acceleration [g]."""
 Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
 """Of a displacement [mm]."""
@@ -109,11 +111,26 @@ class Sweep(SectionModel):
             return min(omega) * min(self.displacements)
         return min(self.accelerations) / max(omega)
 
+    def _mistakes_of_displacements(self) -> Iterator[Mistake]:
+        """Yield displacements with an acceleration that no shaker and no panel has."""
+        omega = 2 * math.pi * max(self.frequencies)
+        fastest = self.max_velocity_m_s or math.inf
+        for index, amplitude in enumerate(self.displacements):
+            gamma = min(amplitude * omega, fastest) * omega / STANDARD_GRAVITY
+            if gamma > LARGEST_GAMMA:
+                longest = 1e3 * LARGEST_GAMMA * STANDARD_GRAVITY / omega**2
+                yield Mistake(
+                    ("displacement_mm", index),
+                    f"{gamma:.3g} g at {max(self.frequencies):g} Hz; at most {LARGEST_GAMMA:g} g, "
+                    f"{longest:.2g} mm there; max_velocity_m_s omits fast combinations",
+                )
+
     def mistakes(self) -> Iterator[Mistake]:
         """Yield amplitudes of two kinds or of none, and duplicate values."""
         keys = self.model_fields_set
         if self.acceleration_g and self.displacement_mm:
             yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
+        yield from self._mistakes_of_displacements()
         if not self.acceleration_g and not self.displacement_mm:
             says = "must have at least 1 value" if "acceleration_g" in keys else "missing"
             yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
