@@ -78,7 +78,7 @@ def test_a_mesh_that_heavy_dampers_make_too_coarse_is_refused(elements, size, ma
 
 def test_resonances_that_no_lines_resolve_are_refused():
     # red: the ratio that the lines resolve cut off at `smallest_damping_ratio` without a word,
-    # which left 1.5 lines to a bandwidth and g rms 0.5 to 1.2 % too high
+    # which left 1.5 lines to a bandwidth
     modal = ModalBasis([100.0, 900.0], [1.0, 1.0], 0.001)
     basis = SimpleNamespace(patch_overlap=np.eye(2)[None] / 4.0)  # of a panel of 4 kg/m²
     settings = SimpleNamespace(frequency_range=(30.0, 2000.0), damping_ratio=0.001)
