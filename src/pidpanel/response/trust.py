@@ -35,8 +35,8 @@ CARRIED, KNOWN_TO = "carried from another level", "known to"
 TOO_FAR = 2.0
 """Standard error of a coupled g rms over the wanted one, from which it is doubted [1]."""
 
-LARGEST_ERROR = 0.1
-"""Relative standard error of g rms from which another damping model is doubted: 0.9 dB [1]."""
+LARGEST_ERROR = 0.25
+"""Relative standard error of g rms from which another damping model is doubted: 2 dB [1]."""
 
 BETWEEN = "; "
 """Between the doubts of a scenario."""
