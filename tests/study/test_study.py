@@ -173,3 +173,13 @@ def test_a_scenario_at_the_level_of_its_table_has_no_level_in_its_name():
     scenario = load_study(STUDIES / "l_panel.yaml").family_scenarios("location")[1]
     assert scenario.label == "corner_r0.5"
     assert scenario.bare.label == "bare"
+
+
+def test_a_single_scenario_needs_no_list(tmp_path):
+    # red: _compare_one left out
+    text = (STUDIES / "l_panel.yaml").read_text()
+    start = text.index("scenarios:")
+    single = "scenarios:\n  one: {patch: arm, fill_fraction: 0.5, oaspl_db: 140}\n"
+    (tmp_path / "one.yaml").write_text(text[:start] + single)
+    labels = [scenario.label for scenario in load_study(tmp_path / "one.yaml").all_scenarios()]
+    assert labels == ["bare_140dB", "arm_r0.5_140dB"]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from pidpanel.study.base import Fill, Level, SectionModel, Text
 from pidpanel.study.mistakes import Mistake
@@ -17,7 +17,7 @@ Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 
 class Family(SectionModel):
-    """One comparison: exactly one of patch, fill_fraction and oaspl_db is a list."""
+    """One comparison: one of patch, fill_fraction and oaspl_db is a list; a single scenario: none."""
 
     patch: Text | tuple[Text, ...]
     """Filled patch, by its name under ``panel.patches``; a list compares patches."""
@@ -30,6 +30,16 @@ class Family(SectionModel):
     title: Text = ""
     """Title of the comparison in the report."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _compare_one(cls, values: Any) -> Any:
+        """Return a single scenario as a comparison of one patch."""
+        if not isinstance(values, Mapping) or not isinstance(values.get("patch"), str):
+            return values
+        if any(isinstance(values.get(key), list | tuple) for key in ("fill_fraction", "oaspl_db")):
+            return values
+        return {**values, "patch": [values["patch"]]}
+
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a comparison of nothing, or of more than one thing."""
         for key in self._lists():
@@ -39,11 +49,9 @@ class Family(SectionModel):
             elif count > MOST_SCENARIOS:
                 yield Mistake((key,), f"must have at most {MOST_SCENARIOS} values, not {count}")
         lists = len(self._lists())
-        if lists != 1:
+        if lists > 1:
             yield Mistake(
-                (),
-                "exactly one of patch, fill_fraction and oaspl_db must be a list, "
-                + (f"not {lists}" if lists else "not none"),
+                (), f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
             )
 
     @property
