@@ -99,7 +99,7 @@ def test_readings_follow_from_what_the_study_has(loaded):
     pots = (("scenarios.both", None), ("scenarios.fill", None))
     assert loaded(default, *pots).readings == ("stated",)
     stated = load_study(STUDIES / "l_panel.yaml")
-    assert stated.readings == ("paper_corrected",)
+    assert stated.readings == ("table",)
     assert loaded(("scenarios", None)).readings == ("bare",)
     assert load_study(STUDIES / "paper.yaml").readings == ("paper_corrected", "dem")
 
