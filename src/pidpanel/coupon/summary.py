@@ -157,14 +157,7 @@ def summarise(
     bias = case.bias
     total_error = math.hypot(mean.damping_error, bias * c, cell_states.damping_error)
     return {
-        "case": case.label,
-        "fill_fraction": point.fill_fraction,
-        "frequency_hz": f,
-        "acceleration_g": drive.gamma,
-        "displacement_mm": w * 1e3,
-        "velocity_m_s": drive.speed,
-        "diameter_mm": packing.diameter * 1e3,
-        **case.varied,
+        **_first_columns(case),
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
         "seeds": len(seeds),
         "cells": packing.count,
@@ -201,6 +194,21 @@ def summarise(
         else "accuracy",
         "status": problems[0][0] if problems else OK,
         "message": problems[0][1] if problems else "",
+    }
+
+
+def _first_columns(case: Case) -> Row:
+    """Columns of the point of a case."""
+    point, drive = case.point, case.point.drive
+    return {
+        "case": case.label,
+        "fill_fraction": point.fill_fraction,
+        "frequency_hz": drive.frequency,
+        "acceleration_g": drive.gamma,
+        "displacement_mm": drive.amplitude * 1e3,
+        "velocity_m_s": drive.speed,
+        "diameter_mm": point.packing.diameter * 1e3,
+        **case.varied,
     }
 
 
