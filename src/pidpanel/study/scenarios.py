@@ -17,7 +17,7 @@ Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 
 class Family(SectionModel):
-    """One comparison: one of patch, fill_fraction and oaspl_db is a list; a single scenario: none."""
+    """One comparison, with a list for patch, fill_fraction or oaspl_db; or a single scenario."""
 
     patch: Text | tuple[Text, ...]
     """Filled patch, by its name under ``panel.patches``; a list compares patches."""
