@@ -1,5 +1,7 @@
 """Files for other programs, read back."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import pyuff
@@ -65,7 +67,14 @@ def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
         ("bare", "326"): CURVES[0].acceleration_psd,
         ("PID-1_r0.5", "middle"): 4 * CURVES[1].acceleration_psd,
     }
+    known = [dataclasses.replace(curve, log_error=np.full(FREQUENCY.size, 0.2)) for curve in CURVES]
+    # 0.2 of every PSD is 0.1 of every rms value
+    rows = third_octave_rows(FREQUENCY, known, bare)
+    np.testing.assert_allclose(
+        rows["acceleration_rms_error_g"], 0.1 * rows["acceleration_rms_g"], rtol=1e-9
+    )
     rows = third_octave_rows(FREQUENCY, CURVES, bare)
+    assert rows["acceleration_rms_error_g"].isna().all()
     for curve, gained in zip(CURVES, (0.0, 20 * np.log10(2)), strict=True):
         own = rows[rows["scenario"] == curve.scenario]
         covered = (own["lower_hz"].min(), own["upper_hz"].max())

@@ -33,6 +33,7 @@ class Curve:
     node: int  # number of the point, from 1
     acceleration_psd: Array  # (nf,) one-sided [(m/s²)²/Hz]
     doubts: str = ""  # why it is not to be trusted; empty where it is
+    log_error: Array | None = None  # (nf,) standard error of ln of the PSD
 
     @property
     def title(self) -> str:
@@ -97,6 +98,10 @@ def third_octave_rows(
     frames = []
     for curve in curves:
         rms = band_rms(frequency, curve.acceleration_psd, edge)
+        error = np.full_like(rms, np.nan)
+        if curve.log_error is not None:  # fully correlated over the lines
+            error = band_rms(frequency, curve.acceleration_psd * curve.log_error, edge) ** 2
+            error = np.divide(error, 2 * rms, out=np.zeros_like(rms), where=rms > 0)
         of_bare = band_rms(frequency, bare[curve.scenario, curve.point], edge)
         frames.append(
             pd.DataFrame(
@@ -108,6 +113,7 @@ def third_octave_rows(
                     "lower_hz": edge[:, 0],
                     "upper_hz": edge[:, 1],
                     "acceleration_rms_g": rms / STANDARD_GRAVITY,
+                    "acceleration_rms_error_g": error / STANDARD_GRAVITY,
                     "mean_acceleration_psd_g2_hz": (rms / STANDARD_GRAVITY) ** 2 / width,
                     "reduction_db": reduction(of_bare, rms),
                 }

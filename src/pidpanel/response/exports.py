@@ -54,6 +54,8 @@ def write_exports(
                 folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7
             )
     bands = third_octave_rows(frequency, curves, bare)
+    model_error = summary.set_index(["reading", "scenario", "point"])["model_error_db"]
+    bands = bands.join(model_error, on=["reading", "scenario", "point"])
     write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
     write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
     write_uff58(folder / "psd.uff", frequency, curves, title)
@@ -65,8 +67,17 @@ def _curves(
     dataset: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
 ) -> list[Curve]:
     psd = dataset["acceleration_psd"]
+    errors = dataset["acceleration_psd_log_error"]
     return [
-        Curve(reading, label, point, node, psd.sel(point=point).to_numpy(), doubts)
+        Curve(
+            reading,
+            label,
+            point,
+            node,
+            psd.sel(point=point).to_numpy(),
+            doubts,
+            errors.sel(point=point).to_numpy(),
+        )
         for node, point in enumerate(points, start=1)
     ]
 
@@ -79,6 +90,9 @@ def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -
         acceleration = values["acceleration_psd"].to_numpy()
         columns |= {
             f"acceleration_psd_g2_hz_{point}": acceleration / STANDARD_GRAVITY**2,
+            f"acceleration_psd_error_db_{point}": 10
+            / np.log(10)
+            * values["acceleration_psd_log_error"].to_numpy(),
             f"velocity_psd_m2_s2_hz_{point}": values["velocity_psd"].to_numpy(),
             f"displacement_psd_mm2_hz_{point}": values["displacement_psd"].to_numpy() * 1e6,
         }

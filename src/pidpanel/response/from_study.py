@@ -285,7 +285,7 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     folder
         Made where it is not there.
     """
-    summary = pd.read_csv(summary_csv, dtype={"scenario": str})
+    summary = pd.read_csv(summary_csv, dtype={"scenario": str, "point": str})
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
     scenarios, ratio = scenarios_of(study), study.panel.damping_ratio
     write_exports(read_basis(modes), ratio, scenarios, study.readings, psd, summary, title, folder)
