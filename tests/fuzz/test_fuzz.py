@@ -15,7 +15,7 @@ from pidpanel.coupon import coding
 from pidpanel.coupon.liggghts import failures, output, sphere_dump
 from pidpanel.coupon.records import RunState
 from pidpanel.damping.table_files import TableError, read_columns
-from pidpanel.panel.flat_mesh import read_gmsh
+from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.paths import DATA, WORKFLOW
 from pidpanel.sound.table import read_spl_table

@@ -83,7 +83,7 @@ OTHERS = {
     "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs older "
     "packing preparation probe records round runs summary window",
     "damping": "from_study surface_files table_files",
-    "panel": "basis_files first fit plate_files flat_mesh from_study mesh nastran tables",
+    "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",

@@ -1,11 +1,15 @@
 """Truths of meshes from files: the same panel gives the same frequencies; nothing is misread."""
 
+import resource
+import struct
+import tracemalloc
+
 import gmsh
 import numpy as np
 import pytest
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
-from pidpanel.panel.flat_mesh import read_gmsh
+from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
@@ -192,3 +196,130 @@ def test_places_that_a_foreign_mesh_does_not_have_are_refused(tmp_path):
             flat.panel_mesh(patches, points)
     with pytest.raises(ValueError, match="no node 17; it has 6 nodes from 1 to 6"):
         flat.at_node(17)
+
+
+MESH = """\
+$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Nodes
+1 4 1 4
+2 1 0 4
+1
+2
+3
+4
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+$EndNodes
+$Elements
+1 1 1 1
+2 1 3 1
+1 1 2 3 4
+$EndElements
+"""
+
+
+def test_gmsh_executes_nothing_for_a_mesh(tmp_path):
+    # red: gmsh.merge of the file itself, which merges panel.msh.opt too
+    trace = tmp_path / "trace"
+    command = f'SystemCall "touch {trace}";\n'
+    path = tmp_path / "panel.msh"
+    for text in (f"\n$MeshFormat;\n{command}", f"$MeshFormat;\n{command}", f"$Comments\n{command}"):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=r"panel.msh: not a gmsh mesh: it has no \$MeshFormat"):
+            read_gmsh(path)
+    (tmp_path / "panel.msh.opt").write_text(command)
+    path.write_text(MESH + command + "$NodeData\n1\n")
+    assert read_gmsh(path).triangles.shape == (2, 3)
+    assert not trace.exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("1 4 1 4\n", "1 1000000000 1 4\n", ":5: states 1000000000 nodes; a file of"),
+        ("1 1 1 1\n", "1 1000000000 1 1\n", ":17: states 1000000000 elements; a file of"),
+        ("2 1 0 4\n", "2 1 0 1000000000\n", ": not a gmsh mesh: it states more nodes or elements"),
+        ("$EndNodes", "$InterpolationScheme\n$EndNodes", ": section $InterpolationScheme begins inside"),
+    ],
+)  # fmt: skip
+def test_a_mesh_that_states_more_than_it_has_is_refused(tmp_path, old, new, message):
+    # red: without the limit, gmsh takes 8 GB for the third
+    path = tmp_path / "panel.msh"
+    path.write_text(MESH.replace(old, new, 1))
+    before = peak_memory()
+    with pytest.raises(ValueError) as caught:
+        read_gmsh(path)
+    assert f"{path}{message}" in str(caught.value) and "\n" not in str(caught.value)
+    assert peak_memory() - before < 200e6
+
+
+def test_a_binary_mesh_that_states_more_than_it_has_is_refused(tmp_path):
+    form = b"$MeshFormat\n4.1 1 8\n" + struct.pack("i", 1) + b"\n$EndMeshFormat\n"
+    nodes = struct.pack("4Q3iQ", 1, 10**9, 1, 10**9, 2, 1, 0, 10**9)
+    path = tmp_path / "panel.msh"
+    path.write_bytes(form + b"$Nodes\n" + nodes + b"\n$EndNodes\n")
+    before = peak_memory()
+    with pytest.raises(ValueError, match=r"panel.msh: not a gmsh mesh: it states more nodes"):
+        read_gmsh(path)
+    assert peak_memory() - before < 200e6
+
+
+def peak_memory():
+    """Most memory that this process has had [bytes]."""
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def test_a_file_larger_than_any_mesh_is_not_read(tmp_path):
+    for name, read in (("panel.msh", read_gmsh), ("panel.bdf", read_nastran)):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(10**12)
+        with pytest.raises(ValueError, match=f"{name}: has 1e\\+06 MB; allowed are 100 MB"):
+            read(tmp_path / name)
+
+
+def test_nodes_at_one_place_take_no_memory_by_pairs(tmp_path):
+    # red: all pairs of 5000 nodes, 200 MB
+    angle = 2 * np.pi * np.arange(5000) / 5000
+    lines = []
+    for k, (start, end) in enumerate(zip(angle, angle + 4e-4, strict=True)):
+        for corner, (x, y) in enumerate(
+            [(0, 0), (np.cos(start), np.sin(start)), (np.cos(end), np.sin(end))]
+        ):
+            lines.append(f"GRID,{3 * k + corner + 1},,{x:.9f},{y:.9f},0.")
+        lines.append(f"CTRIA3,{k + 1},1,{3 * k + 1},{3 * k + 2},{3 * k + 3}")
+    path = tmp_path / "star.bdf"
+    path.write_text("\n".join(lines))
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match=r"nodes 1 and 4 are at one place \(0, 0\) m"):
+            read_nastran(path)
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("INCLUDE '/etc/hostname'\n", "deck.bdf:1: card INCLUDE is not read; allowed are GRID"),
+        ("INCLUDE 'deck.bdf'\n", "deck.bdf:1: card INCLUDE is not read; allowed are GRID"),
+        ("INCLUDE '/etc/\n        hostname'\n", "deck.bdf:1: card INCLUDE is not read"),
+        ("GRID,9,,0.,0.,0.\n" + 50000 * "+\n", "deck.bdf:10: a card goes on beyond 64 fields"),
+        ("".join(f"X{k}\n" for k in range(50000)), "deck.bdf: 981 further mistakes"),
+    ],
+)
+def test_a_deck_reads_no_other_file_and_is_not_read_for_ever(tmp_path, text, message):
+    path = tmp_path / "deck.bdf"
+    path.write_text(text + DECK)
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError) as caught:
+            read_nastran(path)
+        assert tracemalloc.get_traced_memory()[1] < 100 * path.stat().st_size + 1e6
+    finally:
+        tracemalloc.stop()
+    assert message in str(caught.value)

@@ -7,7 +7,7 @@ the waves and how heavy the patches can be.
     The panel of a study; the one module here that knows what a study is.
 `grid`, `triangles`
     Meshes drawn here: quadrilaterals on a rectangle, triangles in any outline.
-`flat_mesh`, `nastran`
+`flat_mesh`, `gmsh_files`, `nastran`
     Meshes from other programs: checks, gmsh files, Nastran bulk data.
 `mesh`
     The mesh that all of them lead to, and its gmsh file.

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import gmsh
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -19,9 +18,9 @@ from scipy.spatial import cKDTree
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
 from pidpanel.geometry.polygon import Position, Shape, location, show, signed_area
-from pidpanel.panel.mesh import PanelMesh, check_patch_areas, gmsh_session
+from pidpanel.panel.mesh import PanelMesh, check_patch_areas
+from pidpanel.text_files import LARGEST
 
-GMSH_CORNERS = {2: 3, 3: 4}
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
 # Of the extent: two nodes closer than this are one, a node further than this is off the plane.
@@ -46,6 +45,13 @@ class MeshFileError(ValueError):
             faults = [*faults[:MOST_FAULTS], remainder]
         self.faults = tuple(faults)
         super().__init__("\n".join(faults))
+
+
+def check_size(path: Path) -> None:
+    """Refuse a file with more bytes than a mesh needs, before it is read."""
+    size = path.stat().st_size
+    if size > LARGEST:
+        raise ValueError(f"{path}: has {size / 1e6:.3g} MB; allowed are {LARGEST / 1e6:g} MB")
 
 
 @dataclass(frozen=True)
@@ -173,47 +179,6 @@ class FlatMesh:
         return mesh
 
 
-def read_gmsh(path: Path) -> FlatMesh:
-    """Read a plane mesh of triangles and quadrilaterals of first order from a gmsh file.
-
-    Groups are the names of the physical surfaces, or their numbers where they have none. A
-    `ValueError` says in one line what is wrong and what is allowed.
-    """
-    with gmsh_session():
-        if not path.read_bytes()[:100].lstrip().startswith((b"$MeshFormat", b"$Comments")):
-            raise ValueError(f"{path}: not a gmsh mesh: it must begin with $MeshFormat")
-        try:
-            gmsh.merge(str(path))
-        except Exception as error:
-            says = " ".join(str(error).split())
-            raise ValueError(f"{path}: not a gmsh mesh: {says}") from None
-        node, position, _ = gmsh.model.mesh.getNodes()
-        element, corners, group = [], [], []
-        for dimension, surface in gmsh.model.getEntities():
-            tags = gmsh.model.getPhysicalGroupsForEntity(dimension, surface)
-            name = ""
-            if len(tags):
-                name = gmsh.model.getPhysicalName(dimension, tags[0]) or str(tags[0])
-            kinds, numbers, nodes = gmsh.model.mesh.getElements(dimension, surface)
-            for kind, elements, of_own in zip(kinds, numbers, nodes, strict=True):
-                if dimension < 2:
-                    continue
-                if kind not in GMSH_CORNERS:
-                    shape = gmsh.model.mesh.getElementProperties(kind)[0]
-                    raise ValueError(
-                        f"{path}: element {elements[0]} is a {shape}; allowed are triangles and"
-                        " quadrilaterals of first order"
-                    )
-                element += elements.tolist()
-                corners += of_own.reshape(len(elements), -1).tolist()
-                group += [name] * len(elements)
-    if not element:
-        raise ValueError(f"{path}: no triangles or quadrilaterals; a mesh needs them")
-    return FlatMesh.from_elements(
-        path, node.tolist(), position.reshape(-1, 3), element, corners, np.array(group)
-    )
-
-
 def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[list[int]]:
     """Return the triangles of an element; a quadrilateral is cut along its shorter diagonal."""
     if len(set(places)) < len(places):
@@ -267,7 +232,14 @@ def _check_one_piece(path: Path, element: Index, triangles: Index) -> None:
 
 def _check_apart(path: Path, node: Index, position: Array, close: float) -> None:
     """Refuse two nodes at one place."""
-    pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
+    # Two nodes in one square are close. With one node in each, close pairs are few.
+    squares = np.floor(position / (0.7 * close))
+    _, first = np.unique(squares, axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(position)), first)
+    if again.size:
+        pairs = np.flatnonzero((squares == squares[again[0]]).all(axis=1))[None, :2]
+    else:
+        pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
     if len(pairs):
         first, second = node[pairs[0]]
         raise ValueError(

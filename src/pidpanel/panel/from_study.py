@@ -24,7 +24,8 @@ from pidpanel.panel.fit import (
     narrowest,
     place_of,
 )
-from pidpanel.panel.flat_mesh import FlatMesh, read_gmsh
+from pidpanel.panel.flat_mesh import FlatMesh
+from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate

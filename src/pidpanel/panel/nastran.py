@@ -13,13 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, check_size
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
 IGNORED = ("PSHELL", "MAT1")
 DELIMITERS = ("BEGIN BULK", "ENDDATA")
 ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, *DELIMITERS))
+# More than any card that is read or ignored has
+MOST_FIELDS = 64
+# A file with more mistakes is not read to its end
+COUNTED_FAULTS = 1000
 # Nastran may leave out the E of an exponent: 1.5-3 is 0.0015
 SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
@@ -96,6 +100,7 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
     """Yield line number, name and fields of each card that is read; add faults of the others."""
     pending: tuple[int, str, list[str]] | None = None
     unknown: set[str] = set()
+    check_size(path)
     data = path.read_bytes()
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
@@ -105,7 +110,7 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
         text = raw.split("$")[0].rstrip().expandtabs(8)
         if not text.strip():
             continue
-        if text.strip().upper() == "ENDDATA":
+        if text.strip().upper() == "ENDDATA" or len(faults) > COUNTED_FAULTS:
             break
         if text.strip().upper() == "BEGIN BULK":
             continue
@@ -114,6 +119,9 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
         if name in ("", "+") or head.startswith(("+", "*")):
             if pending is None:
                 faults.append(f"{path}:{number}: a continuation without a card")
+            elif len(pending[2]) > MOST_FIELDS:
+                faults.append(f"{path}:{number}: a card goes on beyond {MOST_FIELDS} fields")
+                break
             else:
                 pending[2].extend(fields)
             continue
