@@ -1,6 +1,8 @@
 """Imports point one way: downstream from upstream, and four stages not to each other at all."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "pidpanel"
@@ -87,3 +89,11 @@ def test_no_stage_imports_the_door_of_another_but_downstream():
         for module, line in imported(path):
             if module.endswith(".from_study") and name.parts[0] in STAGES[:-3]:
                 assert module.split(".")[1] == name.parts[0], f"{name}:{line}"
+
+
+def test_the_panel_of_a_study_is_meshed_without_the_libraries_of_files_and_figures():
+    # red: `from pidpanel.panel import tables` at the head of panel/from_study.py
+    slow = "pandas", "xarray", "matplotlib", "pyvista", "snakemake", "scipy.optimize"
+    code = f"import sys, pidpanel.panel.from_study; print(sys.modules.keys() & {set(slow)})"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "set()\n"

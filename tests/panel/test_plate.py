@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg as la
 import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuad1, ElementQuadBFS, ElementTriP1, MeshQuad, MeshTri
+from skfem.mapping import MappingAffine
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -13,7 +14,7 @@ from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.plate import at_quadrature, corner_basis, corner_mean
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports
-from pidpanel.panel.thin import assemble_thin_plate, bending_form
+from pidpanel.panel.thin import _CentredArgyris, assemble_thin_plate, bending_form
 from pidpanel.panel.triangles import mesh_triangles
 
 A, B = 1.5, 1.0
@@ -351,3 +352,26 @@ def test_a_value_at_a_vertex_is_the_mean_of_those_of_its_cells(mesh, element):
     of_cells = np.repeat(np.arange(1.0, 1 + mesh.t.shape[1]), mesh.t.shape[0])
     expected = [np.mean(1 + np.flatnonzero((mesh.t == v).any(axis=0))) for v in range(4)]
     np.testing.assert_allclose(mean @ of_cells, expected)
+
+
+def test_argyris_elements_evaluate_their_points_once_with_equal_values():
+    # red: one evaluation for each of the 21 functions
+    class Counted(MappingAffine):
+        calls = 0
+
+        def F(self, X, tind=None):
+            self.calls += 1
+            return super().F(X, tind=tind)
+
+    mesh = MeshTri().refined(1)
+    mapping, element = Counted(mesh), _CentredArgyris()
+    X = np.array([[0.2, 0.3, 0.6], [0.1, 0.5, 0.3]])
+    together = [element.gbasis(mapping, X, k)[0] for k in range(21)]
+    assert mapping.calls == 1
+    for k, function in enumerate(together):
+        (alone,) = element.gbasis(mapping, X.copy(), k)  # as other points: computed again
+        for values in ("value", "grad", "hess"):
+            np.testing.assert_array_equal(getattr(function, values), getattr(alone, values))
+    assert mapping.calls == 22
+    (other,) = element.gbasis(mapping, X[:, :2], 0)
+    np.testing.assert_array_equal(other.value, together[0].value[:, :2])

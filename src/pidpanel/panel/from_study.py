@@ -9,10 +9,9 @@ import numpy as np
 
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
-from pidpanel.panel import layup, supports, tables
+from pidpanel.panel import layup, supports
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import basis_of
-from pidpanel.panel.basis_files import write_basis, write_shapes
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.fit import (
     area_of,
@@ -31,7 +30,6 @@ from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.plate_files import write_plate
 from pidpanel.panel.resolution import Region, check_resolution, element_sizes, longest_edge
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
@@ -384,6 +382,11 @@ def write_panel(
     ValueError
         As of `StudiedPanel`.
     """
+    # pandas and xarray take half a second, and a check needs neither
+    from pidpanel.panel import tables
+    from pidpanel.panel.basis_files import write_basis, write_shapes
+    from pidpanel.panel.plate_files import write_plate
+
     panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
     mesh = panel.mesh(mesh_msh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)

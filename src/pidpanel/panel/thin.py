@@ -3,6 +3,8 @@
 Bogner-Fox-Schmit (bicubic) on axis-parallel rectangles, Argyris (quintic) on triangles.
 """
 
+import functools
+
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
@@ -130,20 +132,46 @@ class _CellCentred:
 
     def gbasis(self, mapping, X, i, tind=None):  # type: ignore[no-untyped-def]
         """Return basis function i at the local points X, seen from the centre."""
-        return super().gbasis(_CentredMapping(mapping), X, i, tind)
+        return super().gbasis(self._centred(mapping, X, tind), X, i, tind)
+
+    def _centred(self, mapping, X, tind):  # type: ignore[no-untyped-def]
+        """Return the centred mapping, the same for all basis functions at the same points."""
+        previous = getattr(self, "_mapping", None)
+        if previous is None or not previous.holds(mapping, X, tind):
+            previous = self._mapping = _CentredMapping(mapping, X, tind)
+        return previous
 
 
 class _CentredMapping:
-    """A scikit-fem mapping whose positions are seen from the centre of each cell."""
+    """A scikit-fem mapping at some points, with positions seen from the centre of each cell."""
 
-    def __init__(self, mapping) -> None:  # type: ignore[no-untyped-def]
-        self.mapping = mapping
+    def __init__(self, mapping, X, tind) -> None:  # type: ignore[no-untyped-def]
+        self.mapping, self.X, self.tind = mapping, X, tind
         self.mesh = mapping.mesh
-
-    def F(self, X, tind=None):  # type: ignore[no-untyped-def]
         cells = self.mesh.t if tind is None else self.mesh.t[:, tind]
         centre = self.mesh.p[:, cells].mean(axis=1)
-        return self.mapping.F(X, tind=tind) - centre[:, :, None]
+        self.position = [_Powers(x) for x in mapping.F(X, tind=tind) - centre[:, :, None]]
+
+    def holds(self, mapping, X, tind) -> bool:  # type: ignore[no-untyped-def]
+        """Return whether this is the mapping at these points."""
+        return mapping is self.mapping and X is self.X and tind is self.tind
+
+    def F(self, X, tind=None):  # type: ignore[no-untyped-def]
+        return self.position
+
+
+class _Powers:
+    """A coordinate of points whose powers are computed once.
+
+    scikit-fem evaluates all monomials for each of the 21 basis functions of an Argyris element.
+    """
+
+    def __init__(self, value: Array) -> None:
+        self.shape = value.shape
+        self._power = functools.cache(lambda exponent: value**exponent)
+
+    def __pow__(self, exponent: int) -> Array:
+        return self._power(exponent)
 
 
 class _CentredBFS(_CellCentred, ElementQuadBFS):
