@@ -161,7 +161,7 @@ REFUSED = {
     "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100: must be above 0"),
     "level in pascal squared": (
         ["100,120", "125,4e5"],
-        "line 4: spl_db = 4e5: must be at least 0 and at most 200 .in Pa",
+        "line 4: spl_db = 4e5: must be at least -100 and at most 200 .in Pa",
     ),
     "three columns": (["100,120", "125,120,1"], "line 4: has 3 values, must have 2 as the header"),
     "one band": (["100,120"], "1 band; at least two"),
@@ -179,16 +179,16 @@ def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, nam
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("level", [0.0, 0.5, 200.0])
-def test_levels_of_0_to_200_decibels_are_read(tmp_path, level):
-    # red: LEVEL_RANGE = (1.0, 200.0)
+@pytest.mark.parametrize("level", [-100.0, -12.3, 0.0, 200.0])
+def test_levels_of_minus_100_to_200_decibels_are_read(tmp_path, level):
+    # a filtered spectrum has bands below 0 dB; red: LEVEL_RANGE = (0.0, 200.0)
     assert read_spl_table(write(tmp_path, f"100,{level}", "125,90")).band_spl[0] == level
 
 
-@pytest.mark.parametrize("level", [-0.1, 200.1])
-def test_levels_beyond_0_to_200_decibels_are_refused(tmp_path, level):
+@pytest.mark.parametrize("level", [-100.1, 200.1])
+def test_levels_beyond_minus_100_to_200_decibels_are_refused(tmp_path, level):
     # red: LEVEL_RANGE = (0.0, 220.0)
-    with pytest.raises(SpectrumError, match="must be at least 0 and at most 200"):
+    with pytest.raises(SpectrumError, match="must be at least -100 and at most 200"):
         read_spl_table(write(tmp_path, f"100,{level}", "125,90"))
 
 

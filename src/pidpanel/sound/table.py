@@ -26,8 +26,9 @@ Nominal centres (ISO 266) lie within 0.95 % of 10^(N/10), base-2 ones within 1.4
 16 Hz, and half the way to the next third is 12 %.
 """
 
-LEVEL_RANGE = (0.0, 200.0)
-"""Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error."""
+LEVEL_RANGE = (-100.0, 200.0)
+"""Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error. A scaled or
+filtered spectrum may have bands far below the threshold of hearing, 0 dB."""
 
 COLUMNS = {
     HEADER[0]: Allowed(0.0, low_itself=False),
@@ -53,7 +54,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     ------
     SpectrumTableError
         With all faults of the file: where it is missing or not text, columns have other names, a
-        value is not a number, a level is outside 0-200 dB, a centre is not a preferred one; if
+        value is not a number, a level is outside `LEVEL_RANGE`, a centre is not a preferred one; if
         there are none of these, where centres are unsorted, double or leave a gap, there are fewer
         than two bands, or a comment states another kind.
     """
