@@ -1,6 +1,7 @@
 "use strict";
-// What a page does besides being read: folds open on the way to their content and in print, and
-// curves are drawn by uPlot once they can be seen.
+// What a page does besides being read: folds open on the way to their content, sections open in
+// print (with the tables and figures that the reader has opened), and curves are drawn by uPlot
+// once they can be seen.
 document.documentElement.classList.add("scripted");
 
 function openAround(element) {
@@ -18,7 +19,7 @@ openTarget();
 
 let closed = [];
 addEventListener("beforeprint", () => {
-  closed = [...document.querySelectorAll("details:not([open])")];
+  closed = [...document.querySelectorAll("details.topic:not([open])")];
   closed.forEach(one => { one.open = true; });
 });
 addEventListener("afterprint", () => closed.forEach(one => { one.open = false; }));
@@ -61,7 +62,7 @@ function draw(box, width) {
     }
     data.push(curve.values);
     series.push({
-      label: curve.label, class: curve === told.curves[0] ? "first" : "other", stroke: curve.colour, width: curve.width, dash: curve.dashed ? [6, 3] : undefined,
+      label: curve.label, class: curve === told.curves[0] ? "first" : "other", stroke: curve.colour, width: curve.width, dash: DASHES[curve.line], line: curve.line,
       points: { show: false }, value: (u, v) => shortNumber(v), banded: !!curve.band, colour: curve.colour,
     });
   }
@@ -75,7 +76,10 @@ function draw(box, width) {
       y: { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] },
     },
     series, bands,
-    legend: { markers: { width: 0, fill: (u, index) => u.series[index].colour } },
+    legend: { markers: {
+      width: 3, fill: () => "transparent", stroke: (u, index) => u.series[index].colour,
+      dash: (u, index) => u.series[index].line,
+    } },
     axes: [
       { ...axis, label: "frequency, Hz", splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 34 },
       { ...axis, label: told.unit, splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 52 },
@@ -84,12 +88,45 @@ function draw(box, width) {
     hooks: {
       // a band goes with its curve
       setSeries: [(u, index, options) => {
-        if (index == null || options.show == null || !u.series[index].banded) return;
+        if (index == null || options.show == null) return;
+        nameOf(u, index).setAttribute("aria-pressed", options.show);
+        if (!u.series[index].banded) return;
         for (const edge of [index - 2, index - 1]) u.setSeries(edge, { show: options.show });
       }],
     },
   }, data, box);
+  for (let n = 1; n < series.length; n++) {
+    const name = nameOf(chart, n);
+    Object.assign(name, { tabIndex: 0, role: "button", ariaPressed: "true" });
+    name.addEventListener("keydown", event => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      name.click();
+    });
+  }
+  box.addEventListener("keydown", event => { if (event.target === box) press(chart, event); });
   return chart;
+}
+
+const DASHES = { dashed: [6, 3], dotted: [1.5, 3] };
+function nameOf(chart, index) { return chart.root.querySelectorAll(".u-series")[index].querySelector("th"); }
+
+// arrows read values, + and - zoom about the value that is read, 0 shows all
+function press(chart, event) {
+  const width = chart.over.clientWidth, all = chart.data[0], last = all[all.length - 1];
+  const left = chart.cursor.left >= 0 ? chart.cursor.left : width / 2;
+  const step = { ArrowLeft: -4, ArrowRight: 4 }[event.key], factor = { "+": 0.5, "-": 2, "−": 2 }[event.key];
+  if (step) {
+    chart.root.querySelector(".u-legend").setAttribute("aria-live", "polite");
+    chart.setCursor({ left: Math.min(width - 1, Math.max(0, left + step)), top: chart.over.clientHeight / 2 });
+  } else if (factor) {
+    const { min, max } = chart.scales.x, middle = chart.posToVal(left, "x");
+    const [low, high] = [min, max].map(end => middle * (end / middle) ** factor);
+    chart.setScale("x", { min: Math.max(all[0], low), max: Math.min(last, high) });
+  } else if (event.key === "0") {
+    chart.setScale("x", { min: all[0], max: last });
+  } else return;
+  event.preventDefault();
 }
 
 if (window.uPlot) {

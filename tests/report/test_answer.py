@@ -52,9 +52,9 @@ def test_the_sentence_has_place_mass_values_and_errors(study, respond):
     weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
     said = answer_text.headline(answered(study, respond, **weights))
     assert said.startswith("A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 177 → 125–128 g rms")
-    assert "(−2.8 to −3.0 ± 0.2 dB); the difference is within the uncertainty." in said
+    assert "(−2.80 to −3.00 ± 0.20 dB); the difference is within the uncertainty." in said
     said = answer_text.headline(answered(study, respond, 0.01, **weights))
-    assert "A at r = 0.1, 0.30 kg" in said and "(−3.00 ± 0.01 dB). Next is A at r = 0.7" in said
+    assert "A at r = 0.1, 0.30 kg" in said and "(−3.000 ± 0.010 dB). Next is A at r = 0.7" in said
 
 
 def test_without_errors_no_scenario_is_called_better(study, respond):

@@ -73,6 +73,9 @@ def test_curves_are_drawn_and_can_be_read_zoomed_and_switched(browser, table):
     assert with_bare > 2 * without + 100
     browser.run(f"{bare}.click(); new Promise(done => setTimeout(done, 200))")
     assert browser.run(dark) == pytest.approx(with_bare, rel=0.02)
+    names = browser.run(f"{there}.getAttribute('aria-label')")
+    assert "Acceleration PSD at point" in names
+    press_keys(browser, there)
     # by hand: the pointer over the middle of the curves, then a drag over a part of them
     browser.run(f"{there}.scrollIntoView({{block: 'center'}})")
     box = browser.run(
@@ -98,10 +101,67 @@ def test_curves_are_drawn_and_can_be_read_zoomed_and_switched(browser, table):
     assert float(browser.run(value)) == pytest.approx(middle, rel=0.05)
 
 
-def test_a_printed_page_shows_what_is_folded_and_no_page_is_blank(tmp_path, page):
+def press_keys(browser, there):
+    """Switch a curve, read a value and zoom without a mouse."""
+
+    def key(target, name):
+        browser.run(
+            f"{target}.dispatchEvent(new KeyboardEvent('keydown', {{key: '{name}', bubbles: true}}));"
+            " new Promise(done => setTimeout(done, 100))"
+        )
+
+    # red: no tabIndex, no role, no listener of keys
+    name = f"{there}.querySelector('.u-legend tr.first th')"
+    assert browser.run(f"[{there}.tabIndex, {name}.tabIndex, {name}.role]") == [0, 0, "button"]
+    key(name, "Enter")
+    assert browser.run(f"{name}.ariaPressed") == "false"
+    key(name, " ")
+    assert browser.run(f"{name}.ariaPressed") == "true"
+    value = f"{there}.querySelector('.u-legend tr .u-value').textContent"
+    key(there, "ArrowRight")
+    first = float(browser.run(value))
+    key(there, "ArrowRight")
+    second = float(browser.run(value))
+    assert second > first
+    for _ in range(2):
+        key(there, "+")
+    key(there, "ArrowRight")
+    # a step is a shorter way in a smaller range
+    assert float(browser.run(value)) - second < second - first
+    key(there, "0")
+
+
+def test_a_long_name_of_a_curve_makes_no_page_wider(table):
+    # 421 pixels at 390; red: `.u-legend tr` without `display: flex`
+    with Browser(320) as browser:
+        browser.open(table[1] / "report.html")
+        browser.run(
+            "document.querySelectorAll('.u-legend th').forEach("
+            "e => { e.lastChild.textContent += ', heavy_damper_of_steel, r = 0.123'; })"
+        )
+        assert browser.overflowing() == []
+
+
+def test_the_first_printed_page_is_full(table):
+    # red: `.first` not a grid in print
+    with Browser(703) as browser:
+        browser.open(table[1] / "report.html")
+        browser.say("Emulation.setEmulatedMedia", media="print")
+        tops = browser.run(
+            "[...document.querySelectorAll('.first figure:not(.broad)')].slice(0, 2)"
+            ".map(e => e.getBoundingClientRect().top)"
+        )
+    assert len(tops) == 2 and abs(tops[0] - tops[1]) < 2
+
+
+def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):
     # red: ::details-content and beforeprint left out; `break-before: page` twice
     with Browser(1400) as browser:
         browser.open(page)
+        browser.pdf(tmp_path / "page.pdf")
+        short = marks_by_page(tmp_path / "page.pdf")
+        # with the tables and figures that the reader has opened
+        browser.unfold()
         count = browser.run("document.querySelectorAll('tr').length")
         browser.pdf(tmp_path / "page.pdf")
         marks = marks_by_page(tmp_path / "page.pdf")
@@ -113,6 +173,7 @@ def test_a_printed_page_shows_what_is_folded_and_no_page_is_blank(tmp_path, page
         )
     assert hidden == 0
     assert len(marks) > 2 and min(marks) > 5
+    assert min(short) > 5 and len(short) < len(marks)
     # every cell of every table is a text of its own
     assert sum(marks) > count
 

@@ -77,7 +77,7 @@ def test_a_psd_is_drawn_in_g_squared():
     assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES / 9.80665**2)
 
 
-def test_what_lies_outside_the_simulated_range_is_dashed_and_the_legend_says_so():
+def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
     # red: `curve.inside` for `outside` in _draw
     inside = LINES > 200
     figure = response_figures.psd_figure(LINES, [panel(inside)])
@@ -87,7 +87,7 @@ def test_what_lies_outside_the_simulated_range_is_dashed_and_the_legend_says_so(
     assert shown[LINES <= 200].all()
     assert not shown[LINES > 210].any()
     said = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert any("outside the simulated range" in text for text in said)
+    assert any("outside the range of its data" in text for text in said)
     whole = response_figures.psd_figure(LINES, [panel()])
     assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
 
@@ -181,6 +181,46 @@ def test_the_spectrum_and_the_mesh_have_units(bands, basis):
         assert_units(figure)
     assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
     assert {text.get_text() for text in mesh.axes[0].texts} == {"A", "326"}
+
+
+def test_names_of_patches_on_each_other_and_of_near_points_do_not_collide(basis):
+    # red: `separate` without its loop
+    inside = basis.cell_in_patch[0]
+    mesh = panel_figures.mesh_figure(
+        basis.vertex_position,
+        basis.cells,
+        {"PID-1": inside, "PID-2": inside, "PID-3": inside},
+        {"326": (0.75, 0.5), "327": (0.76, 0.5)},
+    )
+    mesh.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in mesh.axes[0].texts]
+    assert len(boxes) == 5
+    assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+
+
+def shown_whole(figure):
+    figure.draw_without_rendering()
+    labels = [axes.yaxis.label for axes in figure.axes] + [axes.xaxis.label for axes in figure.axes]
+    boxes = [label.get_window_extent() for label in labels if label.get_text()]
+    low, high = figure.bbox.min - 1, figure.bbox.max + 1
+    return all((box.min >= low).all() and (box.max <= high).all() for box in boxes)
+
+
+def test_the_label_of_a_colour_bar_is_not_cut():
+    # red: the label in a line beside a figure that is lower than it; the bar at the right
+    image = np.zeros((40, 400, 3), dtype=np.uint8)
+    label = "speed relative to the cell, m/s"
+    limits = (0.0, 1.0)
+    assert shown_whole(
+        panel_figures.pictures_figure(
+            [image], [""], columns=1, colormap="plasma", limits=limits, label=label
+        )
+    )
+    gained = {("A", "DEM"): np.ones((1, 4))}
+    centre = 100 * 10 ** (np.arange(4) / 10)
+    assert shown_whole(
+        response_figures.reduction_figure(centre, ["0.5"], gained, ["A"], ["DEM"], "r")
+    )
 
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():

@@ -117,6 +117,26 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told, monkeypatch):
     assert styles[labels.index("two")] == "-"
 
 
+def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_screen(told):
+    # red: one `dashed` for both
+    psd = told.psd.assign(dead_weight_acceleration_psd=told.psd["acceleration_psd"] / 2)
+    psd["inside"] = 0 * psd["inside"]
+    picture = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures[0]
+    lines = {curve.label: curve.line for curve in picture.charts[0].curves}
+    assert lines["two"] == "dashed" and lines["two: dead weight"] == "dotted"
+
+
+def test_all_rows_of_a_table_have_the_same_decimals(told):
+    # 66.545 ± 0.054 beside 38.6 ± 1.9; red: value_text without decimals
+    summary = told.summary.copy()
+    first = summary["point"] == "middle"
+    summary["acceleration_rms_error_g"] = np.where(first, 0.054, 1.9)
+    table = layouts_section.layouts_section(dataclasses.replace(told, summary=summary)).blocks[0]
+    rms = [row[table.columns.index("g rms")] for row in table.rows]
+    assert {text.split(" ± ")[1] for text in rms} == {"0.1", "1.9"}
+    assert {len(text.split(" ± ")[0].partition(".")[2]) for text in rms} == {1}
+
+
 def test_the_best_layout_is_told_with_the_same_mass_as_dead_weight(told):
     # red: layouts left out of outcome; a comparison with an error that is not known
     first = told.summary.assign(reduction_error_db=0.5)

@@ -52,7 +52,7 @@ def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, re
     )
     assert "C_e at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
     assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
-    assert "Dashed: Γ or frequency outside the simulated range." in caption
+    assert "Dashed: Γ or frequency outside the range of the data." in caption
     note = response_section.acceleration_note(read, read.study.families["fill"], "paper_corrected")
     assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
 

@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 from matplotlib.tri import Triangulation
 
 from pidpanel.arrays import Array
@@ -24,7 +25,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.inputs import ReportedPanel
-from pidpanel.report.layout import panel_axes
+from pidpanel.report.layout import panel_axes, separate
 
 WIDTH = 5.0
 """Width of a figure at the head of a page [inch]."""
@@ -54,6 +55,7 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots()
     handles: dict[str, Line2D] = {}
+    names: list[Annotation] = []
     if rms is not None:
         triangles = np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
         mapped = axes.tripcolor(
@@ -75,7 +77,9 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
         axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
         axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
         low, high = line.reshape(-1, 2).min(axis=0), line.reshape(-1, 2).max(axis=0)
-        _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
+        names.append(
+            _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
+        )
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}
     places |= {name: (spring.position, "spring") for name, spring in springs.items()}
@@ -83,17 +87,19 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
         marker, word = _SUPPORT[kind]
         axes.plot(*position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6)
         handles[word] = Line2D([], [], color="#1a1a1a", marker=marker, ls="")
-        _name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True)
+        names.append(_name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True))
     for name, mass in panel.attachments.items():
         if isinstance(mass, Spring):
             continue
         along = np.array([mass.start, mass.end] if isinstance(mass, LineMass) else [mass.position])
         axes.plot(*along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6)
         handles["mass"] = Line2D([], [], color="#5b2a86", marker="D", ls="")
-        _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
+        names.append(
+            _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
+        )
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
-        _name(axes, name, (x, y), (4, 4), "black", "left", "bottom")
+        names.append(_name(axes, name, (x, y), (4, 4), "black", "left", "bottom"))
     handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
     panel_axes(axes, vertices, 0.025)
     for side in axes.spines.values():
@@ -101,6 +107,7 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
     figure.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
     )
+    separate(names)
     return figure
 
 
@@ -135,8 +142,8 @@ def _name(
     up: str,
     *,
     small: bool = False,
-) -> None:
-    axes.annotate(
+) -> Annotation:
+    return axes.annotate(
         text, (position[0], position[1]), xytext=offset, textcoords="offset points",
         ha=across, va=up, color=colour, fontweight=None if small else "bold",
         fontsize=7 if small else 8.5, path_effects=_HALO, zorder=10,
@@ -161,6 +168,7 @@ def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
     figure = Figure(figsize=(WIDTH, 3.7), layout="constrained")
     axes = figure.subplots()
     handles: dict[str, Line2D] = {}
+    names = []
     for mark in marks:
         error = mark.error if np.isfinite(mark.error) else None
         axes.errorbar(
@@ -176,10 +184,10 @@ def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
         handles[mark.group] = Line2D([], [], color=mark.colour, marker="o", ls="")
         if np.isfinite(mark.dead_weight):
             axes.plot(mark.mass, mark.dead_weight, "o", color=mark.colour, ms=4.5, mfc="white")
-        axes.annotate(
+        names.append(axes.annotate(
             mark.label, (mark.mass, mark.reduction), xytext=(6, 3), textcoords="offset points",
             fontsize=7.5, path_effects=_HALO,
-        )  # fmt: skip
+        ))  # fmt: skip
     if any(np.isfinite(mark.dead_weight) for mark in marks):
         handles["same mass, no damping"] = Line2D(
             [], [], color="#555555", marker="o", mfc="white", ls=""
@@ -191,4 +199,5 @@ def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
     axes.set_xlabel("mass of the dampers, kg")
     axes.set_ylabel(f"reduction at {point}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
+    separate([name for name in names if name.get_text()])
     return figure

@@ -17,7 +17,13 @@ from pidpanel.report.html import Block, Picture, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve
-from pidpanel.report.text import READINGS, number, value_text
+from pidpanel.report.text import (
+    DECIBEL_DECIMALS,
+    READINGS,
+    common_decimals,
+    number,
+    value_text,
+)
 
 POINTS_SHOWN = 4
 """Points with a column of their own in the first table, those of most motion."""
@@ -37,19 +43,21 @@ def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:
 def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
     """Return the bare panel and the scenarios of `select_candidates`, with their numbers."""
     points = answer.points[:POINTS_SHOWN]
-    rows = []
-    for candidate in (answer.bare, *select_candidates(answer)):
+    rows, shown = [], (answer.bare, *select_candidates(answer))
+    rms_decimals = common_decimals(c.responses[p].rms_error for c in shown for p in points)
+    gain_decimals = common_decimals(answer.response(c).reduction_error for c in shown)
+    for candidate in shown:
         response = answer.response(candidate)
         bare = candidate.scenario.is_bare
         mass = ["0", "0"] if bare else [number(candidate.mass, 2), number(candidate.share, 2)]
         dampers = {filling.damper for filling in candidate.scenario.fillings}
         if dampers & set(inputs.study.massless):
             mass[0] += " (not in the computation)"
-        rms = [_rms(candidate.responses[point]) for point in points]
+        rms = [_rms(candidate.responses[point], rms_decimals) for point in points]
         gain = ["", ""]
         if not bare:
             per_kg = response.reduction / candidate.mass if candidate.mass > 0 else math.nan
-            gain = [decibels(response), number(per_kg, 2)]
+            gain = [decibels(response, gain_decimals), number(per_kg, 2)]
         rows.append([candidate.name, *mass, *rms, *gain, trust(candidate)])
     remaining = len(answer.candidates) - len(rows) + 1
     left = f" {remaining} more below, under All scenarios." if remaining else ""
@@ -77,13 +85,15 @@ def _damping(answer: StudyAnswer) -> str:
     return READINGS[answer.reading] + how
 
 
-def _rms(response: PointResponse) -> str:
-    return f"{value_text(response.rms, response.rms_error)} ({number(3 * response.rms)})"
+def _rms(response: PointResponse, decimals: int | None) -> str:
+    rms = value_text(response.rms, response.rms_error, decimals)
+    return f"{rms} ({number(3 * response.rms)})"
 
 
-def decibels(response: PointResponse) -> str:
-    """Return a reduction to two decimals, with its error where it has one."""
-    return value_text(response.reduction, response.reduction_error, decimals=2)
+def decibels(response: PointResponse, decimals: int | None) -> str:
+    """Return a reduction with its error where it has one."""
+    decimals = DECIBEL_DECIMALS if decimals is None else decimals
+    return value_text(response.reduction, response.reduction_error, decimals)
 
 
 def trust(candidate: Candidate) -> str:

@@ -20,7 +20,15 @@ from pidpanel.report.answer import (
 from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.radiation_section import SIDES, compared
 from pidpanel.report.scenario_list import list_scenarios
-from pidpanel.report.text import READINGS, number, percent, plain, value_text, with_error
+from pidpanel.report.text import (
+    READINGS,
+    common_decimals,
+    number,
+    percent,
+    plain,
+    value_text,
+    with_error,
+)
 from pidpanel.response.trust import (
     CARRIED,
     EXTRAPOLATED,
@@ -110,11 +118,14 @@ def _range(responses: Sequence[PointResponse]) -> str:
 def _decibels(responses: Sequence[PointResponse]) -> str:
     """Return changes in dB, negative where the damper takes, with the largest of their errors."""
     if len(responses) == 1:
-        return f"{value_text(-responses[0].reduction, responses[0].reduction_error, decimals=1)} dB"
-    low, high = (plain(-f(r.reduction for r in responses), 1) for f in (min, max))
-    errors = [r.reduction_error for r in responses if math.isfinite(r.reduction_error)]
-    error = f" ± {max(errors):.1f}" if errors and max(errors) >= 0.05 else ""
-    return f"{low} to {high}{error} dB"
+        response, decimals = responses[0], None if responses[0].reduction_error > 0 else 1
+        return f"{value_text(-response.reduction, response.reduction_error, decimals)} dB"
+    errors = [r.reduction_error for r in responses if r.reduction_error > 0]
+    decimals = common_decimals(errors)
+    decimals = 1 if decimals is None else decimals
+    low, high = (-f(r.reduction for r in responses) for f in (min, max))
+    text = value_text(high, max(errors, default=math.nan), decimals)
+    return f"{plain(low, decimals)} to {text} dB"
 
 
 def _mass(candidates: Sequence[Candidate]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
@@ -14,6 +15,13 @@ PIXELS = 1.6
 """Width of a curve on a screen over that in a figure [pixel/pt]."""
 
 
+def _line(curve: PsdCurve) -> Literal["solid", "dashed", "dotted"]:
+    """Return the line of a curve: those of a figure, but for dashes in a part of a curve."""
+    if curve.dotted:
+        return "dotted"
+    return "solid" if curve.inside is None or curve.inside.any() else "dashed"
+
+
 def chart_of(title: str, frequency: Array, curves: Sequence[PsdCurve]) -> Chart:
     """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
     drawn = [
@@ -21,7 +29,7 @@ def chart_of(title: str, frequency: Array, curves: Sequence[PsdCurve]) -> Chart:
             curve.label,
             curve.values / STANDARD_GRAVITY**2,
             curve.colour,
-            curve.dotted or (curve.inside is not None and not bool(curve.inside.any())),
+            _line(curve),
             1.0 if curve.colour == style.BARE else PIXELS * curve.width,
             curve.log_error,
         )

@@ -88,7 +88,7 @@ def fill_is_most_effective(
 
 def _gap(decibel: float, error: float) -> str:
     """Return a difference without its sign, with its error."""
-    return f"{value_text(abs(decibel), error, decimals=2)} dB"
+    return f"{value_text(abs(decibel), error)} dB"
 
 
 def _pair_error(error: pd.Series[float], first: Any, second: Any) -> float:
@@ -169,8 +169,8 @@ def own_point_gains_most(
         margins.append(float(gains[nearest] - gains[rival]))
         errors.append(_pair_error(spread, nearest, rival))
         parts.append(
-            f"{patch}: {value_text(gains[nearest], spread[nearest], decimals=2)} dB at the nearest "
-            f"point, {nearest}, {value_text(gains[rival], spread[rival], decimals=2)} dB at {rival}"
+            f"{patch}: {value_text(gains[nearest], spread[nearest])} dB at the nearest "
+            f"point, {nearest}, {value_text(gains[rival], spread[rival])} dB at {rival}"
         )
     return _finding(margins, errors, "; ".join(parts))
 

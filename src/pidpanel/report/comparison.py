@@ -16,7 +16,7 @@ from pidpanel.arrays import Flags
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report.known_errors import without_errors
 from pidpanel.report.read import read_dataset
-from pidpanel.report.text import value_text
+from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
 
 SIGMAS = 2.0
 """Standard errors of a difference from which it counts as one: 95 % of a normal distribution."""
@@ -154,6 +154,8 @@ def only_in(first: Side, second: Side) -> list[str]:
 def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
     """Return the rows of a table, with the columns of `columns_of`."""
     rows = []
+    rms_decimals = common_decimals(s.error for d in shared for s in (d.first, d.second))
+    decimals = common_decimals(difference.error for difference in shared)
     for difference in shared:
         reading, scenario, point = difference.key
         if scenario == BEST:
@@ -163,9 +165,13 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
                 reading,
                 scenario,
                 point,
-                value_text(difference.first.rms, difference.first.error),
-                value_text(difference.second.rms, difference.second.error),
-                value_text(difference.reduction, difference.error, 1),
+                value_text(difference.first.rms, difference.first.error, rms_decimals),
+                value_text(difference.second.rms, difference.second.error, rms_decimals),
+                value_text(
+                    difference.reduction,
+                    difference.error,
+                    DECIBEL_DECIMALS if decimals is None else decimals,
+                ),
                 difference.verdict,
             ]
         )

@@ -51,7 +51,7 @@ class PageCurve:
     label: str
     values: Array  # (n_lines,) in the unit of the chart; not finite or not positive: a gap
     colour: str  # ``#rrggbb``
-    dashed: bool = False
+    line: Literal["solid", "dashed", "dotted"] = "solid"
     width: float = 1.2  # [pixel]
     log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
 
@@ -72,7 +72,7 @@ class Chart:
             {
                 "label": curve.label,
                 "colour": curve.colour,
-                "dashed": curve.dashed,
+                "line": curve.line,
                 "width": curve.width,
                 "values": _rounded(curve.values),
                 "band": None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
+from math import hypot
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,6 +14,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
+from matplotlib.transforms import BboxBase
 
 from pidpanel.arrays import Array
 from pidpanel.report import style
@@ -110,6 +114,28 @@ def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
     axes.grid(False)
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
+
+
+def separate(names: Sequence[Annotation]) -> None:
+    """Move names in a figure, each by as little as it takes to lie on none before it."""
+    if not names:
+        return
+    names[0].get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
+    placed: list[BboxBase] = []
+    for name in names:
+        first = name.get_window_extent()
+        width, height = 1.02 * first.width, 1.02 * first.height
+        steps = sorted(
+            product(range(-4, 5), range(-6, 7)), key=lambda s: hypot(s[0] * width, s[1] * height)
+        )
+        for across, up in steps:
+            box = first.translated(across * width / 2, up * height / 2)
+            if not any(box.overlaps(other) for other in placed):
+                break
+        placed.append(box)
+        points = 72 / name.get_figure(root=True).dpi
+        x, y = name.xyann
+        name.xyann = x + points * (box.x0 - first.x0), y + points * (box.y0 - first.y0)
 
 
 def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:

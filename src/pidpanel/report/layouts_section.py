@@ -25,7 +25,16 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
-from pidpanel.report.text import READINGS, does_not_move, number, percent, records, value_text
+from pidpanel.report.text import (
+    DECIBEL_DECIMALS,
+    READINGS,
+    common_decimals,
+    does_not_move,
+    number,
+    percent,
+    records,
+    value_text,
+)
 
 DRAWN_TOGETHER = 6
 """Layouts in one figure at most: as many as there are colours without an order."""
@@ -69,6 +78,11 @@ def mass_table(inputs: Inputs, scenarios: Sequence[ReportedScenario], *, layouts
     }
     rows = []
     readings, names = inputs.study.readings, inputs.study.names
+    of_table = inputs.summary["scenario"].isin([scenario.label for scenario in scenarios])
+    errors = inputs.summary[of_table]
+    rms_decimals = common_decimals(errors["acceleration_rms_error_g"])
+    decimals = common_decimals(errors["reduction_error_db"])
+    decimals = DECIBEL_DECIMALS if decimals is None else decimals
     for scenario in scenarios:
         for reading in readings:
             for index, point in enumerate(points):
@@ -82,7 +96,11 @@ def mass_table(inputs: Inputs, scenarios: Sequence[ReportedScenario], *, layouts
                 mass = ["", ""]
                 if index == 0:
                     mass = [number(row["added_mass_kg"]), number(row["added_mass_percent"], 2)]
-                values = _reductions(row) if steady else [str(row["status"]), *["–"] * 3]
+                values = (
+                    _reductions(row, rms_decimals, decimals)
+                    if steady
+                    else [str(row["status"]), *["–"] * 3]
+                )
                 rows.append([*cells, *(mass if steady else ["–", "–"]), point, *values])
     columns = ["layout", "patches"] if layouts else ["scenario"]
     columns += ["reading"] if len(readings) > 1 else []
@@ -100,20 +118,16 @@ def mass_table(inputs: Inputs, scenarios: Sequence[ReportedScenario], *, layouts
     )
 
 
-def _reductions(row: dict[str, Any]) -> list[str]:
+def _reductions(row: dict[str, Any], rms_decimals: int | None, decimals: int) -> list[str]:
     if row["status"] == "held":
         return ["does not move", "–", "–", "–"]
     difference = row["reduction_db"] - row["dead_weight_reduction_db"]
     return [
-        value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"]),
-        value_text(row["reduction_db"], row["reduction_error_db"]),
-        _decibels(row["dead_weight_reduction_db"]),
-        _decibels(difference),
+        value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"], rms_decimals),
+        value_text(row["reduction_db"], row["reduction_error_db"], decimals),
+        value_text(row["dead_weight_reduction_db"], np.nan, decimals),
+        value_text(difference, np.nan, decimals),
     ]
-
-
-def _decibels(value: float) -> str:
-    return f"{value:.2f}".replace("-", "−") if np.isfinite(value) else "–"
 
 
 def patches_text(scenario: ReportedScenario) -> str:
@@ -162,7 +176,7 @@ def patch_table(inputs: Inputs, scenarios: Sequence[ReportedScenario]) -> Table:
         "motion Γ": lambda row: number(row["patch_motion_g"]),
         "bare motion Γ": lambda row: number(row["bare_patch_motion_g"]),
         "of its elements Γ": _range,
-        "lines outside the simulated range": lambda row: percent(row["outside_run_points_share"]),
+        "lines outside the range of the data": lambda row: percent(row["outside_run_points_share"]),
     }
     folded = len(layouts) > ROWS_SHOWN
     return table_of(records(layouts), caption, cells, folded=folded, title="Every filled patch")
@@ -223,7 +237,7 @@ def _psd_picture(
     if len(scenarios) == 1:
         caption += " Shaded: one standard error of the damping, where known."
     if not all(inside_of(inputs.psd, reading, scenario.label).all() for scenario in scenarios):
-        caption += " Dashed: damping outside the simulated range."
+        caption += " Dashed: damping outside the range of its data."
     figure = response_figures.psd_figure(frequency, [panel])
     return Picture(
         name, style.png(figure), caption, [chart_of(panel.title, frequency, panel.curves)]

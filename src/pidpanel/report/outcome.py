@@ -13,7 +13,14 @@ from pidpanel.report.answer import Candidate, PointResponse, alike, candidates_o
 from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.rms import moving_points
 from pidpanel.report.scenario_list import list_scenarios
-from pidpanel.report.text import READINGS, number, value_text
+from pidpanel.report.text import (
+    DECIBEL_DECIMALS,
+    READINGS,
+    common_decimals,
+    number,
+    plain,
+    value_text,
+)
 
 
 def outcome(study: ReportedStudy, summary: pd.DataFrame) -> list[str]:
@@ -80,10 +87,10 @@ def _span(responses: Sequence[PointResponse]) -> str:
     if len(values) == 1:
         return f"{value_text(values[0], responses[0].reduction_error)} dB"
     errors = [r.reduction_error for r in responses if math.isfinite(r.reduction_error)]
-    error = f" ± {max(errors):.2f}" if errors else ""
-    return f"{value_text(min(values), math.nan, decimals=2)} to " + (
-        f"{value_text(max(values), math.nan, decimals=2)}{error} dB"
-    )
+    decimals = common_decimals(errors)
+    decimals = DECIBEL_DECIMALS if decimals is None else decimals
+    largest = value_text(max(values), max(errors, default=math.nan), decimals)
+    return f"{plain(min(values), decimals)} to {largest} dB"
 
 
 def _reduction_text(candidate: Candidate, point: str) -> str:

@@ -5,6 +5,7 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.report import style
-from pidpanel.report.layout import WIDTH, panel_axes
+from pidpanel.report.layout import WIDTH, panel_axes, separate
 
 
 def mesh_figure(
@@ -37,6 +38,7 @@ def mesh_figure(
     axes.add_collection(
         LineCollection(list(vertices[boundary_edges(cells)]), colors="black", linewidths=0.9)
     )
+    names = []
     for name, inside in patches.items():
         colour = style.place_colour(name, list(patches))
         corners = vertices[cells[inside]]
@@ -47,18 +49,22 @@ def mesh_figure(
         axes.add_collection(LineCollection(list(edges), colors=colour, linewidths=1.3))
         lowest = corners[..., 1].min()
         middle = (corners[..., 0].min() + corners[..., 0].max()) / 2
-        axes.annotate(
+        names.append(axes.annotate(
             name, (middle, lowest), xytext=(0, -3), textcoords="offset points",
             ha="center", va="top", fontweight="bold", color=colour, bbox=_PLATE,
-        )  # fmt: skip
+        ))  # fmt: skip
     for name, (x, y) in points.items():
         axes.plot(x, y, "o", color="black", ms=4)
-        axes.annotate(
+        names.append(axes.annotate(
             name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
-        )
+        ))  # fmt: skip
     panel_axes(axes, vertices, 0.02)
+    separate(names)
     return figure
 
+
+LABEL_PITCH = 0.08
+"""Width of a character of an axis label [inch]."""
 
 _PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
 
@@ -85,5 +91,7 @@ def pictures_figure(
         axes.imshow(image, interpolation="bilinear")
         axes.set_title(title, fontsize=8)
     scale = ScalarMappable(Normalize(*limits), mpl.colormaps[colormap])
+    # a bar may be shorter than its label in a line
+    label = textwrap.fill(label, max(8, int(0.75 * figure.get_figheight() / LABEL_PITCH)))
     figure.colorbar(scale, ax=grid, label=label, shrink=0.75, pad=0.02, aspect=30)
     return figure

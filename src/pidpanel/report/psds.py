@@ -9,7 +9,7 @@ from pidpanel.arrays import Array, Flags
 
 
 def inside_of(psd: xr.Dataset, reading: str, scenario: str) -> Flags:
-    """Return (nf,) whether the damping of all patches is within the simulated range."""
+    """Return (nf,) whether the damping of all patches is within the range of its data."""
     if "inside" not in psd:  # a panel without patches
         return np.ones(psd.sizes["frequency"], dtype=np.bool_)
     inside = psd["inside"].sel(reading=reading, scenario=scenario).transpose("patch", "frequency")

@@ -36,7 +36,7 @@ class PsdCurve:
     label: str
     values: Array  # (n_lines,)
     colour: str
-    inside: Flags | None = None  # (n_lines,) simulated range of the damping; dashed outside
+    inside: Flags | None = None  # (n_lines,) range of the damping's data; dashed outside
     width: float = 0.9  # [pt]
     log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
     dotted: bool = False  # for what belongs to another curve of the same colour
@@ -86,7 +86,7 @@ class FigurePanel:
 
 
 def _draw(axes: Axes, x: Array, curve: PsdCurve) -> None:
-    """Draw the curve, solid within the simulated range and dashed outside it, with its band.
+    """Draw the curve, solid within the range of its data and dashed outside, with its band.
 
     The bare panel lies over all others: it is the measure of them.
     """
@@ -154,7 +154,7 @@ def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
             handles.setdefault(curve.label, line)
             dashed |= curve.inside is not None and not bool(curve.inside.all())
     if dashed:
-        handles["dashed: $C_e$ outside the simulated range"] = Line2D(
+        handles["dashed: $C_e$ outside the range of its data"] = Line2D(
             [], [], color="#777777", lw=1.2, ls=(0, (3.5, 1.2))
         )
     columns = min(5, max(1, int(figure.get_size_inches()[0] / 1.9)))
@@ -246,7 +246,7 @@ def reduction_figure(
     maps = [(point, reading) for point in points for reading in readings]
     across = min(ACROSS, len(readings))
     down = math.ceil(len(maps) / across)
-    figure = Figure(figsize=(WIDTH, 1.0 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 1.5 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
     grid = _side_by_side(figure, len(maps), across)
     limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
     norm = Normalize(-limit, limit)
@@ -269,7 +269,10 @@ def reduction_figure(
             axes.set_ylabel(row_name)
         if number >= len(maps) - across:
             axes.set_xlabel("third octave, Hz")
-    figure.colorbar(scale, ax=grid, label="reduction of rms acceleration, dB", pad=0.01)
+    figure.colorbar(
+        scale, ax=grid, label="reduction of rms acceleration, dB", location="top", aspect=60,
+        shrink=0.5, pad=0.02,
+    )  # fmt: skip
     return figure
 
 

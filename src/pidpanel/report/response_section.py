@@ -209,7 +209,7 @@ def acceleration_text(inputs: Inputs, family: ReportedFamily, readings: Sequence
         )
         labels = [s.label for s in family.scenarios]
         if not all(inside_of(inputs.psd, reading, label).all() for label in labels):
-            parts.append("Dashed: Γ or frequency outside the simulated range.")
+            parts.append("Dashed: Γ or frequency outside the range of the data.")
     for reading in inputs.study.readings:
         if reading not in readings:
             parts.append(f"{READINGS[reading]}: not drawn, because its C_e is negative.")
@@ -233,7 +233,7 @@ def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str,
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the "
         "same sound; positive (blue): less acceleration. Where the PSDs are dashed, these "
-        "values use damping outside the simulated range."
+        "values use damping outside the range of its data."
     )
     return Picture(f"reduction_{family.key}", style.png(figure), caption)
 

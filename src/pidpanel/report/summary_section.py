@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.report.html import PageSection, Table
-from pidpanel.report.text import READINGS, number, records, value_text
+from pidpanel.report.text import READINGS, common_decimals, number, records, value_text
 
 
 def summary_section(
@@ -27,6 +27,14 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
         name = READINGS.get(reading, reading)
         columns += [f"{name}: g rms", "displacement, mm rms", "reduction, dB", "Γ of C_e"]
     by_key = {(row["scenario"], row["point"], row["reading"]): row for row in records(summary)}
+    decimals = {
+        error: common_decimals(summary[error]) if error in summary else None
+        for error in ("acceleration_rms_error_g", "reduction_error_db")
+    }
+
+    def text(row: dict[str, Any], value: str, error: str) -> str:
+        return value_text(row[value], row.get(error, math.nan), decimals[error])
+
     rows = []
     for scenario in scenarios:
         for point in points:
@@ -40,9 +48,9 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
                     row += [str(cell["status"]), "–", "–", "–"]
                     continue
                 row += [
-                    _with_error(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
+                    text(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
                     number(cell["displacement_rms_mm"]) + " †" * bool(cell["beyond_linear_plate"]),
-                    _with_error(cell, "reduction_db", "reduction_error_db")
+                    text(cell, "reduction_db", "reduction_error_db")
                     if cell["reduction_db"]  # none of the bare panel against itself
                     else "–",
                     number(cell["damping_read_at_g"])
@@ -54,12 +62,7 @@ def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequ
         "reduction of the rms acceleration against the bare panel under the same sound. Γ of "
         "C_e: acceleration amplitude for the damping. ±: one standard error. † linear plate "
         "theory does not hold (rms displacement above a tenth of the thickness). ‡ partly "
-        "outside the simulated range of the coupon.",
+        "outside the range of the damping's data.",
         columns,
         rows,
     )
-
-
-def _with_error(row: dict[str, Any], value: str, error: str) -> str:
-    """Return the value of a row, with its error where it has one."""
-    return value_text(row[value], row.get(error, math.nan))

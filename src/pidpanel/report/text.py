@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import pandas as pd
@@ -19,6 +19,9 @@ READINGS = {
     "table": "The study's table",
 }
 """Names of the readings of the damping."""
+
+DECIBEL_DECIMALS = 2
+"""Of reductions without an error [dB]."""
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -67,19 +70,40 @@ def with_error(value: float, error: float) -> str:
 def value_text(value: float, error: float, decimals: int | None = None) -> str:
     """Return a value with its error, or alone where it has none.
 
+    Without ``decimals`` there are two digits of the error. The values of a table all have the
+    decimals of `common_decimals`.
+
     Examples
     --------
     >>> value_text(20.163, 0.694), value_text(20.163, float("nan"))
     ('20.16 ± 0.69', '20.2')
-    >>> value_text(-2.986, 0.299, decimals=1)
-    '−3.0 ± 0.3'
+    >>> value_text(-2.986, 0.299, decimals=1), value_text(66.545, 0.014, decimals=1)
+    ('−3.0 ± 0.3', '66.5 ± <0.1')
     """
     if decimals is None:
         return with_error(value, error) if error > 0 else number(value)
-    while error > 0 and round(error, decimals) == 0 and decimals < 3:
-        decimals += 1
-    suffix = f" ± {error:.{decimals}f}" if error > 0 else ""
-    return plain(value, decimals) + suffix
+    if not math.isfinite(value):
+        return "–"
+    if not error > 0:
+        return plain(value, decimals)
+    text = f"{error:.{decimals}f}"
+    if float(text) == 0:
+        text = f"<{10.0**-decimals:.{decimals}f}"
+    return f"{plain(value, decimals)} ± {text}"
+
+
+def common_decimals(errors: Iterable[float]) -> int | None:
+    """Return the decimals of all values of a table: two digits of the largest error.
+
+    None where no value has an error.
+
+    Examples
+    --------
+    >>> common_decimals([0.054, 1.9, float("nan")]), common_decimals([123.0]), common_decimals([])
+    (1, 0, None)
+    """
+    known = [error for error in errors if math.isfinite(error) and error > 0]
+    return max(0, 1 - math.floor(math.log10(max(known)))) if known else None
 
 
 def plain(value: float, decimals: int) -> str:
