@@ -2,10 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 import yaml
 from reference_pages import DOCS, FILES, PAGES, study_page, unit_of
 
+from pidpanel.coupon.cycles import dissipated_energy, first_harmonic
+from pidpanel.coupon.liggghts.output import CYCLES_HEADER
 from pidpanel.study.json_schema import study_schema
 
 
@@ -50,6 +53,18 @@ def test_units_come_from_names():
         "loss_factor": "",
     }
     assert {name: unit_of(name) for name in names} == names
+
+
+def test_the_raw_cycles_of_a_coupon_are_described_with_e_d_in_si():
+    # red: the entry left out; a column left out; π for 2π
+    entries = yaml.safe_load(FILES.read_text(encoding="utf-8"))
+    (entry,) = [entry for entry in entries if entry["file"].endswith("cycles_<n>.txt")]
+    assert list(entry["variables"]) == CYCLES_HEADER[1].removeprefix("# ").split()
+    assert "E_d = 2π ω W v_p_sin/A_c in J/m²" in entry["of"]
+    drive, p_sin = {"amplitude": 1e-4, "frequency": 200.0}, np.array([3e-7])
+    damping, _ = first_harmonic(p_sin, p_sin, mass=1e-3, area=1e-4, **drive)
+    energy = 2 * np.pi * (2 * np.pi * 200.0) * 1e-4 * p_sin / 1e-4
+    assert dissipated_energy(damping, **drive) == pytest.approx(energy)
 
 
 def test_every_description_of_a_file_is_there():

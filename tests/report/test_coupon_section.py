@@ -7,11 +7,14 @@ import pytest
 
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.laws import paper_corrected
-from pidpanel.report import coupon_section
+from pidpanel.report import coupon_figures, coupon_section
+from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.evidence import DrawnSpheres, RunRecord
 from pidpanel.report.inputs import CouponResults
 from pidpanel.study.coupon import Cell, Coupon
 from pidpanel.study.sweep import Sweep
+
+STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
 
 @pytest.fixture
@@ -52,6 +55,30 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     names = [picture.name for picture in pictures(section)]
     assert names == ["particles", "steadiness", drawn, "loss_factor", "apparent_mass"]
     assert all(axis in picture.caption for picture in pictures(section)[2:])
+
+
+def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
+    # red: the map behind the fold; the map without a case; η of one fill for all
+    cases = coupon.cases
+    cases["loss_factor"] = cases["fill_fraction"] + cases["frequency_hz"] / 1e4
+    page = coupon_page("A coupon", [], STAMP, coupon, [])
+    assert page.pictures[0].name == "loss_factor_map"
+    assert "loss_factor_map" not in [p.name for s in page.sections for p in s.pictures]
+    good = cases[cases["status"] == "ok"]
+    figure = coupon_figures.loss_factor_map(good)
+    maps = [axes for axes in figure.axes if axes.images]
+    assert [axes.get_title("left") for axes in maps] == [
+        f"r = {fill:g}" for fill in sorted(good["fill_fraction"].unique())
+    ]
+    values = np.concatenate([np.ravel(axes.images[0].get_array().filled(np.nan)) for axes in maps])
+    assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
+
+
+def test_the_page_of_a_single_case_shows_its_particles_first(coupon):
+    # red: nothing but text before the sections
+    page = coupon_page("A cell", [], STAMP, dataclasses.replace(coupon, cases=coupon.cases[:1]), [])
+    assert [p.name for p in page.pictures].count("particles") == 1
+    assert page.first[-1].name == "particles"
 
 
 def test_a_law_is_named_where_it_is_drawn(coupon):

@@ -80,6 +80,24 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
         names.append(
             _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
         )
+    names += _attachments(axes, panel, handles)
+    for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
+        axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
+        names.append(_name(axes, name, (x, y), (4, 4), "black", "left", "bottom"))
+    handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
+    panel_axes(axes, vertices, 0.025)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    figure.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
+    )
+    separate(figure, names)
+    return figure
+
+
+def _attachments(axes: Axes, panel: ReportedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
+    """Draw point supports, springs and masses, and return their names."""
+    names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}
     places |= {name: (spring.position, "spring") for name, spring in springs.items()}
@@ -97,18 +115,7 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
         names.append(
             _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
         )
-    for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
-        axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
-        names.append(_name(axes, name, (x, y), (4, 4), "black", "left", "bottom"))
-    handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
-    panel_axes(axes, vertices, 0.025)
-    for side in axes.spines.values():
-        side.set_visible(False)
-    figure.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
-    )
-    separate(names)
-    return figure
+    return names
 
 
 def _edges(axes: Axes, basis: PanelBasis, supports: Supports, handles: dict[str, Line2D]) -> None:
@@ -199,5 +206,5 @@ def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
     axes.set_xlabel("mass of the dampers, kg")
     axes.set_ylabel(f"reduction at {point}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
-    separate([name for name in names if name.get_text()])
+    separate(figure, [name for name in names if name.get_text()])
     return figure

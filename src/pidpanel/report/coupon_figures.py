@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib import ticker
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -22,11 +25,13 @@ from pidpanel.report.evidence import RunRecord
 from pidpanel.report.layout import (
     GREY,
     WIDTH,
+    draw_map,
     figure_of_axes,
     fill_handles,
     frequency_axis,
     legend_below,
     make_room,
+    pick,
     swept,
 )
 
@@ -174,6 +179,52 @@ def sweep_figure(
     if bound:
         handles["dotted: bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":", lw=0.8)
     legend_below(figure, handles)
+    return figure
+
+
+CELLS_WITH_TEXT = 12
+"""Most frequencies of a map whose values are written into it."""
+
+
+def loss_factor_map(cases: pd.DataFrame) -> Figure:
+    """Draw η over frequency and Γ, a map for each fill fraction; cases off the sweep are left out.
+
+    Several cases of a cell count by their mean.
+    """
+    frequencies, amplitudes = swept(cases[FREQUENCY.column]), swept(cases[ACCELERATION.column])
+    cases = cases[
+        cases[FREQUENCY.column].isin(frequencies) & cases[ACCELERATION.column].isin(amplitudes)
+    ]
+    fills = sorted(cases["fill_fraction"].unique())
+    columns = min(3, len(fills))
+    rows = -(-len(fills) // columns)
+    width = columns * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
+    height = rows * (0.5 + 0.25 * len(amplitudes)) + 0.9
+    figure = Figure(figsize=(width, height), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    top = float(cases[LOSS_FACTOR.column].max())
+    norm = Normalize(0.0, top)
+    few = len(frequencies) <= CELLS_WITH_TEXT
+    for axes, fill in zip(grid.flat, fills, strict=False):
+        table = cases[cases["fill_fraction"] == fill].pivot_table(
+            index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
+        )
+        values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
+        draw_map(
+            axes, values, norm, "viridis", lambda value: f"{value:.2g}" if few else "",
+            lambda value: value < 0.6 * top, origin="lower",
+        )  # fmt: skip
+        axes.set_title(f"r = {fill:g}", loc="left")
+        for axis, ticks in ((axes.xaxis, frequencies), (axes.yaxis, amplitudes)):
+            places = pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
+            axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
+        axes.tick_params(axis="x", rotation=90)
+    for axes in grid.flat[len(fills) :]:
+        axes.set_visible(False)
+    figure.supxlabel(FREQUENCY.label, fontsize=8)
+    figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
+    scale = ScalarMappable(norm, mpl.colormaps["viridis"])
+    figure.colorbar(scale, ax=grid, label="η, –", pad=0.02, aspect=30)
     return figure
 
 

@@ -18,6 +18,7 @@ from pidpanel.report.coupon_figures import (
     FREQUENCY,
     LOSS_FACTOR,
     MASS_SHARE,
+    loss_factor_map,
     steadiness_figure,
     sweep_figure,
 )
@@ -68,7 +69,7 @@ def coupon_section(
     )
     blocks: list[Block] = [
         *states_paragraph(cases),
-        particles_picture(coupon.spheres),
+        *([] if coupon.spheres is None else [particles_picture(coupon.spheres)]),
         *([] if coupon.shot is None else [film_picture(coupon.shot)]),
         Fold("How steady the runs are", [steadiness]),
         *([] if varied else sweep_blocks(good, law)),
@@ -152,6 +153,16 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
         ),
     ]
     return [Picture(name, style.png(figure), caption) for name, figure, caption in drawn]
+
+
+def loss_factor_picture(cases: pd.DataFrame) -> Picture:
+    """Return η over frequency and acceleration as maps."""
+    return Picture(
+        "loss_factor_map",
+        style.png(loss_factor_map(cases)),
+        "Loss factor η = E_d/(π m″(ωW)²) over frequency and Γ = a/g, by fill fraction; the bound "
+        "of a perfectly inelastic bed is 4/π = 1.27. Empty: no case with status ok.",
+    )
 
 
 def _omission_text(count: int) -> str:

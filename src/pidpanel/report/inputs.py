@@ -107,7 +107,7 @@ class CouponResults:
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
     records: Sequence[Sequence[RunRecord]]  # cycles of a few cases, each with its runs
-    spheres: DrawnSpheres  # particles of one run at its end
+    spheres: DrawnSpheres | None  # particles of one run at its end
     words: str = ""  # particles, cell, gravity
     accuracy: str = ""  # the requested one, in words
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ

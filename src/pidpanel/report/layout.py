@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import hypot
 from typing import Any, TypeVar
 
@@ -12,6 +11,7 @@ import pandas as pd
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
@@ -116,26 +116,48 @@ def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
     axes.set_ylabel("y, m")
 
 
-def separate(names: Sequence[Annotation]) -> None:
+def separate(figure: Figure, names: Sequence[Annotation]) -> None:
     """Move names in a figure, each by as little as it takes to lie on none before it."""
     if not names:
         return
-    names[0].get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
+    figure.draw_without_rendering()
     placed: list[BboxBase] = []
     for name in names:
-        first = name.get_window_extent()
-        width, height = 1.02 * first.width, 1.02 * first.height
-        steps = sorted(
-            product(range(-4, 5), range(-6, 7)), key=lambda s: hypot(s[0] * width, s[1] * height)
-        )
-        for across, up in steps:
-            box = first.translated(across * width / 2, up * height / 2)
+        box = first = name.get_window_extent()
+        width, height = 0.51 * first.width, 0.51 * first.height
+        shifts = [(across * width, up * height) for across in range(-4, 5) for up in range(-6, 7)]
+        for shift in sorted(shifts, key=lambda shift: hypot(*shift)):
+            box = first.translated(*shift)
             if not any(box.overlaps(other) for other in placed):
                 break
         placed.append(box)
-        points = 72 / name.get_figure(root=True).dpi
+        points = 72 / figure.dpi
         x, y = name.xyann
         name.xyann = x + points * (box.x0 - first.x0), y + points * (box.y0 - first.y0)
+
+
+def draw_map(
+    axes: Axes,
+    values: Array,
+    norm: Normalize,
+    colormap: str,
+    text: Callable[[float], str],
+    dark: Callable[[float], bool],
+    **options: Any,
+) -> None:
+    """Draw values (n_rows, n_columns) as coloured cells with their numbers; NaN is an empty cell.
+
+    ``dark`` says on which colours a number is white.
+    """
+    axes.imshow(values, cmap=colormap, norm=norm, aspect="auto", **options)
+    for (row, column), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            axes.text(
+                column, row, text(value), ha="center", va="center", fontsize=5.5,
+                color="white" if dark(value) else "black",
+            )  # fmt: skip
+    axes.grid(False)
+    axes.tick_params(length=2)
 
 
 def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:

@@ -59,7 +59,7 @@ def mesh_figure(
             name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
         ))  # fmt: skip
     panel_axes(axes, vertices, 0.02)
-    separate(names)
+    separate(figure, names)
     return figure
 
 

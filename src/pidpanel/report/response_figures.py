@@ -23,7 +23,7 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
-from pidpanel.report.layout import WIDTH, frequency_axis
+from pidpanel.report.layout import WIDTH, draw_map, frequency_axis
 
 DECADES = 9
 """Decades of PSD shown below the highest peak at most: a node has no lower end."""
@@ -253,18 +253,11 @@ def reduction_figure(
     scale = ScalarMappable(norm, mpl.colormaps["RdBu"])
     for number, (point, reading) in enumerate(maps):
         axes, values = grid[number], gained[point, reading]
-        axes.imshow(values, cmap=scale.cmap, norm=norm, aspect="auto")
-        for (row, band), value in np.ndenumerate(values):
-            axes.text(
-                band, row, _short(value), ha="center", va="center", fontsize=5.5,
-                color="white" if abs(value) > 0.6 * limit else "black",
-            )  # fmt: skip
-        axes.grid(False)
+        draw_map(axes, values, norm, "RdBu", _short, lambda value: abs(value) > 0.6 * limit)
         title = f"point {point} · {reading}"
         axes.set_title(textwrap.fill(title, TITLE) if across > 1 else title, loc="left")
         axes.set_yticks(range(len(rows)), [style.as_typed(row) for row in rows])
         axes.set_xticks(range(len(centre)), [_nominal(c) for c in centre], rotation=90)
-        axes.tick_params(length=2)
         if number % across == 0:
             axes.set_ylabel(row_name)
         if number >= len(maps) - across:
