@@ -11,6 +11,7 @@ from pidpanel.coupon import packing as packing_module
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, process
+from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
@@ -95,8 +96,11 @@ def test_a_command_in_a_template_makes_anew_what_is_run_with_it(templates, name,
     assert changed(before) == others
 
 
-def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_place(tmp_path):
+def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_place(
+    tmp_path, monkeypatch
+):
     # red: the text of the file itself hashed, or its path
+    monkeypatch.setenv(TRUST, "1")
     here, there = tmp_path / "here", tmp_path / "there"
     for folder in (here, there):
         folder.mkdir()

@@ -210,8 +210,8 @@ def endless(tmp_path, monkeypatch):
     ("then", "says"),
     [
         ("exec yes", "10000 lines in 'run 20'"),
-        # one line without an end, and a closed input
-        ("exec tr '\\0' x < /dev/zero", "10000 lines in its end"),
+        # one line without an end, and an input that closes as soon as tr starts
+        ("exec tr '\\0' x < /dev/zero", "10000 lines in (its end|'run 20')"),
         ("while :; do echo step; sleep 0.05; done", "not done in .* s: 'run 20'"),
     ],
 )
@@ -254,7 +254,6 @@ def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
         np.testing.assert_allclose(limits, [(longest, silence)])
         del solver._lines, solver._failure
         assert solver._patience(1) == pytest.approx(process.QUIET + fixed + 3 * per_sphere)
-        solver.finish(0, 3)
 
 
 def test_a_reading_that_is_no_number_is_named(begun):
