@@ -19,8 +19,9 @@ verification: ready
 	snakemake -j$(CORES) verification
 
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
+# a process that dies ends the run: xdist would wait for its group for ever
 test: ready
-	pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
+	pytest -n $(CORES) --max-worker-restart 0 --dist loadgroup --no-loadscope-reorder
 
 # a minute: the stages without solver, workflow and pages
 quick: ready

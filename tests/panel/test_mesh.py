@@ -1,5 +1,6 @@
 """Truths of the meshes: numbering, patches, points, and what they refuse."""
 
+import os
 import signal
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,7 +11,7 @@ import pytest
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.mesh import read_mesh
+from pidpanel.panel.mesh import gmsh_session, read_mesh
 from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
 
 SIZE = (1.5, 1.0)
@@ -35,14 +36,11 @@ def test_grid_points_count_from_1_along_the_long_side_31_to_a_row(paper_mesh):
 
 
 def test_the_file_holds_the_grid_points_under_the_numbers_of_the_paper(paper_path, paper_mesh):
-    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
-    try:
+    with gmsh_session():
         gmsh.open(str(paper_path))
         for number, position in {326: (0.75, 0.5), 189: (0.1, 0.3), 318: (0.35, 0.5)}.items():
             found, _, _, _ = gmsh.model.mesh.getNode(number)
             np.testing.assert_allclose(found, (*position, 0.0), atol=1e-12)
-    finally:
-        gmsh.finalize()
 
 
 def test_patches_of_the_paper_are_16_cells_each_and_lie_where_they_should(paper_mesh):
@@ -278,11 +276,27 @@ def test_meshes_can_be_made_off_the_main_thread(tmp_path):
     assert mesh.cells.shape[1] == 3
 
 
+@pytest.mark.parametrize("in_a_thread", [False, True])
+def test_a_closed_pipe_is_an_error_after_gmsh_too(in_a_thread):
+    # red: without `_set_handler` SIGPIPE ends the process
+    def mesh_and_write():
+        with gmsh_session():
+            pass
+        reader, writer = os.pipe()
+        os.close(reader)
+        with pytest.raises(BrokenPipeError):
+            os.write(writer, b"x")
+        os.close(writer)
+
+    if in_a_thread:
+        with ThreadPoolExecutor(1) as pool:
+            pool.submit(mesh_and_write).result()
+    else:
+        mesh_and_write()
+
+
 def test_an_open_gmsh_of_somebody_else_is_left_alone(tmp_path):
-    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
-    try:
+    with gmsh_session():
         with pytest.raises(RuntimeError, match="gmsh is already open in this process"):
             mesh_triangles(tmp_path / "m.msh", OUTLINE, 0.5, {}, {})
         assert gmsh.isInitialized()
-    finally:
-        gmsh.finalize()

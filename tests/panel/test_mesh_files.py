@@ -11,6 +11,7 @@ import pytest
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
+from pidpanel.panel.mesh import gmsh_session
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.nastran import read_nastran
@@ -165,15 +166,12 @@ def test_a_triangle_without_area_is_refused(tmp_path):
 
 def test_elements_of_second_order_are_refused_in_gmsh_files(tmp_path):
     path = tmp_path / "second.msh"
-    gmsh.initialize(["gmsh", "-v", "0"], interruptible=False)
-    try:
+    with gmsh_session():
         gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
         gmsh.write(str(path))
-    finally:
-        gmsh.finalize()
     with pytest.raises(
         ValueError, match="is a Triangle 6; allowed are triangles and quadrilaterals"
     ):

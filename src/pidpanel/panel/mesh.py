@@ -10,8 +10,10 @@ Vertices are numbered by rows: along x first, then up in y. On the structured me
 to a row, grid point 326 at (0.75, 0.50) m.
 """
 
+import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from ctypes import CDLL, c_int, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,13 +102,21 @@ def write_triangles(path: Path, mesh: PanelMesh) -> None:
     meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)
 
 
+_set_handler = CDLL(None).signal
+"""C's ``signal``: unlike Python's, it works in any thread and returns handlers of C too."""
+_set_handler.argtypes, _set_handler.restype = (c_int, c_void_p), c_void_p
+
+
 @contextmanager
 def gmsh_session() -> Iterator[None]:
     """Open gmsh without terminal output, configuration files or signal handlers; close it."""
     if gmsh.isInitialized():
         raise RuntimeError("gmsh is already open in this process; call gmsh.finalize() first")
+    pipe_handler = _set_handler(signal.SIGPIPE, None)
     # interruptible=True would replace the SIGINT handler and fail outside the main thread
     gmsh.initialize(["gmsh", "-v", "0"], readConfigFiles=False, interruptible=False)
+    # gmsh resets SIGPIPE: a closed pipe would then end the process without a word
+    _set_handler(signal.SIGPIPE, pipe_handler)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.model.add(PANEL_GROUP)
