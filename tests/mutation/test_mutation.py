@@ -85,7 +85,7 @@ OTHERS = {
     "damping": "from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
     "sound": "field_files from_study",
-    "coupled": "beds checkpoints estimate_files from_study pieces process record_files",
+    "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""

@@ -198,3 +198,10 @@ def test_sines_have_their_nodes_and_crests_in_a_panel_of_any_sides():
     place = np.array([[0.75, 0.2], [0.4, 1.1 / 3], [1.5, 1.0], [0.375, 1.1 / 6], [1.125, 1.1 / 2]])
     found = navier.sine_shapes([2], [3], (1.5, 1.1), place)[:, 0]
     np.testing.assert_allclose(found, [0, 0, 0, 1, 1], atol=1e-12)
+
+
+def test_a_rigid_mode_has_an_infinite_half_wave_and_no_shift():
+    # red: a division by zero in `half_wave`
+    section = ThinSection(3273.07, 4.0)
+    assert resolution.half_wave(section, 0.0) == np.inf
+    assert resolution.frequency_shift("thin quadrilaterals", 0.05, section, 0.0, 30.0) == 0.0

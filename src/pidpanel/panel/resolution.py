@@ -68,7 +68,7 @@ def element_sizes(vertices: Array, cells: Index) -> Array:
 
 
 def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:
-    """Return half the length of the shortest free bending wave [m].
+    """Return half the length of the shortest free bending wave [m]; infinite at 0 Hz.
 
     From D k⁴ = m″ ω² (1 + D k² / S), rotary inertia neglected; of a section that is not
     isotropic, the smaller D and S.
@@ -95,7 +95,7 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
     shear = getattr(section, "shear", None)
     softening = 0.0 if shear is None else inertia * D / float(np.linalg.eigvalsh(shear).min())
     k2 = (softening + np.sqrt(softening**2 + 4 * D * inertia)) / (2 * D)
-    return float(np.pi / np.sqrt(k2))
+    return float(np.pi / np.sqrt(k2)) if k2 > 0 else float(np.inf)
 
 
 def frequency_shift(
