@@ -97,3 +97,9 @@ def test_the_panel_of_a_study_is_meshed_without_the_libraries_of_files_and_figur
     code = f"import sys, pidpanel.panel.from_study; print(sys.modules.keys() & {set(slow)})"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "set()\n"
+
+
+def test_no_module_is_longer_than_400_lines():
+    # red: panel/from_study.py with the masses of dampers, 403 lines
+    long = [path.name for path in PACKAGE.rglob("*.py") if path.read_text().count("\n") > 400]
+    assert not long

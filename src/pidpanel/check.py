@@ -131,8 +131,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     """Yield what of a panel in its sound could not be computed."""
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
-    from pidpanel.panel.from_study import resolved_masses
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
+    from pidpanel.study.masses import resolved_masses
 
     low, high = study.response.frequency_hz
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
