@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 
+from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
 from pidpanel.paths import SECTION, STUDIES, of_damper
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
@@ -98,19 +99,23 @@ def software_text(stamp: Mapping[str, str], *, dem: bool) -> str:
     )
 
 
-def run_step(study_file: Path) -> tuple[str, str]:
-    """Return the command that runs a study again.
+def run_step(study_file: Path, decks: Iterable[Path] = ()) -> tuple[str, str]:
+    """Return the command that runs a study with some decks of coupons again.
 
     Examples
     --------
     >>> run_step(STUDIES / "paper.yaml")
     ('In the folder that holds the folder results:', 'pidpanel run paper.yaml')
-    >>> run_step(Path("/home/me/my $(study).yaml"))[1]
-    "pidpanel run '/home/me/my $(study).yaml'"
+    >>> run_step(Path("/home/me/my $(study).yaml"), [Path("/home/me/mine.in.j2")])[1]
+    "pidpanel run '/home/me/my $(study).yaml' --trust-deck"
     """
     file = study_file.resolve()
     named = file.name if file.parent == STUDIES else str(file)
-    return ("In the folder that holds the folder results:", f"pidpanel run {shlex.quote(named)}")
+    trust = "" if all(map(comes_with_pidpanel, decks)) else " --trust-deck"
+    return (
+        "In the folder that holds the folder results:",
+        f"pidpanel run {shlex.quote(named)}{trust}",
+    )
 
 
 def files_step(inputs: Inputs, folder: Path) -> tuple[str, str]:

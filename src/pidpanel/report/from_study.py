@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,8 +72,9 @@ def write_study_page(
     StudyError
         If the results are not those of the study.
     """
-    inputs = read_inputs(load_study(study_file), folder, coupon)
-    steps = [run_step(study_file), files_step(inputs, folder)]
+    study = load_study(study_file)
+    inputs = read_inputs(study, folder, coupon)
+    steps = [run_step(study_file, _decks(study)), files_step(inputs, folder)]
     with style.context():
         page = study_page(inputs, steps)
     write_page(page, file, figures)
@@ -88,12 +90,17 @@ def write_coupon_page(
     study = load_any_study(study_file)
     results = read_coupon(study, SECTION, table, coupon)
     files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
-    steps = [run_step(study_file), (files, "")]
+    steps = [run_step(study_file, _decks(study)), (files, "")]
     with style.context():
         page = coupon_page(
             study.title or study.name, study.assumptions, stamp(study), results, steps
         )
     write_page(page, file, figures)
+
+
+def _decks(study: CouponStudy) -> Iterator[Path]:
+    for coupon in study.coupons.values():
+        yield from coupon.decks
 
 
 def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:

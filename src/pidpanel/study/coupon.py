@@ -122,6 +122,11 @@ class Coupon(SectionModel):
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
     """Your own deck template instead of ``templates/shake.in.j2``."""
 
+    @property
+    def decks(self) -> tuple[Path, ...]:
+        """Deck templates in place of ``templates/shake.in.j2``."""
+        return tuple(deck for deck in (self.deck, *self.vary.get("deck", ())) if deck is not None)
+
     @field_validator("vary")
     @classmethod
     def _find_decks(

@@ -18,6 +18,11 @@ TRUST = "PIDPANEL_TRUST_DECK"
 """Variable of the environment that is ``1`` where decks of one's own may do anything."""
 
 
+def comes_with_pidpanel(template: Path) -> bool:
+    """Return whether a template is not of the user's own."""
+    return template.resolve().is_relative_to(TEMPLATES)
+
+
 def check_trust(template: Path) -> None:
     """Refuse a template that did not come with pidpanel, unless such decks are trusted.
 
@@ -26,7 +31,7 @@ def check_trust(template: Path) -> None:
     DeckRefused
         With what such a deck can do, and how to allow it.
     """
-    if os.environ.get(TRUST) != "1" and not template.resolve().is_relative_to(TEMPLATES):
+    if os.environ.get(TRUST) != "1" and not comes_with_pidpanel(template):
         raise DeckRefused(
             f"{template}: your own deck is a program, which can start others and write any file; "
             "read it, then allow it with --trust-deck"
