@@ -138,7 +138,7 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
         "sleeper = 'import signal, time, pathlib; signal.signal(2, lambda *a: (time.sleep(3),'"
         ' + \'pathlib.Path("ended").touch(), exit(1))); pathlib.Path("begun").touch(); time.sleep(30)\'\n'
         "snakemake.command = lambda *a: [sys.executable, '-c', sleeper]\n"
-        "sys.exit(cli.main(['run', 'l_panel.yaml']))"
+        "sys.exit(cli.main(['run', 'l_panel.yaml', '-n']))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code], cwd=tmp_path, stderr=subprocess.PIPE, text=True,

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from pidpanel.panel.from_study import damper_masses, resolved_masses
 from pidpanel.paths import SECTION, in_a_path
-from pidpanel.provenance.digests import text_digest, values_digest
+from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.coupon.round import Round
@@ -13,6 +12,14 @@ from pidpanel.study.study import NAME
 from pidpanel.workflow.configuration import has_study
 from pidpanel.workflow.coupon import bed_files
 from pidpanel.workflow.plan import Plan, WorkflowRunning
+from pidpanel.workflow.rules import (
+    RESPONSE_SECTIONS,
+    air_files,
+    coupled_files,
+    films,
+    panel_rules,
+    scenarios_digest,
+)
 from snakemake.exceptions import WorkflowError
 
 if not has_study(config) and Path("config/config.yaml").exists():
@@ -23,7 +30,7 @@ if not has_study(config) and Path("config/config.yaml").exists():
 def planned():
     """The plan, or one line that says what is wrong with the study or with the machine."""
     try:
-        return Plan(config, workflow.configfiles)
+        return Plan.read(config, workflow.configfiles)
     except (StudyError, OwnerError) as error:
         raise WorkflowError(str(error)) from None
 
@@ -31,6 +38,12 @@ def planned():
 PLAN = planned()
 STUDY, RUNS = PLAN.study, PLAN.runs
 results, section, damper_file = PLAN.results, PLAN.section, PLAN.damper_file
+FILMS = films(PLAN)
+# rules that `pidpanel run` also runs by itself, where a study has no LIGGGHTS runs
+RULES = panel_rules(PLAN, STUDY) if PLAN.has_panel else {}
+if PLAN.has_panel:
+    PANEL, SOUND = RULES["panel"].output, RULES["sound"].output
+    AIR, SCENARIOS = air_files(RULES["sound"]), scenarios_digest(STUDY)
 
 
 wildcard_constraints:
@@ -64,6 +77,11 @@ def request(*outputs, **values):
         return PLAN.requests.quick(files, texts)
 
     return file_of
+
+
+def request_of(name):
+    """The request of a rule of the panel."""
+    return lambda wildcards: PLAN.request(RULES[name])
 
 
 def job(**params):

@@ -3,10 +3,7 @@
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 
 COUPLED_SCENARIOS = {in_a_path(label): s for label, s in coupled_scenarios(STUDY).items()}
-COUPLED = {
-    name: results(f"coupled/{name}.csv")
-    for name in ("summary", "third_octaves", "impedance", "psd")
-}
+COUPLED = coupled_files(PLAN)
 # rules of the coupon prepare the beds of the first runs; further runs prepare their own
 RUNS.add_beds(bed for scenario in COUPLED_SCENARIOS.values() for bed in scenario.beds[0])
 

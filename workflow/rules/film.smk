@@ -1,7 +1,5 @@
 # A shaken cell in motion, for the pages: some cycles after those that count.
 
-FILMS = [damper_file("coupon", damper, "film.nc") for damper in STUDY.coupons]
-
 
 rule film:
     input:

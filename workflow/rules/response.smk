@@ -1,59 +1,18 @@
 # PSDs of every scenario with every damping model; maps; files for other programs.
 
-RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
-# titles, the choice of maps and of cases, and coupled runs change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
-SCENARIOS = text_digest(scenario.model_dump_json() for scenario in STUDY.all_scenarios())
-SURFACES = [damper_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
-# coupons come as surfaces
-DAMPERS = values_digest(
-    {
-        damper: STUDY.all_dampers[damper].model_dump(exclude={"coupon"})
-        for damper in STUDY.used_dampers
-    }
-)
-RESPONSE = {
-    "psd": results("response/psd.nc"),
-    "summary": results("response/summary.csv"),
-    "layouts": results("response/layouts.csv"),
-    "stress": results("response/stress.nc"),
-    "stress_table": results("response/stress.csv"),
-    "left_out": results("response/left_out.nc"),
-}
-if STUDY.response.radiation_beside != "none":
-    RESPONSE["radiation"] = results("response/radiation.csv")
-RESPONSE_FOLDERS = {}
-if SURFACES:
-    RESPONSE_FOLDERS["damping"] = results("damping")
-if STUDY.is_coupled:
-    RESPONSE_FOLDERS["coupled"] = results("coupled")
-MAPS = results("response/maps.nc")
-MAPS_FOLDER, EXPORT = results("response/maps"), results("response/export")
-
 
 rule response:
     input:
-        modes=PANEL["modes"],
-        modal_force=SOUND["modal_force"],
-        plate=PANEL["plate"],
-        section=PANEL["section"],
-        surfaces=SURFACES,
-        air=AIR,
-        coupled=list(COUPLED.values()) if STUDY.is_coupled else [],
-        request=request(
-            *RESPONSE.values(),
-            study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
-            dampers=DAMPERS,
-            scenarios=SCENARIOS,
-        ),
+        **RULES["response"].input,
+        request=request_of("response"),
     output:
-        **RESPONSE,
+        **RULES["response"].output,
     log:
-        results("response/response.log"),
+        RULES["response"].log,
     benchmark:
         results("benchmark/response.tsv")
     params:
-        job=job(**RESPONSE_FOLDERS),
+        job=job(**RULES["response"].params),
     message:
         "Response of the panel in all scenarios"
     shell:
@@ -62,28 +21,17 @@ rule response:
 
 rule maps:
     input:
-        modes=PANEL["modes"],
-        modal_force=SOUND["modal_force"],
-        air=AIR,
-        plate=PANEL["plate"],
-        left_out=RESPONSE["left_out"],
-        psd=RESPONSE["psd"],
-        coupled=COUPLED["impedance"] if STUDY.is_coupled else [],
-        request=request(
-            MAPS,
-            MAPS_FOLDER,
-            study=section("panel", "sound", "response"),
-            scenarios=SCENARIOS,
-        ),
+        **RULES["maps"].input,
+        request=request_of("maps"),
     output:
-        maps=MAPS,
-        folder=directory(MAPS_FOLDER),
+        maps=RULES["maps"].output["maps"],
+        folder=directory(RULES["maps"].output["folder"]),
     log:
-        results("response/maps.log"),
+        RULES["maps"].log,
     benchmark:
         results("benchmark/maps.tsv")
     params:
-        job=job(),
+        job=job(**RULES["maps"].params),
     message:
         "Maps of rms acceleration"
     shell:
@@ -92,23 +40,16 @@ rule maps:
 
 rule export:
     input:
-        modes=PANEL["modes"],
-        psd=RESPONSE["psd"],
-        summary=RESPONSE["summary"],
-        request=request(
-            EXPORT,
-            readings=STUDY.readings,
-            damping_ratio=STUDY.panel.damping_ratio,
-            scenarios=SCENARIOS,
-        ),
+        **RULES["export"].input,
+        request=request_of("export"),
     output:
-        folder=directory(EXPORT),
+        folder=directory(RULES["export"].output["folder"]),
     log:
-        results("response/export.log"),
+        RULES["export"].log,
     benchmark:
         results("benchmark/export.tsv")
     params:
-        job=job(),
+        job=job(**RULES["export"].params),
     message:
         "Files for other programs"
     shell:

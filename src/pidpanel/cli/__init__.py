@@ -15,7 +15,8 @@ DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
 """Exit codes, as ``pidpanel --help`` tells them."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
-OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILED}
+OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILED,
+            "WorkflowRunning": FAILED}  # fmt: skip
 """Exit codes by the name of the error, so that none is imported before it is raised."""
 
 

@@ -6,7 +6,7 @@ import json
 import re
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -100,16 +100,23 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
 
 
 def running(folder: Path) -> list[str]:
-    """Return a line for each job of a run of Snakemake in a folder; none where nothing runs."""
+    """Return a line for each job of a run in a folder; none where nothing runs."""
     lines = []
     for process in psutil.process_iter(["cmdline", "cwd"]):
         words = process.info["cmdline"] or []
         if process.info["cwd"] != str(folder.absolute()) or "--dry-run" in words:
             continue
+        jobs = [line for child in _children(process) if (line := _job(child, folder))]
         if any(Path(word).name in ("snakemake", PROCESS) for word in words[:4]):
-            lines.append(f"running: Snakemake, process {process.pid}")
-            lines += [line for child in _children(process) if (line := _job(child, folder))]
+            lines += [f"running: Snakemake, process {process.pid}", *jobs]
+        elif is_forking(words) and jobs:
+            lines += [f"running: pidpanel, process {process.pid}", *jobs]
     return lines
+
+
+def is_forking(words: Sequence[str]) -> bool:
+    """Whether a command is one whose jobs are forks of it, and look like it."""
+    return "run" in words[:3] and any(Path(word).name == "pidpanel" for word in words[:2])
 
 
 def _children(process: psutil.Process) -> list[psutil.Process]:
@@ -128,6 +135,8 @@ def _job(process: psutil.Process, folder: Path) -> str:
     except (psutil.Error, OSError):
         return ""
     script = next((word for word in words if word.startswith("scripts.")), "")
+    if is_forking(words) and log.suffix == ".log":
+        script = log.stem
     if not script or words[0].endswith("sh"):
         return ""
     place = log.relative_to(folder.absolute()) if log.is_relative_to(folder.absolute()) else log
@@ -149,7 +158,8 @@ def last_line(log: Path) -> str:
 
 def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
     """Return a line for each job of a study that failed in the last run and is still left."""
-    logs = sorted((folder / ".snakemake" / "log").glob("*.log"), key=lambda p: p.stat().st_mtime)
+    logs = [*(folder / ".snakemake" / "log").glob("*.log"), folder / "results" / name / "run.log"]
+    logs = sorted((log for log in logs if log.exists()), key=lambda log: log.stat().st_mtime)
     failures: dict[str, None] = {}
     rule = ""
     for line in logs[-1].read_text(encoding="utf-8", errors="replace").splitlines() if logs else []:

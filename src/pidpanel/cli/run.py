@@ -1,4 +1,7 @@
-"""Run a study with Snakemake. Only changed results are computed again.
+"""Run a study. Only changed results are computed again.
+
+Snakemake runs it; the stages of a study without LIGGGHTS run in this process, in seconds, unless
+options follow. Either resumes what the other left.
 
 A stopped run resumes with the same command. Options after `--` go to Snakemake, such as `--
 --workflow-profile profiles/slurm`.
@@ -7,6 +10,8 @@ A stopped run resumes with the same command. Options after `--` go to Snakemake,
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +19,9 @@ from typing import TYPE_CHECKING
 from pidpanel.cli.parser import add_directory, add_jobs, add_study
 
 if TYPE_CHECKING:  # slow to import
-    from pidpanel.study import CouponStudy
+    from pidpanel.study import CouponStudy, Study
 
-HELP = "Run a study with Snakemake, up to its report."
+HELP = "Run a study up to its report."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,10 +39,11 @@ def call(args: argparse.Namespace) -> int:
     from pidpanel.cli.snakemake import check_memory
 
     check_memory()  # before what takes it is imported
+    os.environ["OMP_NUM_THREADS"] = "1"  # for jobs that are forks of this process
     from pidpanel.check import check_machine, checked_study
     from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
     from pidpanel.provenance.owner import check_owner
-    from pidpanel.study import StudyError
+    from pidpanel.study import Study, StudyError
 
     study = checked_study(args.study)
     results = args.directory / "results"
@@ -49,12 +55,31 @@ def call(args: argparse.Namespace) -> int:
     check_owner(study, args.study, results)
     check_space(results)
     options = [*(["--dry-run"] if args.dry_run else []), *args.further]
-    status = run(args.study, args.directory, args.jobs, options)
+    if isinstance(study, Study) and not (options or study.coupons or study.is_coupled):
+        status = run_forked(study, args.study, args.directory, args.jobs)
+    else:
+        status = run(args.study, args.directory, args.jobs, options)
     if status == 0 and not args.dry_run and page_of(study, results).exists():
         print(page_of(study, results).absolute())
     if status == 0 and not args.dry_run:
         return told_of_machine(study, results)
     return status
+
+
+def run_forked(study: Study, file: Path, folder: Path, jobs: int) -> int:
+    """Run a study without LIGGGHTS in this process; return the exit code."""
+    from pidpanel.cli.snakemake import check_space
+    from pidpanel.workflow.forked import run_rules
+    from pidpanel.workflow.plan import Plan
+    from pidpanel.workflow.rules import panel_rules
+
+    path = file.resolve()
+    with contextlib.chdir(folder):
+        plan = Plan(study, path)
+        if run_rules(plan, panel_rules(plan, study), jobs):
+            return 0
+        check_space(Path("results"))
+        return 1
 
 
 def told_of_machine(study: CouponStudy, results: Path) -> int:

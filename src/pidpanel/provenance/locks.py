@@ -59,7 +59,10 @@ def _end_orphan(holder: str) -> bool:
     process, workflow = int(words[1]), int(words[2])
     try:
         command = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
-        is_job = any(word.startswith(b"scripts.") for word in command)
+        # a script, or a fork of the command
+        is_job = any(
+            word.startswith(b"scripts.") or word.endswith(b"/pidpanel") for word in command
+        )
         if Path(f"/proc/{workflow}").exists() or not is_job or workflow in _ancestors(process):
             return False
         os.kill(process, signal.SIGKILL)

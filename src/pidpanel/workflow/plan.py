@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -14,10 +15,11 @@ from pidpanel.paths import COUPON, PACKAGE, SECTION, WORKFLOW, of_damper
 from pidpanel.provenance import digests, locks
 from pidpanel.provenance.job import JOB_SECONDS, STUDY
 from pidpanel.provenance.owner import check_owner, write_owner
-from pidpanel.study import Study
+from pidpanel.study import CouponStudy, Study
 from pidpanel.workflow.configuration import study_file
 from pidpanel.workflow.coupon import CouponRuns
 from pidpanel.workflow.requests import Requests
+from pidpanel.workflow.rules import Rule
 
 RESULTS = COUPON.parent
 
@@ -29,7 +31,16 @@ class WorkflowRunning(RuntimeError):
 class Plan:
     """A study that the workflow runs."""
 
-    def __init__(self, config: Mapping[str, Any], files: Sequence[str | Path]) -> None:
+    def __init__(self, study: CouponStudy, file: Path, job_seconds: float = math.inf) -> None:
+        """Plan a study that was read from a file and checked, in the working folder."""
+        self._file, self.study = file, study
+        self.requests = Requests()
+        self.runs = CouponRuns(study, self.requests, job_seconds)
+        self._locks: list[IO[str]] = []
+        self._set_environment()
+
+    @classmethod
+    def read(cls, config: Mapping[str, Any], files: Sequence[str | Path]) -> Plan:
         """Read the study that a configuration is; see `study_file`.
 
         Raises
@@ -37,16 +48,11 @@ class Plan:
         StudyError, OwnerError
             In a line for each: what is wrong with the study, the machine or the results.
         """
-        self._file = study_file(config, files)
-        self.study = checked_study(self._file)
-        check_machine(self.study, RESULTS)
-        check_owner(self.study, self._file, RESULTS)
-        self.requests = Requests()
-        self.runs = CouponRuns(
-            self.study, self.requests, 60 * float(config.get("job_minutes", "inf"))
-        )
-        self._locks: list[IO[str]] = []
-        self._set_environment()
+        file = study_file(config, files)
+        study = checked_study(file)
+        check_machine(study, RESULTS)
+        check_owner(study, file, RESULTS)
+        return cls(study, file, 60 * float(config.get("job_minutes", "inf")))
 
     def _set_environment(self) -> None:
         """Set the variables with which jobs run."""
@@ -92,6 +98,10 @@ class Plan:
     def coupon(self, damper: str = SECTION) -> str:
         """Return the digest of one coupon: no other one runs again when it changes."""
         return digests.values_digest(self.study.coupons[damper].model_dump())
+
+    def request(self, rule: Rule) -> str:
+        """Return the request of a rule, new where its job has to run."""
+        return self.requests.quick(list(rule.output.values()), rule.values)
 
     def begin(self) -> list[str]:
         """Take the results for the jobs that follow; return lines for the user.

@@ -1,0 +1,226 @@
+"""Runs the rules of a study without LIGGGHTS in forks of this process.
+
+Snakemake takes seconds before its first job, and each of its jobs imports the same libraries. Here
+a job is a fork of a process that has imported them. What runs is decided as Snakemake decides it,
+by the requests and the time stamps; jobs, files and failures are the same, and each accepts what
+the other made. Of Snakemake's own records none is written, and those of files made anew are
+removed (`_forget`), since they tell of older ones.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NoReturn
+
+from pidpanel.paths import WORKFLOW
+from pidpanel.provenance import durable, requests
+from pidpanel.provenance.job import arguments_of, run
+from pidpanel.workflow.plan import Plan
+from pidpanel.workflow.rules import Rule
+
+BENCHMARK = (
+    "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
+    "{s:.2f}\t{hms}\t{rss:.2f}\tNA\tNA\tNA\tNA\tNA\t{load:.2f}\t{cpu:.2f}\n"
+)
+"""As Snakemake writes it; what the system does not count is NA."""
+
+
+def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
+    """Run the rules of a study that have to run, in the working folder.
+
+    Parameters
+    ----------
+    rules
+        By name, each after those whose results it reads.
+    jobs
+        How many run at the same time.
+
+    Returns
+    -------
+    bool
+        Whether none failed. Those that need no result of a failed one are run.
+    """
+    files = {name: plan.request(rule) for name, rule in rules.items()}
+    for line in plan.begin():
+        print(line, file=sys.stderr)
+    due = _due(rules, files)
+    log = Path(plan.results("run.log"))
+    log.write_text("", encoding="utf-8")
+    if not due:
+        print("Nothing to be done: all files are present and up to date.", file=sys.stderr)
+        return True
+    _forget([file for name in due for file in rules[name].output.values()
+             if not _is_ours(Path(files[name]))])  # fmt: skip
+    sys.path.insert(0, str(WORKFLOW))
+    calls = _Calls(plan, {name: rules[name] for name in due}, files)
+    try:
+        while calls.waiting or calls.running:
+            for name in calls.ready()[: jobs - len(calls.running)]:
+                calls.start(name)
+            # while they run, what the next ones import
+            for name in calls.waiting:
+                importlib.import_module(f"scripts.{name}")
+            calls.wait(log)
+    except KeyboardInterrupt:
+        calls.stop()
+        raise
+    return not calls.failed
+
+
+def _inputs(rule: Rule) -> Iterator[str]:
+    for files in rule.input.values():
+        yield from [files] if isinstance(files, str) else files
+
+
+def _due(rules: Mapping[str, Rule], files: Mapping[str, str]) -> list[str]:
+    """Return the rules whose output is missing or older than an input, and all after them."""
+    due: list[str] = []
+    made_anew: set[str] = set()
+    for name, rule in rules.items():
+        made = [_modified(file) for file in rule.output.values()]
+        newest = max(_modified(file) or 0 for file in (files[name], *_inputs(rule)))
+        is_new = not made_anew.isdisjoint(_inputs(rule))
+        if is_new or None in made or newest > min(time or 0 for time in made):
+            due.append(name)
+            made_anew.update(rule.output.values())
+    return due
+
+
+def _modified(file: str) -> float | None:
+    try:
+        return os.stat(file).st_mtime
+    except OSError:
+        return None
+
+
+class _Calls:
+    """Jobs that wait, run, and have failed."""
+
+    def __init__(self, plan: Plan, rules: Mapping[str, Rule], requests: Mapping[str, str]) -> None:
+        self.plan, self.rules, self.requests = plan, rules, requests
+        self.waiting = list(rules)
+        self.failed: list[str] = []
+        self.running: dict[int, tuple[str, float]] = {}
+
+    def ready(self) -> list[str]:
+        """Return those that wait for no other."""
+        unmade = {*self.waiting, *(name for name, _ in self.running.values())}
+        awaited = {file for name in unmade for file in self.rules[name].output.values()}
+        return [name for name in self.waiting if awaited.isdisjoint(_inputs(self.rules[name]))]
+
+    def start(self, name: str) -> None:
+        """Fork a job."""
+        rule = self.rules[name]
+        self.waiting.remove(name)
+        importlib.import_module(f"scripts.{name}")
+        for file in (*rule.output.values(), rule.log):
+            Path(file).parent.mkdir(parents=True, exist_ok=True)
+        for file in rule.output.values():
+            durable.discard(Path(file))
+        sys.stdout.flush()
+        sys.stderr.flush()
+        # Ctrl-C would be lost in what Python calls around a fork
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            process = os.fork()
+            if process == 0:
+                _work(name, rule, self.requests[name])
+            self.running[process] = (name, time.monotonic())
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+    def wait(self, log: Path) -> None:
+        """Wait until a job ends; what a failed one made is removed, what waits for it given up."""
+        process, status, usage = os.wait4(-1, 0)
+        name, begun = self.running.pop(process)
+        if status:
+            self._fail(name, log)
+            return
+        seconds, cpu = time.monotonic() - begun, usage.ru_utime + usage.ru_stime
+        hms = time.strftime("%H:%M:%S", time.gmtime(seconds)).removeprefix("0")
+        text = BENCHMARK.format(
+            s=seconds, hms=hms, rss=usage.ru_maxrss / 1024, load=100 * cpu / seconds, cpu=cpu
+        )
+        file = Path(self.plan.results(f"benchmark/{name}.tsv"))
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        left = len(self.waiting) + len(self.running)
+        done = len(self.rules) - len(self.failed) - left
+        print(f"{done} of {len(self.rules)} jobs: {name}, {seconds:.0f} s", file=sys.stderr)
+
+    def _fail(self, name: str, log: Path) -> None:
+        rule = self.rules[name]
+        self.failed.append(name)
+        for file in rule.output.values():
+            durable.discard(Path(file))
+        lost = set(rule.output.values())
+        for other in list(self.waiting):
+            if not lost.isdisjoint(_inputs(self.rules[other])):
+                self.waiting.remove(other)
+                self.failed.append(other)
+                lost.update(self.rules[other].output.values())
+        text = f"Error in rule {name}:\n    log: {rule.log} (check log file(s) for error details)\n"
+        with log.open("a", encoding="utf-8") as file:
+            file.write(text)
+        said = Path(rule.log).read_text(encoding="utf-8", errors="replace")
+        print(text + said, end="", file=sys.stderr)
+
+    def stop(self) -> None:
+        """End the jobs that run, after Ctrl-C, which has reached them where it came from a key."""
+        for process in self.running:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process, signal.SIGINT)
+        for process, (name, _) in self.running.items():
+            _, status = os.waitpid(process, 0)
+            if status:
+                for file in self.rules[name].output.values():
+                    durable.discard(Path(file))
+
+
+def _work(name: str, rule: Rule, request: str) -> NoReturn:
+    """Run a job in the fork that this is, as a script of the workflow, and end."""
+    status = 1
+    try:
+        log = os.open(rule.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        os.dup2(log, sys.stderr.fileno())
+        os.environ[requests.MAKER] = __name__
+        files = {"input": {**rule.input, "request": request}, "output": rule.output}
+        sys.argv = [f"{name}.py", *arguments_of(**files, params=rule.params)]
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        run(importlib.import_module(f"scripts.{name}").main)
+        status = 0
+    except SystemExit as end:
+        print(end.code, file=sys.stderr)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _is_ours(request: Path) -> bool:
+    """Whether the last job was run here; of one without a record Snakemake may know."""
+    return (requests.read_record(request) or {}).get("maker") == __name__
+
+
+def _forget(files: list[str]) -> None:
+    """Let Snakemake forget what it noted of its own files, which are made anew."""
+    if not files or not Path(".snakemake").is_dir():
+        return
+    from pidpanel.cli.snakemake import PROCESS
+
+    with tempfile.NamedTemporaryFile("w", suffix=".smk") as snakefile:
+        command = [sys.executable, "-P", "-m", PROCESS, "--cleanup-metadata", *files]
+        command += ["--snakefile", snakefile.name, "--nolock", "--workflow-profile", "none"]
+        subprocess.run(command, capture_output=True, check=False)

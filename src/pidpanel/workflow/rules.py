@@ -1,0 +1,220 @@
+"""Rules of a study with a panel, from its mesh to its page: what depends on what.
+
+`workflow/rules` gives them to Snakemake, `workflow.forked` runs them without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from pidpanel.panel.from_study import damper_masses, resolved_masses
+from pidpanel.provenance.digests import text_digest, values_digest
+from pidpanel.study import Study
+
+if TYPE_CHECKING:
+    from pidpanel.workflow.plan import Plan
+
+RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
+# titles, the choice of maps and of cases, and coupled runs change no response to given damping
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule: its files, and what these depend on besides.
+
+    Attributes
+    ----------
+    log
+        File that takes what the job says.
+    values
+        What the output depends on besides other results and the package.
+    params
+        Further texts for the job.
+    """
+
+    log: str
+    input: Mapping[str, str | Sequence[str]]
+    output: Mapping[str, str]
+    values: Mapping[str, Any]
+    params: Mapping[str, str] = field(default_factory=dict)
+
+
+def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
+    """Return the rules by name, each after those whose results it reads.
+
+    Each has a script of its name.
+    """
+    panel = _panel(plan, study)
+    sound = _sound(plan, study, panel.output)
+    basis = {
+        "modes": panel.output["modes"],
+        "modal_force": sound.output["modal_force"],
+        "plate": panel.output["plate"],
+        "air": air_files(sound),
+    }
+    response = _response(plan, study, {**basis, "section": panel.output["section"]})
+    upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
+    maps = _maps(plan, study, {**basis, **upstream})
+    return {
+        "panel": panel,
+        "sound": sound,
+        "response": response,
+        "maps": maps,
+        "export": _export(plan, study, panel, response),
+        "report": _report(plan, study, panel, sound, response, maps),
+    }
+
+
+def air_files(sound: Rule) -> list[str]:
+    """Return the file of the air, where it counts."""
+    return [sound.output["air"]] if "air" in sound.output else []
+
+
+def scenarios_digest(study: Study) -> str:
+    """Return the digest of all scenarios, without their titles' families."""
+    return text_digest(scenario.model_dump_json() for scenario in study.all_scenarios())
+
+
+def coupled_files(plan: Plan) -> dict[str, str]:
+    """Return the tables of the coupled runs."""
+    names = ("summary", "third_octaves", "impedance", "psd")
+    return {name: plan.results(f"coupled/{name}.csv") for name in names}
+
+
+def films(plan: Plan) -> list[str]:
+    """Return the film of each coupon."""
+    return [plan.damper_file("coupon", damper, "film.nc") for damper in plan.study.coupons]
+
+
+def _panel(plan: Plan, study: Study) -> Rule:
+    names = {
+        "modes": "modes.nc",
+        "table": "modes.csv",
+        "shapes": "modes.vtu",
+        "mesh": "mesh.msh",
+        "section": "section.csv",
+        "plate": "plate.nc",
+    }
+    values = {
+        "study": plan.section("panel"),
+        # basis and mesh follow the panel with its heaviest dampers
+        "damper_mass": values_digest(damper_masses(study)),
+        "resolved_mass": values_digest(resolved_masses(study)),
+        "highest": study.response.frequency_hz[1],
+        "speed": study.sound.speed_m_s,
+    }
+    output = {key: plan.results(f"panel/{name}") for key, name in names.items()}
+    return Rule(plan.results("panel/panel.log"), {}, output, values)
+
+
+def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
+    output = {
+        "spectrum": plan.results("sound/spectrum.csv"),
+        "modal_force": plan.results("sound/modal_force.nc"),
+    }
+    if {study.response.radiation, study.response.radiation_beside} != {"none"}:
+        output["air"] = plan.results("sound/air.nc")
+    values = {
+        "study": plan.section("sound"),
+        "highest": study.response.frequency_hz[1],
+        "air_mass": study.response.air_mass,
+    }
+    return Rule(plan.results("sound/sound.log"), {"modes": panel["modes"]}, output, values)
+
+
+def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
+    names = {
+        "psd": "psd.nc",
+        "summary": "summary.csv",
+        "layouts": "layouts.csv",
+        "stress": "stress.nc",
+        "stress_table": "stress.csv",
+        "left_out": "left_out.nc",
+    }
+    if study.response.radiation_beside != "none":
+        names["radiation"] = "radiation.csv"
+    # coupons come as surfaces
+    dampers = {
+        damper: study.all_dampers[damper].model_dump(exclude={"coupon"})
+        for damper in study.used_dampers
+    }
+    folders = {"damping": bool(study.surfaces), "coupled": study.is_coupled}
+    return Rule(
+        plan.results("response/response.log"),
+        {
+            **files,
+            "surfaces": [plan.damper_file("damping", d, "surface.nc") for d in study.surfaces],
+            "coupled": list(coupled_files(plan).values()) if study.is_coupled else [],
+        },
+        {key: plan.results(f"response/{name}") for key, name in names.items()},
+        {
+            "study": plan.section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
+            "dampers": values_digest(dampers),
+            "scenarios": scenarios_digest(study),
+        },
+        {name: plan.results(name) for name, is_read in folders.items() if is_read},
+    )
+
+
+def _maps(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
+    return Rule(
+        plan.results("response/maps.log"),
+        {**files, "coupled": coupled_files(plan)["impedance"] if study.is_coupled else []},
+        {"maps": plan.results("response/maps.nc"), "folder": plan.results("response/maps")},
+        {
+            "study": plan.section("panel", "sound", "response"),
+            "scenarios": scenarios_digest(study),
+        },
+    )
+
+
+def _export(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
+    return Rule(
+        plan.results("response/export.log"),
+        {
+            "modes": panel.output["modes"],
+            "psd": response.output["psd"],
+            "summary": response.output["summary"],
+        },
+        {"folder": plan.results("response/export")},
+        {
+            "readings": study.readings,
+            "damping_ratio": study.panel.damping_ratio,
+            "scenarios": scenarios_digest(study),
+        },
+    )
+
+
+def _report(plan: Plan, study: Study, panel: Rule, sound: Rule, response: Rule, maps: Rule) -> Rule:
+    coupled = []
+    if study.is_coupled:
+        coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
+        if len(study.readings) > 1:
+            coupled.append(plan.results("coupled/verdict.csv"))
+    tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
+    damping = [
+        plan.damper_file("damping", damper, name)
+        for damper in study.surfaces
+        for name in ("surface.nc", "law.csv", "forms.csv")
+    ]
+    return Rule(
+        plan.results("report.log"),
+        {
+            "response": tables,
+            "maps": maps.output["maps"],
+            "modes": panel.output["modes"],
+            "mode_table": panel.output["table"],
+            "section": panel.output["section"],
+            "spectrum": sound.output["spectrum"],
+            "cases": [plan.damper_file("coupon", d, "cases.csv") for d in study.coupons],
+            "films": films(plan),
+            "coupled": coupled,
+            "damping": damping,
+        },
+        {"page": plan.results("report.html"), "figures": plan.results("report")},
+        {"study": plan.section()},
+        {"results": plan.results("")},
+    )
