@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pidpanel.panel.from_study import damper_masses, resolved_masses
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.study import Study
+from pidpanel.study.masses import damper_masses, resolved_masses
 
 if TYPE_CHECKING:
     from pidpanel.workflow.plan import Plan
