@@ -170,8 +170,8 @@ class _Calls:
                 self.failed.append(other)
                 lost.update(self.rules[other].output.values())
         text = f"Error in rule {name}:\n    log: {rule.log} (check log file(s) for error details)\n"
-        with log.open("a", encoding="utf-8") as file:
-            file.write(text)
+        with log.open("a", encoding="utf-8") as stream:
+            stream.write(text)
         said = Path(rule.log).read_text(encoding="utf-8", errors="replace")
         print(text + said, end="", file=sys.stderr)
 
