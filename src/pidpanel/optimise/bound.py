@@ -1,0 +1,64 @@
+"""The most that further dampers can remove, by the sum of what each removes alone.
+
+Of all dampers on different groups of places, so many at most and within a mass M, the sum is bounded
+for any price μ ≥ 0 of mass by Lagrange's relaxation:
+
+    Σ gain ≤ μ M + Σ over the best groups of max over their dampers (gain − μ mass)₊.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+
+PRICES = 12
+"""Prices of mass that are tried, beside none."""
+
+
+def weights_of_points(points: int, *, is_largest: bool) -> Array:
+    """Return weights (k, n_points) whose means bound what counts from below.
+
+    The largest of some values is at least any mean of them: each alone, pairs, and all.
+    """
+    every = np.full((1, points), 1 / points)
+    if not is_largest or points == 1:
+        return every
+    single = np.eye(points)
+    first, second = np.triu_indices(points, 1)
+    mixed = [share * single[first] + (1 - share) * single[second] for share in (0.25, 0.5, 0.75)]
+    return np.concatenate([every, single, *mixed])
+
+
+class PriceOfMass:
+    """The relaxation over some prices.
+
+    Parameters
+    ----------
+    gain
+        (n_options, k) what each damper removes, for k weights.
+    mass
+        (n_options,) [kg].
+    group
+        (n_options,) of the place: a layout has one of a group.
+    count
+        Number of dampers at most.
+    """
+
+    def __init__(self, gain: Array, mass: Array, group: Index, count: int) -> None:
+        self._order = np.argsort(group, kind="stable")
+        sorted_group = group[self._order]
+        self._starts = np.flatnonzero(np.r_[True, sorted_group[1:] != sorted_group[:-1]])
+        self._count = count
+        steepest = float((gain.max(axis=1) / mass).max(initial=0.0))
+        self._prices = steepest * np.concatenate([[0.0], np.geomspace(1e-3, 1, PRICES)])
+        net = gain[:, :, None] - mass[:, None, None] * self._prices
+        self._net = np.maximum(net, 0)[self._order]  # (n_options, k, n_prices)
+
+    def most(self, allowed: Flags, mass: float) -> Array:
+        """Return (k,) the most that allowed dampers within a mass [kg] can remove."""
+        net = np.where(allowed[self._order, None, None], self._net, 0)
+        groups = np.maximum.reduceat(net, self._starts, axis=0)
+        count = min(self._count, len(groups))
+        largest = np.partition(groups, len(groups) - count, axis=0)[len(groups) - count :]
+        return np.asarray((self._prices * mass + largest.sum(axis=0)).min(axis=1))

@@ -1,0 +1,121 @@
+"""Dampers on places, with the damping of each frozen at its own consistent motion alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
+
+MOTIONS = 16
+"""Γ at which a damping model is tabulated; linear in ln Γ between them."""
+
+ROUNDS = 8
+"""Of the search for Γ, each half way in ln Γ: 2⁻⁸ of the first step is left."""
+
+
+@dataclass(frozen=True)
+class Filling:
+    """A damper at a fill fraction.
+
+    Parameters
+    ----------
+    damper
+        Its name.
+    fill_fraction
+        r; None where the damper has none.
+    damping
+        C_e and m_a over frequency and Γ.
+    mass_per_area
+        [kg/m²].
+    """
+
+    damper: str
+    fill_fraction: float | None
+    damping: DampingOfMotion
+    depends_on_acceleration: bool
+    mass_per_area: float
+
+
+@dataclass(frozen=True)
+class Options:
+    """Every filling on every place.
+
+    Attributes
+    ----------
+    place, filling
+        (n_options,) indices.
+    mass
+        (n_options,) [kg].
+    stiffness
+        (n_options, nf) s = iω C_e − ω² m_a [N/m³].
+    acceleration_g
+        (n_options,) Γ at which it is frozen; NaN without one.
+    """
+
+    place: Index
+    filling: Index
+    mass: Array
+    stiffness: Complexes
+    acceleration_g: Array
+
+
+def frozen_options(
+    panel: ReducedPanel, fillings: Sequence[Filling], factor: float = 1.0
+) -> Options:
+    """Return every filling on every place of a panel.
+
+    Parameters
+    ----------
+    factor
+        On the PSD of the excitation.
+    """
+    count = len(panel.area)
+    every = np.arange(count)
+    none = np.zeros((count, panel.frequency.size))
+    bare = _motion(panel, every, none.astype(np.complex64), factor)
+    stiffness, gamma = [], []
+    for filling in fillings:
+        if not filling.depends_on_acceleration:
+            value, mass, _ = filling.damping(panel.frequency, np.nan)
+            row = patch_stiffness(panel.frequency, value, mass).astype(np.complex64)
+            stiffness.append(np.tile(row, (count, 1)))
+            gamma.append(np.full(count, np.nan))
+            continue
+        nodes = np.geomspace(bare.min() / 100, 3 * bare.max(), MOTIONS)
+        reads = [filling.damping(panel.frequency, node)[:2] for node in nodes.tolist()]
+        table = np.array([patch_stiffness(panel.frequency, *read) for read in reads])
+        motion = bare
+        for _ in range(ROUNDS):
+            frozen = _between(nodes, table, motion)
+            motion = np.sqrt(motion * _motion(panel, every, frozen, factor))
+        stiffness.append(_between(nodes, table, motion))
+        gamma.append(motion)
+    masses = np.array([filling.mass_per_area for filling in fillings])
+    return Options(
+        place=np.tile(every, len(fillings)),
+        filling=np.repeat(np.arange(len(fillings)), count),
+        mass=np.outer(masses, panel.area).ravel(),
+        stiffness=np.concatenate(stiffness),
+        acceleration_g=np.concatenate(gamma),
+    )
+
+
+def _motion(panel: ReducedPanel, places: Index, stiffness: Complexes, factor: float) -> Array:
+    """Return Γ of each place with a damper on it alone."""
+    none = np.zeros((0, panel.frequency.size), np.complex64)
+    square = panel.additions((), none, places, stiffness).patch_mean_square
+    return sine_accelerations_g(np.sqrt(factor * square))
+
+
+def _between(nodes: Array, table: Complexes, motion: Array) -> Complexes:
+    """Return the rows of a table (n_nodes, nf) at Γ (n,), linear in ln Γ."""
+    place = np.interp(np.log(motion), np.log(nodes), np.arange(len(nodes)))
+    lower = np.minimum(place.astype(int), len(nodes) - 2)
+    share = (place - lower)[:, None]
+    return np.asarray((1 - share) * table[lower] + share * table[lower + 1], np.complex64)

@@ -1,0 +1,147 @@
+"""A grid of rectangular patches on a panel that dampers may fill."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from pidpanel.arrays import Array, Flags, Index
+
+SLACK = 1e-6
+"""Of the size of a place: rounding of its edges."""
+
+
+class NoPlace(ValueError):
+    """No place of a damper fits on the panel."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Places of one size.
+
+    Parameters
+    ----------
+    lower
+        (n_places, 2) lower left corners [m].
+    size
+        Lengths along x and y [m].
+    group
+        (n_places,) groups of places that all overlap each other: a layout fills one of a group.
+    """
+
+    lower: Array
+    size: tuple[float, float]
+    group: Index
+
+    @property
+    def area(self) -> float:
+        """Of each place [m²]."""
+        return self.size[0] * self.size[1]
+
+    @property
+    def centre(self) -> Array:
+        """(n_places, 2) [m]."""
+        return self.lower + np.array(self.size) / 2
+
+    @property
+    def overlap(self) -> Flags:
+        """(n_places, n_places) whether two places have cells in common."""
+        distance = np.abs(self.lower[:, None] - self.lower)
+        return np.asarray(np.all(distance < np.array(self.size) * (1 - SLACK), axis=2))
+
+    def contains(self, position: Array) -> Flags:
+        """Return (n_places, n) whether positions (n, 2) [m] lie within each place."""
+        from_corner = position - self.lower[:, None]
+        return np.asarray(np.all((from_corner > 0) & (from_corner < np.array(self.size)), axis=2))
+
+    def subset(self, index: Index) -> Places:
+        """Return some of the places."""
+        return Places(self.lower[index], self.size, self.group[index])
+
+
+def places_on(
+    area: BaseGeometry,
+    size: tuple[float, float],
+    spacing: tuple[float, float],
+    obstacles: Iterable[BaseGeometry],
+) -> Places:
+    """Return the places of a grid that lie on a panel and meet no obstacle.
+
+    The grid begins at the lower left corner of the rectangle about the panel.
+
+    Parameters
+    ----------
+    area
+        Of the panel [m].
+    size, spacing
+        Of the places along x and y [m].
+    obstacles
+        Supports, masses and forbidden areas; touching them along an edge is allowed.
+
+    Raises
+    ------
+    NoPlace
+        If no place is left.
+    """
+    x0, y0, x1, y1 = area.bounds
+    counts = [
+        int(np.floor((extent - length) / step + SLACK)) + 1
+        for extent, length, step in zip((x1 - x0, y1 - y0), size, spacing, strict=True)
+    ]
+    if min(counts) < 1:
+        raise NoPlace(f"larger than the panel, {x1 - x0:g} m × {y1 - y0:g} m")
+    column, row = (grid.ravel() for grid in np.meshgrid(*map(np.arange, counts), indexing="ij"))
+    lower = np.array([x0, y0]) + np.stack([column, row], axis=1) * np.array(spacing)
+    slack = SLACK * min(size)
+    inner = shapely.box(*(lower + slack).T, *(lower + np.array(size) - slack).T)
+    blocked = shapely.union_all(list(obstacles))
+    free = shapely.covers(area, inner) & ~shapely.intersects(blocked, inner)
+    if not free.any():
+        raise NoPlace("no place on the panel is free of supports, masses and forbidden areas")
+    # places less than a length apart overlap: as many columns and rows share a group
+    across = [
+        max(int(np.ceil(length / step - SLACK)), 1)
+        for length, step in zip(size, spacing, strict=True)
+    ]
+    _, group = np.unique(
+        np.stack([column // across[0], row // across[1]])[:, free], axis=1, return_inverse=True
+    )
+    return Places(lower[free], size, group.ravel())
+
+
+def overlaps_of(
+    places: Places, position: Array, weight: Array, at_points: sp.csr_array
+) -> tuple[list[sp.csr_array], Array]:
+    """Return D of each place on all elements, and how well the mesh follows it.
+
+    An element counts by its quadrature points within the place; the sum is scaled to the area.
+
+    Parameters
+    ----------
+    position, weight
+        (n, 2) quadrature points [m] and (n,) weights [m²].
+    at_points
+        (n, n_free) w at these points.
+
+    Returns
+    -------
+    overlap
+        D (n_free, n_free) of each place [m²].
+    area_error
+        (n_places,) relative error of the area before it was scaled.
+    """
+    matrices, error = [], np.zeros(len(places.lower))
+    for index, inside in enumerate(places.contains(position)):
+        total = float(weight[inside].sum())
+        if total == 0:
+            raise NoPlace("smaller than the elements of the mesh")
+        rows = at_points[np.flatnonzero(inside)]
+        scaled = sp.diags_array(weight[inside] * places.area / total)
+        matrices.append(sp.csr_array(rows.T @ scaled @ rows))
+        error[index] = abs(total / places.area - 1)
+    return matrices, error

@@ -1,0 +1,303 @@
+"""The panel seen from its points and from a few motions of each place.
+
+Any layout is attached as in `solve.dampers`, with the motions of each place cut to those with the
+most energy. With the dampers of a layout T on, motions and PSDs of all others are
+
+    R' = R − A R_T·,    S' = S − A Yᴴ − Y Aᴴ,    A = R_·T s (I + R_TT s)⁻¹,    Y = S_·T − A S_TT/2,
+
+and a further damper costs a solve of a few motions a line: all additions to T are had at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
+from pidpanel.solve.modal import chunks_of_lines
+from pidpanel.solve.model import ModalBasis, Patches, ResponseError
+from pidpanel.solve.moved import InAir, InVacuum, MovedPanel
+
+THREADS = 2
+LINES_AT_ONCE = 16
+LARGEST = 2e9
+"""Bytes of the motions of all places; and of their receptances and PSDs that are stored."""
+
+
+@dataclass(frozen=True)
+class Additions:
+    """A layout with each of several further dampers.
+
+    Attributes
+    ----------
+    mean_square
+        (n_options, n_points) of the acceleration [m²/s⁴].
+    patch_mean_square
+        (n_options,) mean over the patch of the further damper.
+    """
+
+    mean_square: Array
+    patch_mean_square: Array
+
+
+class ReducedPanel:
+    """Receptances and PSDs between the points and the motions of all places.
+
+    Columns of both are computed as a place is first used.
+
+    Attributes
+    ----------
+    frequency, weight
+        (nf,) lines [Hz], and weights with which PSDs of w sum to mean squares of the acceleration.
+    area
+        (n_places,) [m²].
+    points, rank
+        Number of points, and of the motions of each place.
+    """
+
+    def __init__(
+        self,
+        frequency: Array,
+        observed: Array,
+        motion: Complexes,
+        parts: Complexes,
+        points: int,
+        area: Array,
+    ) -> None:
+        """Take W (n, nw), Z₀⁻¹ W (nf, n, nw) and Wᵀ Z₀⁻¹ L (nf, nw, k) with G = L Lᴴ."""
+        self.frequency, self.weight = frequency, acceleration_weight(frequency)
+        self.points, self.area = points, area
+        self.rank = (observed.shape[1] - points) // len(area)
+        self._observed = observed.astype(motion.real.dtype)
+        self._motion, self._parts = motion, parts
+        self._index = points + np.arange(len(area) * self.rank).reshape(len(area), self.rank)
+        self._columns: dict[int, tuple[Complexes, Complexes]] = {}
+        a_place = 2 * frequency.size * observed.shape[1] * self.rank * motion.itemsize
+        self._capacity = int(LARGEST / a_place)
+        own = [self._between(index, index) for index in self._index]
+        self._own = tuple(np.stack(part, axis=1) for part in zip(*own, strict=True))
+        self._to_points = self._between(np.arange(points), self._index.ravel())
+        self._point_psd = np.sum(np.abs(parts[:, :points]) ** 2, axis=2)
+
+    def _between(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
+        """Return R and S between some motions."""
+        receptance = self._observed[:, rows].T @ self._motion[:, :, columns]
+        return receptance, self._parts[:, rows] @ self._parts[:, columns].conj().swapaxes(1, 2)
+
+    def _of_places(self, places: Sequence[int]) -> tuple[Complexes, Complexes]:
+        """Return R and S (nf, nw, k rank) of all motions with those of some places."""
+        columns = []
+        for place in places:
+            if place not in self._columns:
+                if len(self._columns) > self._capacity:
+                    self._columns.pop(next(iter(self._columns)))
+                self._columns[place] = self._between(slice(None), self._index[place])
+            columns.append(self._columns[place])
+        return tuple(np.concatenate(part, axis=2) for part in zip(*columns, strict=True))
+
+    @property
+    def bare(self) -> Array:
+        """(n_points,) mean square of the acceleration without dampers [m²/s⁴]."""
+        return np.asarray(self.weight @ self._point_psd)
+
+    def additions(
+        self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
+    ) -> Additions:
+        """Return a layout with each of several further dampers.
+
+        Parameters
+        ----------
+        places, stiffness
+            (k,) places of the layout and s = iω C_e − ω² m_a (k, nf) [N/m³] of its dampers.
+        further, added
+            (n_options,) places and s (n_options, nf) of the further dampers.
+        """
+        columns = self._of_places(places) if len(places) else None
+        motions = self._index[list(places)].ravel()
+        repeated = np.repeat(stiffness, self.rank, axis=0)
+
+        def part(lines: slice) -> tuple[Array, Array]:
+            state = self._state(lines)
+            if columns is not None:
+                R, S = (values[lines] for values in columns)
+                state = self._loaded(state, R, S, motions, repeated[:, lines].T)
+            return _added(state, further, added[:, lines].T, self.weight[lines])
+
+        count = self.frequency.size
+        chunks = [slice(i, min(i + LINES_AT_ONCE, count)) for i in range(0, count, LINES_AT_ONCE)]
+        with ThreadPoolExecutor(THREADS) as pool:
+            parts = list(pool.map(part, chunks))
+        square = sum(square for square, _ in parts)
+        patch = sum(patch for _, patch in parts) / self.area[further]
+        return Additions(np.asarray(square), np.asarray(patch))
+
+    def _state(self, lines: slice) -> _State:
+        """Return the points and the motions of each place without dampers on some lines."""
+        m, (n, r) = self.points, self._index.shape
+        R, S = (values[lines].reshape(-1, m, n, r) for values in self._to_points)
+        return _State(
+            self._own[0][lines],
+            self._own[1][lines],
+            R.transpose(0, 2, 3, 1),
+            S.transpose(0, 2, 1, 3),
+            self._point_psd[lines],
+        )
+
+    def _loaded(
+        self, bare: _State, R: Complexes, S: Complexes, motions: Index, stiffness: Complexes
+    ) -> _State:
+        """Return the same with dampers s (nl, t) on some motions, from R and S (nl, nw, t)."""
+        m, (n, r) = self.points, self._index.shape
+        pulled = R * stiffness[:, None]
+        loop = pulled[:, motions]
+        loop[:, range(motions.size), range(motions.size)] += 1
+        # A (I + R_TT s) = R_·T s
+        A = np.linalg.solve(loop.swapaxes(1, 2), pulled.swapaxes(1, 2)).swapaxes(1, 2)
+        Y = S - A @ S[:, motions] / 2
+        A_place, Y_place, R_place = (x[:, m:].reshape(len(R), n, r, -1) for x in (A, Y, R))
+        drop = A_place @ Y_place.conj().swapaxes(2, 3)
+        to_points = A_place @ R[:, None, :m].swapaxes(2, 3)  # R is symmetric
+        with_points = A[:, None, :m] @ Y_place.conj().swapaxes(2, 3) + Y[
+            :, None, :m
+        ] @ A_place.conj().swapaxes(2, 3)
+        return _State(
+            bare.receptance - A_place @ R_place.swapaxes(2, 3),
+            bare.psd - drop - drop.conj().swapaxes(2, 3),
+            bare.to_points - to_points,
+            bare.with_points - with_points,
+            bare.points - 2 * np.sum(A[:, :m] * Y[:, :m].conj(), axis=2).real,
+        )
+
+
+@dataclass(frozen=True)
+class _State:
+    """A layout on some lines.
+
+    R and S (nl, n_places, r, r) of each place, R (nl, n_places, r, m) and S (nl, n_places, m, r)
+    between it and the points, S (nl, m) of the points.
+    """
+
+    receptance: Complexes
+    psd: Complexes
+    to_points: Complexes
+    with_points: Complexes
+    points: Array
+
+
+def _added(
+    state: _State, further: Index, stiffness: Complexes, weight: Array
+) -> tuple[Array, Array]:
+    """Return mean squares (n_options, n_points) of the points and (n_options,) of the patches."""
+    r = state.receptance.shape[2]
+    s = stiffness[:, :, None, None]
+    loop = s * state.receptance[:, further]
+    loop[:, :, range(r), range(r)] += 1
+    follows = np.linalg.inv(loop)  # (I + s R)⁻¹, symmetric as R is
+    B = s * (follows @ state.to_points[:, further]).swapaxes(2, 3)
+    S = state.psd[:, further]
+    half = state.with_points[:, further] - B @ S / 2
+    psd = state.points[:, None] - 2 * np.sum(B * half.conj(), axis=3).real
+    # Σ_ij (F S)_ij F*_ij: the mean square of u over the patch
+    moved = np.sum((follows @ S) * follows.conj(), axis=(2, 3)).real
+    return np.tensordot(weight, psd, axes=1), weight @ moved
+
+
+def reduced_panel(
+    frequency: Array,
+    basis: ModalBasis,
+    patches: Patches,
+    points: Array,
+    excitation: Excitation,
+    air: SmoothStiffness | None = None,
+    *,
+    rank: int | None = None,
+    precision: type = np.complex64,
+) -> ReducedPanel:
+    """Return the panel seen from its places.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) lines [Hz].
+    patches
+        All places.
+    points
+        (n_points, n) w of the shapes at the points.
+    air
+        Of a panel in air.
+    rank
+        Motions of each place, those with the most energy on the bare panel; None for all.
+    precision
+        Of what is stored.
+
+    Raises
+    ------
+    ResponseError
+        Where it takes more than `LARGEST` bytes.
+    """
+    count, n = frequency.size, patches.shapes
+    moved, weight = _moved_by(frequency, basis, air), acceleration_weight(frequency)
+    root = np.sqrt(excitation.spectrum(frequency))
+    factors = patches.factors(1e-12)
+    largest = max(factor.shape[1] for factor in factors)
+    rank = min(rank or largest, largest)
+    width = len(points) + rank * patches.count
+    size = 2.0 * count * width * n * np.dtype(precision).itemsize
+    if size > LARGEST:
+        raise ResponseError(
+            f"{patches.count} places take up to {size / 1e9:.1f} GB; allowed are "
+            f"{LARGEST / 1e9:g} GB: a larger spacing"
+        )
+    force, energy = [], np.zeros((n, n))
+    for lines in chunks_of_lines(count, n):
+        factor = root[lines, None, None] * _force_factors(excitation, frequency[lines])
+        motion = moved(lines, np.eye(n)).in_parts(factor) * np.sqrt(weight[lines, None, None])
+        energy += sum((part @ part.conj().T).real for part in motion)
+        force.append(factor)
+    observed = np.concatenate([points.T, *(_leading(f, energy, rank) for f in factors)], axis=1)
+    columns = max(factor.shape[2] for factor in force)
+    motions = np.empty((count, n, width), precision)
+    parts = np.zeros((count, width, columns), precision)
+    for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
+        seen = moved(lines, observed)
+        motions[lines] = seen.motion()
+        parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
+    return ReducedPanel(frequency, observed, motions, parts, len(points), patches.area)
+
+
+def acceleration_weight(frequency: Array) -> Array:
+    """Return weights (nf,) with which PSDs of w sum to mean squares of the acceleration."""
+    weight = np.gradient(frequency) * (2 * np.pi * frequency) ** 4
+    weight[[0, -1]] /= 2  # the trapezoidal rule
+    return np.asarray(weight)
+
+
+def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Array:
+    """L (nf, n, k) with G = L Lᴴ."""
+    factors = excitation.factors(frequency)
+    if factors is not None:
+        return factors
+    value, vector = np.linalg.eigh(excitation(frequency))
+    root = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
+    return np.broadcast_to(root, (frequency.size, *root.shape[1:]))
+
+
+def _leading(factor: Array, energy: Array, rank: int) -> Array:
+    """E (n, rank) of U with D = U Uᵀ, the motions with the most energy; padded with none."""
+    _, vector = np.linalg.eigh(factor.T @ energy @ factor)
+    columns = factor @ vector[:, ::-1][:, :rank]
+    return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))
+
+
+def _moved_by(
+    frequency: Array, basis: ModalBasis, air: SmoothStiffness | None
+) -> Callable[[slice, Array], MovedPanel]:
+    if air is None:
+        return lambda lines, observed: InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
+    in_air = PanelInAir(frequency, basis, air)
+    return lambda lines, observed: InAir(in_air.motion(frequency[lines], observed), observed)

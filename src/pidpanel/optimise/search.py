@@ -1,0 +1,282 @@
+"""Layouts within limits: greedy search with exchange, branch and bound, checks of the bound.
+
+The search is on damping that is frozen. What a layout removes from the mean square at a point is
+nearly submodular: a damper removes less, the more there are beside it. Where that holds, the sum
+of what single dampers remove bounds what they remove together (Nemhauser, Wolsey, Fisher 1978).
+It is no theorem for dampers with mass. So it is sampled, violations are counted, and the bound is
+enlarged by the largest ratio that was found.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.optimise.bound import PriceOfMass, weights_of_points
+from pidpanel.optimise.options import Options
+from pidpanel.optimise.places import Places
+from pidpanel.optimise.reduced import ReducedPanel
+
+CHAINS = 8
+"""Random layouts on which the property is sampled, one damper after another."""
+
+TOLERANCE = 1e-4
+"""Of the bare mean square: violations below are those of single precision."""
+
+CLOSE = 0.005
+"""Share of the mean square below which branches are not searched, 0.02 dB."""
+
+Layout = tuple[int, ...]
+"""Indices of options, rising."""
+
+
+@dataclass
+class Problem:
+    """Layouts of some options within limits.
+
+    Parameters
+    ----------
+    budget
+        Largest mass [kg].
+    most
+        Number of patches at most.
+    is_largest
+        Whether the largest of the points counts, or their mean.
+
+    Attributes
+    ----------
+    evaluated
+        Mean square that counts [m²/s⁴] of every layout that was looked at.
+    """
+
+    panel: ReducedPanel
+    options: Options
+    places: Places
+    budget: float
+    most: int
+    is_largest: bool
+    evaluated: dict[Layout, float] = field(default_factory=dict)
+
+    def objective(self, mean_square: Array) -> Array:
+        """Return what is to be small of mean squares (…, n_points)."""
+        square = mean_square.max(axis=-1) if self.is_largest else mean_square.mean(axis=-1)
+        return np.asarray(square)
+
+    def mass(self, layout: Layout) -> float:
+        """Return the mass of a layout [kg]."""
+        return float(self.options.mass[list(layout)].sum())
+
+    def feasible(self, layout: Layout) -> Flags:
+        """Return (n_options,) which further dampers the limits allow."""
+        options, rest = self.options, self.budget * (1 + 1e-9) - self.mass(layout)
+        allowed = options.mass <= rest if len(layout) < self.most else np.zeros(0, bool)
+        if not allowed.size:
+            return np.zeros(options.mass.size, np.bool_)
+        filled = self.places.overlap[options.place[list(layout)]].any(axis=0)
+        return np.asarray(allowed & ~filled[options.place])
+
+    def additions(self, layout: Layout, allowed: Flags | None = None) -> Array:
+        """Return mean squares (n_options, n_points) with each further damper; ∞ if not allowed."""
+        some = self.feasible(layout) if allowed is None else self.feasible(layout) & allowed
+        square = np.full((some.size, self.panel.points), np.inf)
+        if not some.any():
+            return square
+        options, loaded, index = self.options, list(layout), np.flatnonzero(some)
+        square[index] = self.panel.additions(
+            options.place[loaded].tolist(), options.stiffness[loaded],
+            options.place[index], options.stiffness[index],
+        ).mean_square  # fmt: skip
+        values = self.objective(square[index]).tolist()
+        for option, value in zip(index.tolist(), values, strict=True):
+            self.evaluated[tuple(sorted((*layout, option)))] = value
+        return square
+
+    def mean_square(self, layout: Layout) -> Array:
+        """Return the mean squares (n_points,) of a layout."""
+        if not layout:
+            return self.panel.bare
+        last = np.arange(self.options.mass.size) == layout[-1]
+        return np.asarray(self.additions(layout[:-1], last)[layout[-1]])
+
+
+def greedy(problem: Problem) -> Layout:
+    """Return the best layout of greedy searches with exchange.
+
+    Each number of patches is tried with fillings light enough that as many fit.
+    """
+    best: Layout = ()
+    value = float(problem.objective(problem.panel.bare))
+    for count in range(1, problem.most + 1):
+        light = problem.options.mass <= problem.budget / count * (1 + 1e-9)
+        if not light.any():
+            break
+        layout: Layout = ()
+        for _ in range(count):
+            values = problem.objective(problem.additions(layout, light))
+            option = int(np.argmin(values))
+            if not np.isfinite(values[option]):
+                break
+            layout = tuple(sorted((*layout, option)))
+        layout = exchanged(problem, layout)
+        if problem.evaluated.get(layout, np.inf) < value:
+            best, value = layout, problem.evaluated[layout]
+    return best
+
+
+def exchanged(problem: Problem, layout: Layout) -> Layout:
+    """Return a layout that no exchange or addition of a damper makes better."""
+    value = problem.evaluated.get(layout, np.inf)
+    improved = True
+    while improved:
+        improved = False
+        rests = [tuple(option for option in layout if option != removed) for removed in layout]
+        for rest in [*rests, layout]:
+            values = problem.objective(problem.additions(rest))
+            option = int(np.argmin(values))
+            if values[option] < value * (1 - 1e-6):
+                layout, value = tuple(sorted((*rest, option))), float(values[option])
+                improved = True
+                break
+    return layout
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Whether what single dampers remove bounds what they remove together.
+
+    Attributes
+    ----------
+    checks, violations
+        Numbers of comparisons, and of those in which a damper removes more beside others.
+    largest
+        Largest violation, as a share of the bare mean square.
+    ratio
+        Largest of what layouts remove over the sum of what their dampers remove; at least 1.
+    """
+
+    checks: int
+    violations: int
+    largest: float
+    ratio: float
+
+
+def sample_property(problem: Problem, seed: int = 0) -> Sampling:
+    """Sample the property on random layouts, built one damper after another."""
+    generator, bare = np.random.default_rng(seed), problem.panel.bare
+    checks, violations, largest, ratio = 0, 0, 0.0, 1.0
+    for _ in range(CHAINS):
+        layout: Layout = ()
+        light = problem.options.mass <= problem.budget / problem.most * generator.uniform(1, 2)
+        states: list[tuple[Array, Array]] = []
+        drawn: list[int] = []
+        current = bare
+        while (allowed := problem.feasible(layout) & light).any():
+            states.append((current, problem.additions(layout)))
+            drawn.append(int(generator.choice(np.flatnonzero(allowed))))
+            layout = tuple(sorted((*layout, drawn[-1])))
+            current = states[-1][1][drawn[-1]]
+        gains = [start - square for start, square in states]
+        for before, after in itertools.pairwise(gains):
+            excess = ((after - before) / bare)[np.isfinite(after).all(axis=1)]
+            checks += excess.size
+            violations += int(np.count_nonzero(excess > TOLERANCE))
+            largest = max(largest, float(excess.max(initial=0.0)))
+        for index, (start, _) in enumerate(states):
+            single = np.maximum(gains[index][drawn[index:]], 0).sum(axis=0)
+            joint = start - current
+            large = single > 100 * TOLERANCE * bare
+            ratio = max(ratio, float((joint[large] / single[large]).max(initial=1.0)))
+    return Sampling(checks, violations, largest, ratio)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """The best layout, and how good any other can be on the frozen damping.
+
+    Attributes
+    ----------
+    value, bound
+        Mean square that counts of the layout, and the least that any layout can have [m²/s⁴].
+    nodes
+        Layouts whose further dampers were all evaluated.
+    """
+
+    layout: Layout
+    value: float
+    bound: float
+    nodes: int
+
+    @property
+    def gap_db(self) -> float:
+        """How much lower any other layout can be [dB]."""
+        return float(10 * np.log10(self.value / min(self.bound, self.value)))
+
+
+def branch_and_bound(problem: Problem, start: Layout, ratio: float, nodes: int) -> Proof:
+    """Return the best layout with a bound on all others.
+
+    Parameters
+    ----------
+    start
+        A good layout.
+    ratio
+        By which what further dampers remove is enlarged.
+    nodes
+        Layouts whose further dampers are evaluated at most.
+    """
+    best = start
+    value = float(problem.objective(problem.mean_square(start)))
+    counter = itertools.count()
+    every = np.ones(problem.options.mass.size, np.bool_)
+    heap: list[tuple[float, int, Layout, Flags]] = [(0.0, next(counter), (), every)]
+    done, closed = 0, value
+    while heap and done < nodes:
+        bound, _, layout, allowed = heapq.heappop(heap)
+        if bound >= value * (1 - CLOSE):
+            closed = min(closed, bound)
+            heap.clear()
+            break
+        done += 1
+        square = problem.additions(layout, allowed)
+        values = problem.objective(square)
+        if (option := int(np.argmin(values))) >= 0 and values[option] < value:
+            best, value = tuple(sorted((*layout, option))), float(values[option])
+        for below, option, rest in _children(problem, layout, square, ratio):
+            if below < value * (1 - CLOSE):
+                child = tuple(sorted((*layout, option)))
+                heapq.heappush(heap, (below, next(counter), child, rest))
+            else:
+                closed = min(closed, below)
+    bounds = [entry[0] for entry in heap]
+    return Proof(best, value, min([value, closed, *bounds]), done)
+
+
+def _children(
+    problem: Problem, layout: Layout, square: Array, ratio: float
+) -> Iterator[tuple[float, int, Flags]]:
+    """Yield bound, option and further options of each branch; each layout is in one of them."""
+    free = problem.most - len(layout) - 1
+    finite = np.isfinite(square[:, 0])
+    if not finite.any() or free == 0:
+        return
+    options, places = problem.options, problem.places
+    start = problem.mean_square(layout)
+    weights = weights_of_points(problem.panel.points, is_largest=problem.is_largest)
+    gains = np.where(finite[:, None], start - np.where(finite[:, None], square, 0), 0) @ weights.T
+    prices = PriceOfMass(ratio * gains, options.mass, places.group[options.place], free)
+    rest = problem.budget - problem.mass(layout) - options.mass
+    order = np.flatnonzero(finite)
+    order = order[np.argsort(problem.objective(square[order]))]
+    allowed = finite.copy()
+    for option in order.tolist():
+        allowed[option] = False
+        further = allowed & ~places.overlap[options.place[option]][options.place]
+        further &= options.mass <= rest[option] + 1e-12
+        if further.any():
+            removed = prices.most(further, rest[option])
+            yield float(np.max(weights @ square[option] - removed)), option, further
