@@ -155,7 +155,14 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}",
         )
     yield from _check_layouts(study)
-    yield from check_sections(study.panel, study.sound, study.response, resolved_masses(study))
+    mistakes = list(
+        check_sections(study.panel, study.sound, study.response, resolved_masses(study))
+    )
+    yield from mistakes
+    if study.optimise is not None and not mistakes:
+        from pidpanel.optimise.from_study import mistakes_of_search
+
+        yield from mistakes_of_search(study)
 
 
 def _check_tables(study: Study) -> Iterator[Mistake]:

@@ -1,6 +1,6 @@
 """The most that further dampers can remove, by the sum of what each removes alone.
 
-Of all dampers on different groups of places, so many at most and within a mass M, the sum is bounded
+Of dampers on different groups of places, so many at most and within a mass M, the sum is bounded
 for any price μ ≥ 0 of mass by Lagrange's relaxation:
 
     Σ gain ≤ μ M + Σ over the best groups of max over their dampers (gain − μ mass)₊.

@@ -64,6 +64,16 @@ class Options:
     stiffness: Complexes
     acceleration_g: Array
 
+    def subset(self, index: Index, used: Index) -> Options:
+        """Return some options, with places numbered by those that are used (rising)."""
+        return Options(
+            np.searchsorted(used, self.place[index]),
+            self.filling[index],
+            self.mass[index],
+            self.stiffness[index],
+            self.acceleration_g[index],
+        )
+
 
 def frozen_options(
     panel: ReducedPanel, fillings: Sequence[Filling], factor: float = 1.0

@@ -98,7 +98,8 @@ class ReducedPanel:
                     self._columns.pop(next(iter(self._columns)))
                 self._columns[place] = self._between(slice(None), self._index[place])
             columns.append(self._columns[place])
-        return tuple(np.concatenate(part, axis=2) for part in zip(*columns, strict=True))
+        receptance, psd = zip(*columns, strict=True)
+        return np.concatenate(receptance, axis=2), np.concatenate(psd, axis=2)
 
     @property
     def bare(self) -> Array:
@@ -261,7 +262,7 @@ def reduced_panel(
         force.append(factor)
     observed = np.concatenate([points.T, *(_leading(f, energy, rank) for f in factors)], axis=1)
     columns = max(factor.shape[2] for factor in force)
-    motions = np.empty((count, n, width), precision)
+    motions: Complexes = np.empty((count, n, width), precision)
     parts = np.zeros((count, width, columns), precision)
     for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
         seen = moved(lines, observed)

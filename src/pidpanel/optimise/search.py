@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.optimise.bound import PriceOfMass, weights_of_points
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
@@ -62,6 +62,14 @@ class Problem:
     is_largest: bool
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
+    def on_places(self, used: Index, layouts: Sequence[Layout]) -> tuple[Problem, list[Layout]]:
+        """Return the problem with some of its places, and layouts in its options."""
+        index = np.flatnonzero(np.isin(self.options.place, used))
+        position = {option: number for number, option in enumerate(index.tolist())}
+        options = self.options.subset(index, used)
+        fewer = replace(self, options=options, places=self.places.subset(used), evaluated={})
+        return fewer, [tuple(position[option] for option in layout) for layout in layouts]
+
     def objective(self, mean_square: Array) -> Array:
         """Return what is to be small of mean squares (…, n_points)."""
         square = mean_square.max(axis=-1) if self.is_largest else mean_square.mean(axis=-1)
@@ -74,11 +82,9 @@ class Problem:
     def feasible(self, layout: Layout) -> Flags:
         """Return (n_options,) which further dampers the limits allow."""
         options, rest = self.options, self.budget * (1 + 1e-9) - self.mass(layout)
-        allowed = options.mass <= rest if len(layout) < self.most else np.zeros(0, bool)
-        if not allowed.size:
-            return np.zeros(options.mass.size, np.bool_)
-        filled = self.places.overlap[options.place[list(layout)]].any(axis=0)
-        return np.asarray(allowed & ~filled[options.place])
+        filled = self.places.overlap[options.place[list(layout)]].sum(axis=0) > 0
+        fits = (options.mass <= rest) & (len(layout) < self.most)
+        return np.asarray(fits & ~filled[options.place])
 
     def additions(self, layout: Layout, allowed: Flags | None = None) -> Array:
         """Return mean squares (n_options, n_points) with each further damper; ∞ if not allowed."""
@@ -182,7 +188,8 @@ def sample_property(problem: Problem, seed: int = 0) -> Sampling:
             current = states[-1][1][drawn[-1]]
         gains = [start - square for start, square in states]
         for before, after in itertools.pairwise(gains):
-            excess = ((after - before) / bare)[np.isfinite(after).all(axis=1)]
+            both = np.isfinite(after).all(axis=1) & np.isfinite(before).all(axis=1)
+            excess = (after[both] - before[both]) / bare
             checks += excess.size
             violations += int(np.count_nonzero(excess > TOLERANCE))
             largest = max(largest, float(excess.max(initial=0.0)))

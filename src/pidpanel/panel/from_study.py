@@ -6,6 +6,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
@@ -170,6 +172,26 @@ class StudiedPanel:
         inputs = self.panel.support_input
         plain = inputs.outline == "simply_supported" and not (inputs.edges or inputs.points)
         return self.panel.size if plain and not self.attachments else None
+
+    @cached_property
+    def area(self) -> BaseGeometry:
+        """The area of the panel without its holes [m]."""
+        if self.foreign is not None:
+            return area_of(self.foreign.panel_mesh({}, {}))
+        return area_within(self._outline, self._holes.values())
+
+    @property
+    def obstacles(self) -> list[BaseGeometry]:
+        """What stands on the panel: supports at points with their feet, springs and masses [m]."""
+        feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
+        points = [point.position for point in self.supports.points.values()]
+        lines = []
+        for attached in self.attachments.values():
+            if isinstance(attached, LineMass):
+                lines.append(shapely.LineString([attached.start, attached.end]))
+            else:
+                points.append(attached.position)
+        return [*feet, *lines, *map(shapely.Point, points)]
 
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].

@@ -30,7 +30,14 @@ from pidpanel.report.inputs import (
 )
 from pidpanel.report.known_errors import PARTLY, without_errors
 from pidpanel.report.names import FilledPatch, ReportedScenario
-from pidpanel.report.read import read_by_point, read_coupled, read_damping, read_dataset, read_runs
+from pidpanel.report.read import (
+    read_by_point,
+    read_coupled,
+    read_damping,
+    read_dataset,
+    read_proposal,
+    read_runs,
+)
 from pidpanel.report.study_page import study_page
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
@@ -133,6 +140,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
         coupled=read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
         if study.is_coupled
         else None,
+        proposal=None if study.optimise is None else read_proposal(folder / "optimise"),
         damping={
             name: read_damping(
                 name,

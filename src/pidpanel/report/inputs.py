@@ -137,6 +137,16 @@ class CoupledResults:
 
 
 @dataclass(frozen=True)
+class ProposalResults:
+    """What the optimise stage left; points as text."""
+
+    layouts: pd.DataFrame  # ``optimise/layouts.csv``
+    front: pd.DataFrame  # ``optimise/front.csv``
+    summary: pd.DataFrame  # ``optimise/summary.csv``
+    search: pd.Series  # ``optimise/search.csv``, values by quantity
+
+
+@dataclass(frozen=True)
 class Inputs:
     """All that the page of a study with a panel is made from."""
 
@@ -155,6 +165,7 @@ class Inputs:
     radiation: pd.DataFrame | None = None  # ``response/radiation.csv``, if asked for
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     coupled: CoupledResults | None = None  # None without coupled runs
+    proposal: ProposalResults | None = None  # None without the section ``optimise``
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
 
     @property

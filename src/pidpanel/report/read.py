@@ -14,7 +14,12 @@ from pidpanel.damping import surface_files
 from pidpanel.paths import of_damper
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
-from pidpanel.report.inputs import CoupledResults, CouponResults, DampingResults
+from pidpanel.report.inputs import (
+    CoupledResults,
+    CouponResults,
+    DampingResults,
+    ProposalResults,
+)
 
 STEADINESS_SHOWN = 6
 """Cases of which the cycles are shown."""
@@ -38,6 +43,13 @@ def read_coupled(folder: Path, *, with_verdict: bool) -> CoupledResults:
     )
     verdict = read_by_point(folder / "verdict.csv") if with_verdict else None
     return CoupledResults(summary, psd, impedance, verdict)
+
+
+def read_proposal(folder: Path) -> ProposalResults:
+    """Read what the optimise stage left."""
+    layouts, front = (pd.read_csv(folder / f"{name}.csv") for name in ("layouts", "front"))
+    search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
+    return ProposalResults(layouts, front, read_by_point(folder / "summary.csv"), search)
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:

@@ -25,6 +25,7 @@ from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.names import with_names
+from pidpanel.report.optimise_section import optimise_section
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
@@ -40,6 +41,8 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     """Return the whole page; call it within `style.context`."""
     study = inputs.study
     answer = answer_of(study, inputs.summary)
+    proposal = inputs.proposal
+    proposed = [] if proposal is None else [optimise_section(proposal, inputs.basis)]
     return Page(
         title=study.title,
         answer=headline(answer) if answer else NOTHING_MOVES,
@@ -50,7 +53,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         summary=outcome(study, inputs.summary),
         warnings=study_warnings(inputs),
         claims=_claims(inputs),
-        sections=[replace(section, folded=True) for section in _sections(inputs)],
+        sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
         steps=steps,
     )
 

@@ -15,6 +15,7 @@ from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
 from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
+from pidpanel.study.optimise import Optimise, mistakes_of_optimise
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
 from pidpanel.study.scenarios import (
@@ -50,6 +51,8 @@ class Study(CouponStudy):
     """Quantities computed for the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
     """Families of one patch, and layouts; none for a study of the bare panel."""
+    optimise: Optimise | None = None
+    """Search for layouts within a mass budget."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
@@ -63,6 +66,7 @@ class Study(CouponStudy):
             return
         yield from self._mistakes_of_labels()
         yield from self._mistakes_of_tones()
+        yield from mistakes_of_optimise(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:

@@ -1,0 +1,65 @@
+"""A panel with dampers on places of a grid in place of the patches of its study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.optimise.places import Places, overlaps_of
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.response.panel import PanelInSound
+
+
+@dataclass(frozen=True)
+class PlacedPanel(PanelInSound):
+    """A panel whose patches are places, which elements need not follow.
+
+    Parameters
+    ----------
+    place_area
+        Of each place [m²].
+    """
+
+    place_area: float = 0.0
+
+    @cached_property
+    def patch_area(self) -> Array:
+        """(n_patches,) [m²]."""
+        return np.full(len(self.basis.patch_names), self.place_area)
+
+
+def placed(
+    panel: PanelInSound, plate: StoredPlate, places: Places, names: Sequence[str]
+) -> tuple[PlacedPanel, StoredPlate, float]:
+    """Return a panel and its plate with places as patches.
+
+    Returns
+    -------
+    panel, plate
+        In the basis of the panel stage.
+    area_error
+        Largest relative error of the area of a place on the mesh, before it is scaled.
+    """
+    overlap, error = overlaps_of(
+        places, plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature
+    )
+    shapes = plate.shapes.astype(np.float64)
+    reduced = np.array([shapes.T @ (D @ shapes) for D in overlap])
+    basis = panel.basis
+    centre = basis.vertex_position[basis.cells].mean(axis=1)
+    basis = replace(
+        basis,
+        patch_overlap=(reduced + reduced.swapaxes(1, 2)) / 2,
+        patch_names=tuple(names),
+        cell_in_patch=places.contains(centre),
+    )
+    values = {item.name: getattr(panel, item.name) for item in fields(PanelInSound)}
+    return (
+        PlacedPanel(**{**values, "basis": basis}, place_area=places.area),
+        replace(plate, patch_overlap=dict(zip(names, overlap, strict=True))),
+        float(error.max()),
+    )

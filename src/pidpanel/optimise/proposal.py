@@ -1,0 +1,188 @@
+"""What is proposed: layouts to confirm, and tables of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.optimise.finalists import Finalist
+from pidpanel.optimise.options import Filling
+from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
+from pidpanel.optimise.variants import VARIANTS
+
+BUDGETS = 5
+"""Even budgets up to that of the study, each with a search of its own."""
+
+BEST = 5
+"""Best layouts of the search that are confirmed, beside the lightest of each reduction."""
+
+COMPUTED = 0.05
+"""Difference of reductions that computing leaves: lines, basis, frozen damping [dB]."""
+
+
+def layouts_to_confirm(problem: Problem, best: Layout) -> list[Layout]:
+    """Return the best layouts of a search, and the best of each smaller budget."""
+    budget = problem.budget
+    for number in range(1, BUDGETS):
+        problem.budget = budget * number / BUDGETS
+        greedy(problem)
+    problem.budget = budget
+    value = problem.evaluated
+    ranked = sorted(value, key=lambda layout: (value[layout], len(layout), layout))
+    chosen = [best, *[layout for layout in ranked if layout != best][: BEST - 1]]
+    for number in range(1, BUDGETS):
+        limit = budget * number / BUDGETS * (1 + 1e-9)
+        lightest = next((layout for layout in ranked if problem.mass(layout) <= limit), None)
+        if lightest is not None and lightest not in chosen:
+            chosen.append(lightest)
+    return chosen
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """Layouts at their consistent motion.
+
+    Attributes
+    ----------
+    layouts, finalists
+        In the order in which they were confirmed.
+    counted
+        (n,) points that count.
+    variants_db
+        (n_layouts, n_variants) reductions of `variants` [dB].
+    """
+
+    problem: Problem
+    fillings: Sequence[Filling]
+    layouts: Sequence[Layout]
+    finalists: Sequence[Finalist]
+    counted: Index
+    variants_db: Array
+
+    def reduction(self, bare: Array, rms: Array) -> float:
+        """Return the reduction [dB] of what counts of rms values (n_points,)."""
+        squares = (np.asarray(values)[self.counted] ** 2 for values in (bare, rms))
+        first, second = (float(self.problem.objective(square)) for square in squares)
+        return float(10 * np.log10(first / second))
+
+    def error(self, finalist: Finalist) -> float:
+        """Return the standard error of the reduction [dB], with errors that all points share."""
+        square = finalist.acceleration_rms[self.counted] ** 2
+        error = finalist.log_rms_error[self.counted]
+        if self.problem.is_largest:
+            share = np.arange(square.size) == np.argmax(square)
+        else:
+            share = square / square.sum()
+        return float(20 / np.log(10) * np.sum(share * error))
+
+    def front_table(self) -> pd.DataFrame:
+        """Return a row per layout, the best first."""
+        bare_value = float(self.problem.objective(self.problem.panel.bare))
+        names = [f"{name}_reduction_db" for name in VARIANTS]
+        rows = []
+        for number, (layout, finalist) in enumerate(zip(self.layouts, self.finalists, strict=True)):
+            bare = finalist.bare_rms
+            variants = dict(zip(names, self.variants_db[number].tolist(), strict=True))
+            dead = self.reduction(bare, finalist.dead_weight_rms)
+            reduction = self.reduction(bare, finalist.acceleration_rms)
+            rows.append(
+                {
+                    "confirmed": number,
+                    "patches": len(layout),
+                    "mass_kg": self.problem.mass(layout),
+                    "reduction_db": reduction,
+                    "reduction_error_db": self.error(finalist),
+                    "search_reduction_db": 10
+                    * np.log10(bare_value / self.problem.evaluated[layout]),
+                    "dead_weight_reduction_db": dead,
+                    "loses_to_dead_weight": reduction < dead,
+                    "basis_error": finalist.basis_error,
+                    **variants,
+                }
+            )
+        table = pd.DataFrame(rows).sort_values("reduction_db", ascending=False, kind="stable")
+        best = table.iloc[0]
+        margin = max(float(best["reduction_error_db"]), COMPUTED)
+        table["is_equivalent"] = table["reduction_db"] >= best["reduction_db"] - margin
+        by_mass = table.sort_values(["mass_kg", "patches"], kind="stable")["reduction_db"]
+        table["is_on_front"] = by_mass > by_mass.cummax().shift(fill_value=0.0)
+        table["largest_regret_db"] = (table[names].max() - table[names]).max(axis=1)
+        table.insert(0, "layout", np.arange(1, len(table) + 1))
+        return table
+
+    def patch_table(self, front: pd.DataFrame) -> pd.DataFrame:
+        """Return a row per patch of each layout."""
+        options, places = self.problem.options, self.problem.places
+        rows = []
+        for name, number in zip(front["layout"], front["confirmed"], strict=True):
+            layout, finalist = self.layouts[number], self.finalists[number]
+            for option, gamma in zip(layout, finalist.acceleration_g.tolist(), strict=True):
+                filling = self.fillings[options.filling[option]]
+                x, y = places.centre[options.place[option]]
+                rows.append(
+                    {
+                        "layout": name,
+                        "centre_x_m": x,
+                        "centre_y_m": y,
+                        "size_x_m": places.size[0],
+                        "size_y_m": places.size[1],
+                        "damper": filling.damper,
+                        "fill_fraction": filling.fill_fraction,
+                        "mass_kg": options.mass[option],
+                        "acceleration_g": gamma,
+                    }
+                )
+        return pd.DataFrame(rows)
+
+    def point_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
+        """Return a row per layout and point."""
+        rows = []
+        for name, number in zip(front["layout"], front["confirmed"], strict=True):
+            finalist = self.finalists[number]
+            for index, point in enumerate(points):
+                rms = finalist.acceleration_rms[index]
+                rows.append(
+                    {
+                        "layout": name,
+                        "point": point,
+                        "counts": index in self.counted,
+                        "bare_rms_g": finalist.bare_rms[index] / STANDARD_GRAVITY,
+                        "acceleration_rms_g": rms / STANDARD_GRAVITY,
+                        "acceleration_rms_error_g": rms
+                        * finalist.log_rms_error[index]
+                        / STANDARD_GRAVITY,
+                        "dead_weight_rms_g": finalist.dead_weight_rms[index] / STANDARD_GRAVITY,
+                    }
+                )
+        return pd.DataFrame(rows)
+
+
+def search_table(
+    problem: Problem, proof: Proof, sampling: Sampling, front: pd.DataFrame, area_error: float
+) -> pd.DataFrame:
+    """Return what the search did and what it proved, a row per quantity."""
+    best = front.iloc[0]
+    margin = max(float(best["reduction_error_db"]), COMPUTED)
+    values = np.array(list(problem.evaluated.values()))
+    close = values <= proof.value * 10 ** (margin / 10)
+    rows = {
+        "budget_kg": problem.budget,
+        "places": len(problem.places.lower),
+        "options": problem.options.mass.size,
+        "evaluated_layouts": values.size,
+        "equivalent_layouts": int(np.count_nonzero(close)),
+        "equivalent_within_db": margin,
+        "gap_db": proof.gap_db,
+        "nodes": proof.nodes,
+        "submodularity_checks": sampling.checks,
+        "submodularity_violations": sampling.violations,
+        "largest_violation": sampling.largest,
+        "bound_factor": sampling.ratio,
+        "area_error": area_error,
+    }
+    return pd.DataFrame({"quantity": list(rows), "value": list(rows.values())})

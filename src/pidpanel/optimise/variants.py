@@ -1,0 +1,67 @@
+"""Layouts on panels and under sound that differ from the stated ones, as in the search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.optimise.options import Filling, frozen_options
+from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.search import Layout, Problem
+
+LEVELS_DB = (-6.0, 6.0)
+"""Changes of the sound level."""
+
+DAMPING_FACTORS = (0.5, 2.0)
+"""On the damping ratio of the panel."""
+
+MASS_FACTORS = (0.9, 1.1)
+"""On C_e and m_a: the tolerance of the mass that is filled in."""
+
+VARIANTS = (
+    *(f"level_{level:+g}_db" for level in LEVELS_DB),
+    *(f"damping_ratio_x{factor:g}" for factor in DAMPING_FACTORS),
+    *(f"damper_mass_x{factor:g}" for factor in MASS_FACTORS),
+)
+
+
+def reductions(
+    problem: Problem,
+    fillings: Sequence[Filling],
+    layouts: Sequence[Layout],
+    panel_with: Callable[[float], ReducedPanel],
+) -> Array:
+    """Return the reduction of what counts of each layout with each of `VARIANTS`.
+
+    The damping is frozen at the motion of each damper alone in the variant.
+
+    Parameters
+    ----------
+    panel_with
+        Factor on the damping ratio → the panel with the places of the problem.
+
+    Returns
+    -------
+    (n_layouts, n_variants) [dB].
+    """
+    varied = [
+        replace(problem, options=frozen_options(problem.panel, fillings, 10 ** (level / 10)))
+        for level in LEVELS_DB
+    ]
+    for factor in DAMPING_FACTORS:
+        panel = panel_with(factor)
+        varied.append(replace(problem, panel=panel, options=frozen_options(panel, fillings)))
+    for factor in MASS_FACTORS:
+        options = problem.options
+        scaled = replace(options, stiffness=np.complex64(factor) * options.stiffness)
+        varied.append(replace(problem, options=scaled))
+    columns = []
+    for variant in varied:
+        variant = replace(variant, evaluated={})
+        bare = float(variant.objective(variant.panel.bare))
+        squares = [float(variant.objective(variant.mean_square(layout))) for layout in layouts]
+        columns.append(10 * np.log10(bare / np.array(squares)))
+    return np.stack(columns, axis=1)

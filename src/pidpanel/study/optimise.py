@@ -1,0 +1,89 @@
+"""The section ``optimise`` of a study: dampers placed within a mass budget."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pidpanel.study.base import Fill, SectionModel, Size, Text
+from pidpanel.study.mistakes import Mistake, mistakes_of_names, not_among
+from pidpanel.study.panel import Area
+from pidpanel.study.quantity import Quantity, whole
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
+
+MOST_PATCHES = 6
+"""Patches of a layout; the search grows steeply with them."""
+
+
+class Optimise(SectionModel):
+    """Search for the places, fill fractions and dampers that reduce the response most."""
+
+    mass_kg: Annotated[float, Quantity(0, 1000, low_itself=False, units=(("g", 1e-3),))]
+    """Mass budget of all dampers together [kg]."""
+    patch_size_m: tuple[Size, Size]
+    """Lengths of a patch along x and y [m]."""
+    patches_at_most: Annotated[int, whole(1, MOST_PATCHES)] = 3
+    """Largest number of patches in a layout."""
+    spacing_m: tuple[Size, Size] | None = None
+    """Distance between the places of a patch along x and y [m]; by default half of the patch."""
+    dampers: tuple[Text, ...] = ()
+    """Dampers to choose from, by name; by default all of the study."""
+    fill_fraction: tuple[Fill, ...] = ()
+    """Fill fractions to choose from, for dampers that have one."""
+    points: tuple[Text, ...] = ()
+    """Response points that count; by default all."""
+    objective: Literal["largest", "mean_square"] = "largest"
+    """What is to be small: the ``largest`` rms acceleration of the points, or their mean square."""
+    forbidden: Mapping[str, Area] = {}
+    """Areas without dampers, by name. Holes, supports and masses need no mention."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield names that are given twice or cannot be used."""
+        yield from mistakes_of_names("forbidden", self.forbidden)
+        for key in ("dampers", "fill_fraction", "points"):
+            values = getattr(self, key)
+            if len(set(values)) < len(values):
+                yield Mistake((key,), "has a value twice")
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance between places along x and y [m]."""
+        x, y = self.patch_size_m
+        return self.spacing_m or (x / 2, y / 2)
+
+
+def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
+    """Yield dampers and points that are not there, and dampers that cannot be placed."""
+    section = study.optimise
+    if section is None:
+        return
+    for mistake in _mistakes_of(section, study):
+        yield mistake.prefix("optimise")
+
+
+def _mistakes_of(section: Optimise, study: Study) -> Iterator[Mistake]:
+    if study.response.modal_damping != "full":
+        yield Mistake((), "only allowed with response.modal_damping: full")
+    names = list(study.all_dampers)
+    if not names:
+        yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")
+    for index, name in enumerate(section.dampers):
+        if name not in names:
+            yield Mistake(("dampers", index), not_among("dampers", name, names))
+    for index, name in enumerate(section.points):
+        if name not in study.panel.points:
+            allowed = list(study.panel.points)
+            yield Mistake(("points", index), not_among("panel.points", name, allowed))
+    for name in section.dampers or names:
+        damper = study.all_dampers.get(name)
+        if damper is None:
+            continue
+        if damper.coupon is not None and name not in study.surfaces:
+            says = f"{name} needs its surface of single tones: a scenario with this damper and "
+            yield Mistake(("dampers",), f"{says}damping.readings: [stated], or a table")
+        if damper.law is not None:
+            yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
+        if damper.is_of_a_fill and not section.fill_fraction:
+            yield Mistake(("fill_fraction",), f"missing; required for the damper {name}")

@@ -1,0 +1,57 @@
+"""Additions to layouts against the solver of all layouts."""
+
+import numpy as np
+import pytest
+from random_panels import RandomPanel
+
+from pidpanel.solve import layouts
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.panel import ModalPanel
+
+
+@pytest.fixture(scope="module")
+def panel():
+    return RandomPanel(0)
+
+
+def stiffness(panel, fillings):
+    read = [filling.damping(panel.frequency, np.nan)[:2] for filling in fillings]
+    return np.array([patch_stiffness(panel.frequency, *values) for values in read])
+
+
+def solved(panel, places, fillings):
+    loads = [Load(p, f.damping, False) for p, f in zip(places, fillings, strict=True)]
+    model = ModalPanel(panel.basis, panel.patches, panel.frequency, panel.points, panel.frequency)
+    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    return answer
+
+
+@pytest.mark.parametrize("places", [(0,), (1, 6), (0, 7, 3)])
+def test_a_layout_is_that_of_the_solver(panel, places):
+    reduced = panel.reduced(precision=np.complex128)
+    fillings = [panel.fillings[k % 2] for k in range(len(places))]
+    s = stiffness(panel, fillings)
+    added = reduced.additions(places[:-1], s[:-1], np.array(places[-1:]), s[-1:])
+    answer = solved(panel, places, fillings)
+    rms = np.sqrt(added.mean_square[0])
+    assert rms == pytest.approx(answer.response.acceleration_rms, rel=1e-6)
+    gamma = np.sqrt(2 * added.patch_mean_square) / 9.80665
+    assert gamma == pytest.approx(answer.patch_acceleration_g[-1:], rel=1e-3)  # SEARCH_CUTOFF
+
+
+def test_four_motions_of_a_place_in_single_precision_give_rms_values_within_half_a_percent(panel):
+    s = stiffness(panel, panel.fillings)
+    further, added = np.array([6]), s[1:]
+    values = [
+        panel.reduced(**how).additions((1,), s[:1], further, added).mean_square
+        for how in ({"precision": np.complex128}, {"rank": 4})
+    ]
+    assert np.sqrt(values[1] / values[0]) == pytest.approx(1, abs=5e-3)
+    assert np.any(values[1] != values[0])
+
+
+def test_the_bare_panel_is_that_of_the_solver(panel):
+    answer = solved(panel, (), ())
+    bare = panel.reduced(precision=np.complex128).bare
+    assert np.sqrt(bare) == pytest.approx(answer.response.acceleration_rms, rel=1e-9)
