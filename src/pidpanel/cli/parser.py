@@ -16,6 +16,7 @@ COMMANDS = (
     "check",
     "estimate",
     "run",
+    "optimise",
     "status",
     "report",
     "compare",

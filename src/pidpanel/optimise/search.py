@@ -22,7 +22,7 @@ from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
 from pidpanel.optimise.reduced import ReducedPanel
 
-CHAINS = 8
+CHAINS = 5
 """Random layouts on which the property is sampled, one damper after another."""
 
 TOLERANCE = 1e-4
