@@ -13,7 +13,7 @@ from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.cases import ResponseScenario, SolvedCase
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.model_error import model_error_of, with_model_error
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.layout import LayoutResponse
@@ -45,7 +45,7 @@ class Finalist:
 
 
 def confirm(
-    panel: PanelInSound,
+    panel: ResponsePanel,
     plate: StoredPlate,
     layouts: Sequence[Sequence[PatchFilling]],
     models: Mapping[str, DampingReading],

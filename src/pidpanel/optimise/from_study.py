@@ -26,7 +26,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.response.dampers import PatchDamper, PatchFilling
-from pidpanel.response.from_study import PanelFiles, read_panel_in_sound
+from pidpanel.response.from_study import PanelFiles, read_response_panel
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.study import Study
@@ -172,7 +172,7 @@ def write_proposal(
     """
     section, places, models = section_of(study), places_of(study), models_of(study, damping)
     fillings = fillings_of(study, models)
-    start = read_panel_in_sound(study, files, study.response.radiation)
+    start = read_response_panel(study, files, study.response.radiation)
     plate = read_plate(plate_nc)
     names = [_name(index) for index in range(len(places.lower))]
     panel, _, area_error = placed(start, plate, places, names)

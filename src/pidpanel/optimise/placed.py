@@ -11,11 +11,11 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.optimise.places import Places, overlaps_of
 from pidpanel.panel.plate_files import StoredPlate
-from pidpanel.response.panel import PanelInSound
+from pidpanel.response.panel import ResponsePanel
 
 
 @dataclass(frozen=True)
-class PlacedPanel(PanelInSound):
+class PlacedPanel(ResponsePanel):
     """A panel whose patches are places, which elements need not follow.
 
     Parameters
@@ -33,7 +33,7 @@ class PlacedPanel(PanelInSound):
 
 
 def placed(
-    panel: PanelInSound, plate: StoredPlate, places: Places, names: Sequence[str]
+    panel: ResponsePanel, plate: StoredPlate, places: Places, names: Sequence[str]
 ) -> tuple[PlacedPanel, StoredPlate, float]:
     """Return a panel and its plate with places as patches.
 
@@ -57,7 +57,7 @@ def placed(
         patch_names=tuple(names),
         cell_in_patch=places.contains(centre),
     )
-    values = {item.name: getattr(panel, item.name) for item in fields(PanelInSound)}
+    values = {item.name: getattr(panel, item.name) for item in fields(ResponsePanel)}
     return (
         PlacedPanel(**{**values, "basis": basis}, place_area=places.area),
         replace(plate, patch_overlap=dict(zip(names, overlap, strict=True))),
