@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import shapely
 
-from pidpanel.optimise.options import Filling, frozen_options
+from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.places import places_on
 from pidpanel.optimise.reduced import reduced_panel
 from pidpanel.optimise.search import Problem
@@ -73,7 +73,7 @@ class RandomPanel:
             every = np.ones(frequency.shape)
             return value * every, mass * every, every > 0
 
-        return Filling(name, None, read, True, mass)
+        return FilledDamper(name, None, read, True, mass)
 
     def reduced(self, **more):
         return reduced_panel(

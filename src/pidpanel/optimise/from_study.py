@@ -15,7 +15,7 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.optimise.finalists import confirm
-from pidpanel.optimise.options import Filling, frozen_options
+from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.placed import PlacedPanel, placed
 from pidpanel.optimise.places import NoPlace, Places, places_on
 from pidpanel.optimise.proposal import Proposals, layouts_to_confirm, search_table
@@ -85,7 +85,7 @@ def models_of(study: Study, folder: Path | None) -> dict[str, DampingReading]:
     return models
 
 
-def fillings_of(study: Study, models: Mapping[str, DampingReading]) -> list[Filling]:
+def fillings_of(study: Study, models: Mapping[str, DampingReading]) -> list[FilledDamper]:
     """Return every damper at every fill fraction."""
     section, stated = section_of(study), study.damping.level.acceleration_g
     fillings = []
@@ -97,7 +97,7 @@ def fillings_of(study: Study, models: Mapping[str, DampingReading]) -> list[Fill
             damping, follows = load.damping, load.depends_on_acceleration
             if stated is not None:
                 damping, follows = _at(damper, stated), False
-            fillings.append(Filling(name, fill, damping, follows, damper.mass_per_area))
+            fillings.append(FilledDamper(name, fill, damping, follows, damper.mass_per_area))
     return fillings
 
 
@@ -152,7 +152,7 @@ def _name(place: int) -> str:
     return f"place {place}"
 
 
-def _filled(problem: Problem, fillings: Sequence[Filling], option: int) -> PatchFilling:
+def _filled(problem: Problem, fillings: Sequence[FilledDamper], option: int) -> PatchFilling:
     filling = fillings[problem.options.filling[option]]
     name = _name(int(problem.options.place[option]))
     return PatchFilling(name, filling.damper, filling.fill_fraction)

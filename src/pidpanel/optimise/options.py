@@ -20,7 +20,7 @@ ROUNDS = 8
 
 
 @dataclass(frozen=True)
-class Filling:
+class FilledDamper:
     """A damper at a fill fraction.
 
     Parameters
@@ -76,7 +76,7 @@ class Options:
 
 
 def frozen_options(
-    panel: ReducedPanel, fillings: Sequence[Filling], factor: float = 1.0
+    panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float = 1.0
 ) -> Options:
     """Return every filling on every place of a panel.
 

@@ -11,7 +11,7 @@ import pandas as pd
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.optimise.finalists import Finalist
-from pidpanel.optimise.options import Filling
+from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
 
@@ -58,7 +58,7 @@ class Proposals:
     """
 
     problem: Problem
-    fillings: Sequence[Filling]
+    fillings: Sequence[FilledDamper]
     layouts: Sequence[Layout]
     finalists: Sequence[Finalist]
     counted: Index

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.optimise.options import Filling, frozen_options
+from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.optimise.search import Layout, Problem
 
@@ -30,7 +30,7 @@ VARIANTS = (
 
 def reductions(
     problem: Problem,
-    fillings: Sequence[Filling],
+    fillings: Sequence[FilledDamper],
     layouts: Sequence[Layout],
     panel_with: Callable[[float], ReducedPanel],
 ) -> Array:
