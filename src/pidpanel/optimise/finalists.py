@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.shapes import residual_vectors
 from pidpanel.response.cases import ResponseScenario, SolvedCase
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.model_error import model_error_of, with_model_error
-from pidpanel.response.panel import ResponsePanel
+from pidpanel.response.panel import ResponsePanel, widen
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
+from pidpanel.solve.basis_error import basis_shapes
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.model import ResponseError
+
+STATIC_TOLERANCE = 1e-2
+"""Share of the largest static response to a patch below which a direction is left out."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +71,21 @@ def confirm(
     """
     scenarios = [_scenario(str(index), fillings) for index, fillings in enumerate(layouts)]
     stated = DampingModels(("stated",), {}, models)
-    checked = checked_responses(panel, plate, scenarios, stated)
+    checked = checked_responses(*with_static_shapes(panel, plate), scenarios, stated)
     return [
         _finalist(case, error)
         for case, error in zip(checked.cases, checked.basis_error.tolist(), strict=True)
     ]
+
+
+def with_static_shapes(
+    panel: ResponsePanel, plate: StoredPlate
+) -> tuple[ResponsePanel, StoredPlate]:
+    """Return a panel and its plate with the static response to its patches in the basis."""
+    modes = plate.shapes[:, ~panel.basis.is_residual].astype(np.float64)
+    _, static = residual_vectors(plate, modes, STATIC_TOLERANCE)
+    shapes = basis_shapes(panel.basis, plate, static).vectors.astype(np.float32)
+    return widen(panel, plate, static), replace(plate, shapes=shapes)
 
 
 def _scenario(label: str, fillings: Sequence[PatchFilling]) -> ResponseScenario:

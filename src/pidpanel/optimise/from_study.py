@@ -39,7 +39,7 @@ LINES_PER_BANDWIDTH = 2.0
 RANK = 4
 """Motions of each place in the search: g rms within 0.2 %."""
 
-NODES = 30
+NODES = 200
 """Layouts whose further dampers branch and bound evaluates at most."""
 
 

@@ -16,7 +16,7 @@ from pidpanel.response.panel import ResponsePanel
 
 @dataclass(frozen=True)
 class PlacedPanel(ResponsePanel):
-    """A panel whose patches are places, which elements need not follow.
+    """A panel whose patches are places, which elements need not follow; for rms values and PSDs.
 
     Parameters
     ----------
@@ -30,6 +30,16 @@ class PlacedPanel(ResponsePanel):
     def patch_area(self) -> Array:
         """(n_patches,) [m²]."""
         return np.full(len(self.basis.patch_names), self.place_area)
+
+    @cached_property
+    def frequency(self) -> Array:
+        """(nf,) lines for rms values within 1e-3 [Hz]."""
+        return self.coarse_frequency
+
+    @cached_property
+    def motion_at_points(self) -> Array:
+        """(n_points, 1, n): w alone."""
+        return self.deflection_at_points
 
 
 def placed(
