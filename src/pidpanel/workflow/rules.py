@@ -20,6 +20,9 @@ RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
 
+PROPOSAL = ("layouts", "front", "summary", "search")
+"""Tables of the proposed layouts."""
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -58,13 +61,16 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     response = _response(plan, study, {**basis, "section": panel.output["section"]})
     upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
     maps = _maps(plan, study, {**basis, **upstream})
+    proposals = {} if study.optimise is None else {"optimise": _optimise(plan, study, basis)}
+    proposed = [file for rule in proposals.values() for file in rule.output.values()]
     return {
         "panel": panel,
         "sound": sound,
+        **proposals,
         "response": response,
         "maps": maps,
         "export": _export(plan, study, panel, response),
-        "report": _report(plan, study, panel, sound, response, maps),
+        "report": _report(plan, study, panel, sound, response, maps, proposed),
     }
 
 
@@ -159,6 +165,18 @@ def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
     )
 
 
+def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
+    surfaces = [plan.damper_file("damping", damper, "surface.nc") for damper in study.surfaces]
+    sections = (*RESPONSE_SECTIONS, "dampers", "optimise")
+    return Rule(
+        plan.results("optimise/optimise.log"),
+        {**files, "surfaces": surfaces},
+        {name: plan.results(f"optimise/{name}.csv") for name in PROPOSAL},
+        {"study": plan.section(*sections, without=NOT_FOR_RESPONSE)},
+        {"damping": plan.results("damping")} if surfaces else {},
+    )
+
+
 def _maps(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
     return Rule(
         plan.results("response/maps.log"),
@@ -188,7 +206,15 @@ def _export(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
     )
 
 
-def _report(plan: Plan, study: Study, panel: Rule, sound: Rule, response: Rule, maps: Rule) -> Rule:
+def _report(
+    plan: Plan,
+    study: Study,
+    panel: Rule,
+    sound: Rule,
+    response: Rule,
+    maps: Rule,
+    proposed: Sequence[str],
+) -> Rule:
     coupled = []
     if study.is_coupled:
         coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
@@ -213,6 +239,7 @@ def _report(plan: Plan, study: Study, panel: Rule, sound: Rule, response: Rule, 
             "films": films(plan),
             "coupled": coupled,
             "damping": damping,
+            "proposed": proposed,
         },
         {"page": plan.results("report.html"), "figures": plan.results("report")},
         {"study": plan.section()},
