@@ -84,7 +84,7 @@ def with_static_shapes(
     """Return a panel and its plate with the static response to its patches in the basis."""
     modes = plate.shapes[:, ~panel.basis.is_residual].astype(np.float64)
     _, static = residual_vectors(plate, modes, STATIC_TOLERANCE)
-    shapes = basis_shapes(panel.basis, plate, static).vectors.astype(np.float32)
+    shapes = basis_shapes(panel.basis, plate, static).vectors
     return widen(panel, plate, static), replace(plate, shapes=shapes)
 
 

@@ -150,7 +150,7 @@ def panel_shapes(
     return shapes.joined_by(plate, loaded_modes(plate, mass, limit))
 
 
-def residual_vectors(plate: AssembledPlate, modes: Array, tolerance: float) -> tuple[Array, Array]:
+def residual_vectors(plate: Plate, modes: Array, tolerance: float) -> tuple[Array, Array]:
     """Compute the static response to the forces of the patches that the modes lack.
 
     X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal), reduced to
