@@ -18,7 +18,7 @@ from pidpanel.damping.surface_cases import (
     groups,
     onset,
 )
-from pidpanel.damping.tables import to_frame
+from pidpanel.damping.surface_files import to_frame
 
 FILLS = np.array([0.1, 0.5, 0.9])
 FREQUENCIES = np.geomspace(30.0, 2000.0, 5)

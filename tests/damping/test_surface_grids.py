@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping import surface_files
-from pidpanel.damping.sides import NODE_STEP
+from pidpanel.damping.readings import NODE_STEP
 from pidpanel.damping.surface import ACCELERATION_STEP, FREQUENCY_STEP, DampingSurface
 from pidpanel.damping.surface_cases import (
     AXES,

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from pidpanel.damping.from_study import read_table
 from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_files import to_frame
 from pidpanel.damping.table_files import COLUMNS, read_columns
-from pidpanel.damping.tables import TableReading, to_frame
+from pidpanel.damping.tables import TableReading
 
 F, C, M = "frequency_hz", "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 C_ERROR, M_ERROR = "equivalent_damping_error_n_s_m3", "apparent_mass_error_kg_m2"

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pidpanel.paths import PROJECT
 from pidpanel.study import Study, StudyError, load_any_study
 from pidpanel.study.document import Document
-from pidpanel.study.json_schema import DRAFT, study_schema
+from pidpanel.study.json_schema import DRAFT, docstrings, study_schema
 
 STUDIES = sorted((PROJECT / "workflow" / "studies").glob("*.yaml"))
 SCHEMA = PROJECT / "workflow" / "schemas" / "study.schema.json"
@@ -45,7 +45,7 @@ def test_every_key_of_every_model_is_told():
         f"{model.__name__}.{name}"
         for model in models
         for name, field in model.model_fields.items()
-        if not (field.description or "").rstrip().endswith(".")
+        if not docstrings(model).get(field.alias or name, "").rstrip().endswith(".")
     ]
     assert untold == []
 

@@ -6,17 +6,14 @@ The only module of the stage that knows what a study is.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
-import xarray as xr
 
-from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
-from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.table_files import (
     IMAGINARY,
     MASS,
@@ -24,12 +21,18 @@ from pidpanel.damping.table_files import (
     TableError,
     read_columns,
 )
-from pidpanel.damping.tables import TableReading, to_frame
+from pidpanel.damping.tables import TableReading
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
 from pidpanel.study.damping import Damping, Reading
+
+if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
+    import pandas as pd
+
+    from pidpanel.damping.forms import Fit
+    from pidpanel.damping.surface import DampingSurface
 
 
 def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
@@ -37,6 +40,8 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
 
     Only gravity along the motion holds the particles down: Γ₀ is its component.
     """
+    from pidpanel.damping.surface import DampingSurface
+
     *_, along = np.array(coupon.gravity_direction) / np.hypot.reduce(coupon.gravity_direction)
     return DampingSurface.from_frame(
         cases, onset_g=coupon.gravity_g * abs(along), depth=coupon.cell.depth
@@ -45,11 +50,17 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
 
 def read_cases(path: Path) -> pd.DataFrame:
     """Read the rows of ``cases.csv``; an empty field is a number that is not known."""
+    import pandas as pd
+
     return pd.read_csv(path, keep_default_na=True)
 
 
 def read_stored_surface(path: Path) -> DampingSurface:
     """Read the surface of ``damping/surface.nc``."""
+    import xarray as xr
+
+    from pidpanel.damping import surface_files
+
     with xr.open_dataset(path, engine="scipy") as dataset:
         return surface_files.from_dataset(dataset.load())
 
@@ -186,12 +197,16 @@ def write_damping(
     DampingError
         If the cases make no surface.
     """
+    import pandas as pd
+
+    from pidpanel.damping import fit, forms, surface_files
+
     coupon = study.coupons[damper]
     surface = surface_of(coupon, read_cases(cases))
     surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(
         surface_nc, engine="scipy"
     )
-    to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
+    surface_files.to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
     comparison, fits = forms.compare(surface, coupon.cell.depth)
     constants = pd.concat([law, pd.DataFrame(_constants(fits, len(surface.cases)))])
@@ -199,7 +214,7 @@ def write_damping(
     comparison.to_csv(forms_csv, index=False, float_format="%.5g")
 
 
-def _constants(fits: list[forms.Fit], cases: int) -> list[dict[str, float | str]]:
+def _constants(fits: list[Fit], cases: int) -> list[dict[str, float | str]]:
     """Rows of the constants of the form of two regimes."""
     return [
         {

@@ -15,6 +15,9 @@ import numpy as np
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import BroadbandError
 
+NODE_STEP = 0.17
+"""Of ln f, between the nodes of the covariance; a quarter octave."""
+
 
 class DampingError(ValueError):
     """A question that a law or table of damping has no answer to."""

@@ -26,9 +26,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
-
-NODE_STEP = 0.17
-"""Of ln f, between the nodes of the covariance; a quarter octave."""
+from pidpanel.damping.readings import NODE_STEP
 
 GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 """Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`."""

@@ -40,8 +40,8 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.damping import sides
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import DampingError, DampingValues, Point
-from pidpanel.damping.sides import NODE_STEP, Mixture, Prospect, Sides, even_steps
+from pidpanel.damping.readings import NODE_STEP, DampingError, DampingValues, Point
+from pidpanel.damping.sides import Mixture, Prospect, Sides, even_steps
 from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,

@@ -16,6 +16,7 @@ from pidpanel.damping.surface_cases import (
     ERROR,
     MASS,
     MASS_ERROR,
+    PARTICLE_MASS,
     VALUE,
     Constants,
     SurfaceBed,
@@ -99,3 +100,23 @@ def _constants(dataset: xr.Dataset, name: str) -> Constants:
         dataset[f"{name}_riding"].to_numpy(),
         dataset[crossing].to_numpy() if crossing in dataset else None,
     )
+
+
+def to_frame(
+    surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
+) -> pd.DataFrame:
+    """Return the surface on even r, ln f and ln Γ within its domain, as a table."""
+    axes = (
+        np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
+        np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),
+        np.unique(np.geomspace(surface.low[2], surface.high[2], accelerations)),
+    )
+    points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
+    points = points[surface.simulated.contains(points)]
+    values = surface.evaluate(*points.T)
+    frame = pd.DataFrame(points, columns=list(AXES))
+    frame[VALUE], frame[ERROR] = values.equivalent_damping, values.equivalent_damping_error
+    frame[MASS] = values.apparent_mass
+    if np.isfinite(surface.mass_per_fill):
+        frame[PARTICLE_MASS] = surface.mass_per_fill * frame["fill_fraction"]
+    return frame

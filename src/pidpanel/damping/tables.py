@@ -17,16 +17,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import pandas as pd
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
-from pidpanel.damping.sides import NODE_STEP
-from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
+from pidpanel.damping.readings import NODE_STEP, DampingValues, Point, correlated_covariance
 from pidpanel.damping.table_files import (
     DAMPING,
     ERRORS,
@@ -156,23 +152,3 @@ def _nodes(frequency: Array) -> Array:
     if len(unique) <= MOST_NODES:
         return unique
     return np.geomspace(unique[0], unique[-1], int(np.log(unique[-1] / unique[0]) / NODE_STEP) + 2)
-
-
-def to_frame(
-    surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
-) -> pd.DataFrame:
-    """Return the surface on even r, ln f and ln Γ within its domain, as a table."""
-    axes = (
-        np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
-        np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),
-        np.unique(np.geomspace(surface.low[2], surface.high[2], accelerations)),
-    )
-    points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
-    points = points[surface.simulated.contains(points)]
-    values = surface.evaluate(*points.T)
-    frame = pd.DataFrame(points, columns=list(AXES))
-    frame[VALUE], frame[ERROR] = values.equivalent_damping, values.equivalent_damping_error
-    frame[MASS] = values.apparent_mass
-    if np.isfinite(surface.mass_per_fill):
-        frame[PARTICLE_MASS] = surface.mass_per_fill * frame["fill_fraction"]
-    return frame

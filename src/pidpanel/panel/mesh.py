@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import gmsh
-import meshio
 import numpy as np
 
 from pidpanel.arrays import Array, Index
@@ -62,6 +61,8 @@ def read_mesh(
 
     One kind of cell in the plane z = 0; patches are surface groups, response points point groups.
     """
+    import meshio  # slow to import, for files alone
+
     raw = meshio.gmsh.read(path)
     kind = next(block.type for block in raw.cells if block.type in CELL_KINDS)
     blocks = [k for k, block in enumerate(raw.cells) if block.type == kind]
@@ -98,6 +99,8 @@ def read_mesh(
 
 def write_triangles(path: Path, mesh: PanelMesh) -> None:
     """Write a mesh of triangles to a ``.msh`` file, without groups, to look at."""
+    import meshio
+
     position = np.pad(mesh.vertices, ((0, 0), (0, 1)))
     meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)
 

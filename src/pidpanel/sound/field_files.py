@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from scipy.io import netcdf_file
 
 from pidpanel.arrays import Array
@@ -35,6 +34,8 @@ def write_tables(
     tables
         By the names of `KINDS`.
     """
+    import xarray as xr  # slow to import, and reading does without
+
     variables: dict[str, tuple[tuple[str, ...], Array, dict[str, object]]] = {}
     for name, table in tables.items():
         axis = f"{name}_wavenumber"

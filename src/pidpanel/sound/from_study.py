@@ -3,13 +3,14 @@
 The panel enters as arrays: `WettedShapes`.
 """
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import pandas as pd
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.provenance.digests import stamp
@@ -31,6 +32,9 @@ from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
 from pidpanel.study.sound import Sound
+
+if TYPE_CHECKING:  # slow to import
+    import pandas as pd
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -55,6 +59,8 @@ def band_table(sound: Sound) -> pd.DataFrame:
     A row per band: ``center_hz``, ``lower_hz``, ``upper_hz``, ``band_spl_db`` [dB re 20 µPa],
     ``surface_pressure_psd_pa2_hz``.
     """
+    import pandas as pd
+
     spectrum = spectrum_of(sound)
     center, edge = spectrum.center_frequency, spectrum.edge_frequency
     psd = pressure_psd(spectrum, center, sound.pressure_reference, sound.loaded_sides)

@@ -18,9 +18,8 @@ class StudyError(ValueError):
 class SectionModel(BaseModel):
     """A frozen section of a study that refuses unknown keys."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    # docstrings of keys are for the schema, which reads them itself: pydantic does at each import
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""

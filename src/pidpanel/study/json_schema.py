@@ -6,10 +6,14 @@ keys require of each other, and of the files that they name, `pidpanel check` te
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import re
+from itertools import pairwise
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from pidpanel.study.coupon_study import CouponStudy
@@ -19,10 +23,33 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class _Plain(GenerateJsonSchema):
-    """Without titles of keys, which only repeat their names."""
+    """Without titles of keys, which only repeat their names, and with their docstrings."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:
         return False
+
+    def model_schema(self, schema: Any) -> Any:
+        described = super().model_schema(schema)
+        for key, text in docstrings(schema["cls"]).items():
+            described["properties"][key].setdefault("description", text)
+        return described
+
+
+def docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """Return the docstrings of the keys of a model, those that it inherits too."""
+    texts: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if not issubclass(base, BaseModel) or base is BaseModel:
+            continue
+        (statement,) = ast.parse(inspect.getsource(base)).body
+        for key, text in pairwise(getattr(statement, "body", ())):
+            match key, text:
+                case (
+                    ast.AnnAssign(target=ast.Name(id=name)),
+                    ast.Expr(value=ast.Constant(value=str(words))),
+                ) if name in model.model_fields:
+                    texts[model.model_fields[name].alias or name] = inspect.cleandoc(words)
+    return texts
 
 
 def study_schema() -> dict[str, Any]:
