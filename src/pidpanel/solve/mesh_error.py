@@ -4,6 +4,8 @@ Elements that are not small beside a wave are too stiff, so that every resonance
 small share ε, more of it where a mode moves a part of the panel that is heavy with dampers: the
 mean over the kinetic energy of the mode. To first order the PSD is then that of a panel whose
 frequencies are stretched by 1 + ε; the error of a line is the difference that the stretch makes.
+Amplitudes err too: a stiffness that is too high by 2ε moves less between resonances, and the shapes
+differ by about ε. A peak drowns this, a mean square does not.
 """
 
 from __future__ import annotations
@@ -19,6 +21,10 @@ from pidpanel.solve.sharpness import LoadedModes
 ALLOWED_DB, ALLOWED_RMS = 0.65, 5e-3
 """Largest stated error of a PSD at any line [dB], and of an rms acceleration [1]. What is stated is
 1.2 to 3 times the difference from a converged mesh, so that PSDs are within 0.5 dB."""
+
+AMPLITUDE = 3.0
+"""Relative error of an rms acceleration over ε, besides that of shifted resonances. 0.33 % under a
+damper of 2000 N s/m³ on a sandwich of 30 elements, where ε is 0.11 %."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,8 @@ def mesh_error(frequency: Array, psd: Array, input_psd: Array, shift: Array) -> 
         ratio = np.exp(np.interp(raised, log_f, transfer) - transfer)
         line[point] = np.max(np.abs(np.log(ratio)))
         squares = root_mean_square(frequency, np.stack([psd[:, point], ratio * psd[:, point]], 1))
-        rms[point] = abs(squares[1] / squares[0] - 1)
+        mean_shift = np.trapezoid(shift * psd[:, point], frequency) / squares[0] ** 2
+        rms[point] = abs(squares[1] / squares[0] - 1) + AMPLITUDE * mean_shift
     return MeshError(np.expm1(line), rms)
 
 
