@@ -144,7 +144,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"{FREQUENCY_RANGE[1]:g} Hz",
         )
     yield from _check_tables(study)
-    lines = line_count(low, high, study.panel.damping_ratio)
+    lines = line_count(low, high, study.panel.modal_damping.least(low, high))
     if lines > LINES_AT_MOST:
         ratio = smallest_damping_ratio(low, high)
         figures = 2 - math.floor(math.log10(ratio))

@@ -207,7 +207,7 @@ def test_the_modal_damping_of_a_layout_is_the_sum_over_its_patches(files):
     study = load_study(files.psd_nc.with_name("layouts.yaml"))
     own, ratios = modal_damping(
         basis,
-        study.panel.damping_ratio,
+        study.panel.modal_damping,
         scenarios_of(study),
         study.readings,
         read_psd(files.psd_nc),

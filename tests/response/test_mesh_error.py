@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pidpanel
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.cases import resolving
 from pidpanel.solve.model import ModalBasis, ResponseError
 
@@ -144,7 +145,7 @@ def test_resonances_that_no_lines_resolve_are_refused():
     # which left 1.5 lines to a bandwidth
     modal = ModalBasis([100.0, 900.0], [1.0, 1.0], 0.001)
     basis = SimpleNamespace(patch_overlap=np.eye(2)[None] / 4.0)  # of a panel of 4 kg/m²
-    settings = SimpleNamespace(frequency_range=(30.0, 2000.0), damping_ratio=0.001)
+    settings = SimpleNamespace(frequency_range=(30.0, 2000.0), damping_ratio=DampingRatio((0.001,)))
     panel = SimpleNamespace(modal=modal, basis=basis, settings=settings)
     with pytest.raises(ResponseError, match=r"takes \d+ frequency lines .* panel\.damping_ratio"):
         resolving(panel, np.array([150.0]))

@@ -72,7 +72,7 @@ def told(refusal, study, key, value):
         ("coupon.gravity_direction", [0, 0, 0], "coupon.gravity_direction = [0, 0, 0]: must not be zero; for no gravity set gravity_g: 0"),
         ("coupon.sweep.displacement_mm", [0.1], "coupon.sweep.displacement_mm = [0.1]: not allowed together with acceleration_g"),
         ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
-        ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number"),
+        ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number or a list or a CSV file"),
         ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped' or 'free' or a mapping with keys outline, holes, edges, points"),
         ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be from 0.01 to 30"),
         ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 values, not 2"),

@@ -277,7 +277,10 @@ def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
     solves = len(study.all_scenarios()) * len(study.readings) * 2
     solves *= 2 if in_air[1] != "none" else 1
     return panel_costs(
-        estimate.coordinates, shapes, line_count(low, high, study.panel.damping_ratio), solves
+        estimate.coordinates,
+        shapes,
+        line_count(low, high, study.panel.modal_damping.least(low, high)),
+        solves,
     )
 
 

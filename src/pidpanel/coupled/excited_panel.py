@@ -53,7 +53,7 @@ class ExcitedPanel:
         """(nf,) lines that give rms values within 1e-3 [Hz]."""
         return frequency_grid(
             *self.settings.frequency_range,
-            self.settings.damping_ratio,
+            self.settings.damping_ratio.least(*self.settings.frequency_range),
             lines_per_bandwidth=LINES_PER_BANDWIDTH,
         )
 

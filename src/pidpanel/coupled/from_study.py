@@ -111,7 +111,7 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
     keys, table = study.damping.coupled, read_table(files.modal_force, MODAL_FORCE)
     settings = RunSettings(
         frequency_range=study.response.frequency_hz,
-        damping_ratio=study.panel.damping_ratio,
+        damping_ratio=study.panel.modal_damping,
         wave_speed=study.sound.speed_m_s,
         duration=keys.duration_s,
         settling=keys.settle_s,

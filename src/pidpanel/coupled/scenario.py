@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pidpanel.coupon.bed import Bed
 from pidpanel.damping.readings import DampingReading
+from pidpanel.damping_ratio import DampingRatio
 
 
 @dataclass(frozen=True)
@@ -14,7 +15,7 @@ class RunSettings:
     """Settings that all runs of a study share."""
 
     frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
-    damping_ratio: float  # ζ of the bare panel [1]
+    damping_ratio: DampingRatio  # ζ of the bare panel [1]
     wave_speed: float  # speed of the waves that excite the panel [m/s]
     # Of a run, evaluated and before that [s]
     duration: float

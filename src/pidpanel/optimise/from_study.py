@@ -139,7 +139,7 @@ def _reduced(panel: PlacedPanel, counted: Index) -> ReducedPanel:
     settings = panel.settings
     lines = frequency_grid(
         *settings.frequency_range,
-        settings.damping_ratio,
+        settings.damping_ratio.least(*settings.frequency_range),
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
     return reduced_panel(
@@ -195,7 +195,7 @@ def write_proposal(
     few, layouts_of_few = problem.on_places(used, layouts)
 
     def panel_with(factor: float) -> ReducedPanel:
-        ratio = factor * study.panel.damping_ratio
+        ratio = study.panel.modal_damping.times(factor)
         varied = replace(of_finalists, settings=replace(start.settings, damping_ratio=ratio))
         return _reduced(varied, counted)
 

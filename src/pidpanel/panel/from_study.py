@@ -235,17 +235,16 @@ class StudiedPanel:
             Region("", rest, edge),
             *(Region(name, areas[name], edges[name], value) for name, value in mass.items()),
         ]
-        ratio = self.panel.damping_ratio
+        ratio = self.panel.modal_damping.least(0.0, frequency)
         check_resolution(self.element, regions, self.section, frequency, ratio)
 
     def patch_sizes(self, frequency: float, damper_mass: Mapping[str, float]) -> dict[str, float]:
         """Return the element sizes that the dampers of patches need, where they are shorter [m]."""
         if self.panel.mesh.kind != "triangles":
             return {}
+        ratio = self.panel.modal_damping.least(0.0, frequency)
         sizes = {
-            name: longest_edge(
-                self.element, self.section, frequency, mass, self.panel.damping_ratio
-            )
+            name: longest_edge(self.element, self.section, frequency, mass, ratio)
             for name, mass in damper_mass.items()
             if mass > 0
         }

@@ -245,8 +245,18 @@ def reported_scenario(scenario: Scenario) -> ReportedScenario:
     return ReportedScenario(scenario.label, tuple(fillings), scenario.oaspl_db, scenario.bare.label)
 
 
+def damping_text(panel: Panel) -> str:
+    """Return the damping ratio of a panel in words."""
+    damping = panel.modal_damping
+    low, high = min(damping.ratio), max(damping.ratio)
+    if low == high:
+        return f"ζ = {low:g}"
+    kind = "over frequency" if damping.frequency else "by mode"
+    return f"ζ = {low:g} to {high:g} {kind}"
+
+
 def _reported_panel(panel: Panel) -> ReportedPanel:
-    words = [f"ζ = {panel.damping_ratio:g}", supports_text(panel)]
+    words = [damping_text(panel), supports_text(panel)]
     if panel.masses:
         total = sum(mass.mass_kg for mass in panel.masses.values())
         words.append(f"{total:g} kg attached ({', '.join(panel.masses)})")

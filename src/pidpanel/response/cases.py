@@ -183,7 +183,8 @@ def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     A mass that is light beside the panel leaves the lines as they are: of their eight to a
     bandwidth `ENOUGH_LINES` do.
     """
-    (low, high), damping_ratio = panel.settings.frequency_range, panel.settings.damping_ratio
+    low, high = panel.settings.frequency_range
+    damping_ratio = panel.settings.damping_ratio.least(low, high)
     least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, (low, high))
     ratio = min(damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES)
     smallest = smallest_damping_ratio(low, high)

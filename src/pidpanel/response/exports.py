@@ -11,6 +11,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
@@ -22,7 +23,7 @@ from pidpanel.response.trust import BETWEEN, TRUST, doubts_in
 
 def write_exports(
     basis: PanelBasis,
-    damping_ratio: float,
+    damping_ratio: DampingRatio,
     scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
@@ -101,7 +102,7 @@ def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -
 
 def modal_damping(
     basis: PanelBasis,
-    damping_ratio: float,
+    damping_ratio: DampingRatio,
     scenarios: Sequence[ResponseScenario],
     models: Sequence[str],
     psd: xr.Dataset,
@@ -111,12 +112,12 @@ def modal_damping(
     natural = basis.natural_frequency
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))
     modes = modes[np.argsort(natural[modes])]
-    ratios = {}
+    bare, ratios = damping_ratio.of_modes(natural[modes]), {}
     for reading in models:
         for scenario in scenarios:
             if not is_steady(psd, reading, scenario.label):
                 continue
-            ratio = np.full(modes.size, damping_ratio)
+            ratio = bare
             for name in scenario.patches:
                 case = {"reading": reading, "scenario": scenario.label, "patch": name}
                 ratio = modal_damping_ratio(

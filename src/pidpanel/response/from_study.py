@@ -101,7 +101,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
     return ResponsePanel(
         Settings(
             study.response.frequency_hz,
-            study.panel.damping_ratio,
+            study.panel.modal_damping,
             study.response.modal_damping == "diagonal",
             level.by == "element",
             level.acceleration_g,
@@ -287,5 +287,5 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     """
     summary = pd.read_csv(summary_csv, dtype={"scenario": str, "point": str})
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
-    scenarios, ratio = scenarios_of(study), study.panel.damping_ratio
+    scenarios, ratio = scenarios_of(study), study.panel.modal_damping
     write_exports(read_basis(modes), ratio, scenarios, study.readings, psd, summary, title, folder)

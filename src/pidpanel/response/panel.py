@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.damping.coupled import CoupledDamping
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.plate_files import StoredPlate
@@ -45,7 +46,7 @@ class Settings:
     """Values of a study that the response depends on."""
 
     frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
-    damping_ratio: float  # ζ of the bare panel [1]
+    damping_ratio: DampingRatio  # ζ of the bare panel [1]
     is_diagonal: bool = False  # whether the dampers leave the modes uncoupled, as in the paper
     by_element: bool = False  # whether each element of a patch is a damper of its own
     # Γ at which all damping is read; None for that of the motion
@@ -127,7 +128,8 @@ class ResponsePanel:
     @property
     def resolved_ratio(self) -> float:
         """ζ that the lines resolve."""
-        return self.least_damping_ratio or self.settings.damping_ratio
+        bare = self.settings.damping_ratio.least(*self.settings.frequency_range)
+        return self.least_damping_ratio or bare
 
     @cached_property
     def frequency(self) -> Array:

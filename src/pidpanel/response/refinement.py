@@ -202,7 +202,7 @@ def _check(
         wider.modal,
         wider.excitation,
         panel.source.force_at,
-        panel.settings.damping_ratio,
+        panel.settings.damping_ratio.at(panel.cutoff),
         panel.cutoff,
         lines,
         [_on_patches(wider, answer) for answer in answers],

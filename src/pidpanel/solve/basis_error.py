@@ -16,6 +16,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.plane_waves import CondensedFace, condensed
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
@@ -109,17 +110,19 @@ def cutoff_frequency(highest: float) -> float:
     return MODES_BEYOND * highest
 
 
-def damping_ratios(basis: PanelBasis, damping_ratio: float, cutoff: float) -> Array:
-    """Return ζ of every shape: that of the panel in modes, ζ f/f_c in residual vectors.
+def damping_ratios(basis: PanelBasis, damping_ratio: DampingRatio, cutoff: float) -> Array:
+    """Return ζ of every shape: that of the panel in modes, ζ(f_c) f/f_c in residual vectors.
 
     A residual vector has no damping ratio of its own, being no mode. With a damping proportional
     to the stiffness above f_c the answer does not depend on how the shapes above are chosen.
     """
-    share = np.where(basis.is_residual, basis.natural_frequency / cutoff, 1.0)
-    return damping_ratio * share
+    ratio = damping_ratio.at(cutoff) * (basis.natural_frequency / cutoff)
+    modes = ~basis.is_residual
+    ratio[modes] = damping_ratio.of_modes(basis.natural_frequency[modes])
+    return ratio
 
 
-def modal_basis(basis: PanelBasis, damping_ratio: float, highest: float) -> ModalBasis:
+def modal_basis(basis: PanelBasis, damping_ratio: DampingRatio, highest: float) -> ModalBasis:
     """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz]."""
     ratios = damping_ratios(basis, damping_ratio, cutoff_frequency(highest))
     return ModalBasis(basis.natural_frequency, basis.modal_mass, ratios)
@@ -150,7 +153,7 @@ def check_basis(
     force_at
         The same at a frequency [Hz] on given shapes.
     damping_ratio, cutoff
-        ζ of the bare panel and f_c [Hz].
+        ζ of the bare panel at f_c, and f_c [Hz].
     frequency
         (nf,) [Hz].
     """

@@ -90,7 +90,7 @@ class Elements:
     shapes: Array
     basis: ModalBasis  # frequencies, masses and damping of these shapes
     is_residual: Flags  # (n,) false for modes
-    damping_ratio: float  # ζ of the modes
+    damping_ratio: float  # ζ at f_c
     cutoff: float  # ω_c/2π [Hz]: the damping ratio of a residual vector is ζ f/f_c
     points: sp.csr_array  # (n_points, n_free) w at the points
 
@@ -131,9 +131,8 @@ class Elements:
         """(n_modes,) of the modes beyond what is proportional to the stiffness [kg/s]."""
         modes = ~self.is_residual
         natural, cutoff = self.basis.angular_frequency[modes], 2 * np.pi * self.cutoff
-        return (
-            2 * self.damping_ratio * self.basis.modal_mass[modes] * natural * (1 - natural / cutoff)
-        )
+        beyond = self.basis.damping_ratio[modes] - self.damping_ratio * natural / cutoff
+        return 2 * beyond * self.basis.modal_mass[modes] * natural
 
     @cached_property
     def _on_patches(self) -> list[tuple[Index, sp.csr_array, Array]]:

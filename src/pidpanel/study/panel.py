@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import (
     Circle,
     Polygon,
@@ -20,9 +21,14 @@ from pidpanel.geometry.polygon import (
     signed_area,
 )
 from pidpanel.study.base import SectionModel, Size, Text
+from pidpanel.study.damping_ratio import (
+    DampingRatios,
+    damping_ratio_of,
+    mistakes_of_damping_ratio,
+)
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
-from pidpanel.study.quantity import METRES, PERCENT, Quantity, whole
+from pidpanel.study.quantity import METRES, Quantity, whole
 from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
@@ -170,16 +176,28 @@ class Panel(SectionModel):
     slope; ``free``."""
     masses: Mapping[str, Mass] = {}
     """Masses on the panel, by name."""
-    damping_ratio: Annotated[
-        float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)
-    ] = 0.01
-    """Damping ratio ζ of every mode of the bare panel; 0.01 is 1 %."""
+    damping_ratio: DampingRatios = 0.01
+    """Damping ratio ζ of the modes of the bare panel; 0.01 is 1 %. A list has that of each elastic
+    mode in turn, the last for all that follow; a list of [frequency in Hz, ζ], or a CSV file with
+    the columns ``frequency_hz`` and ``damping_ratio``, that over frequency: linear in its
+    logarithm, constant beyond its ends."""
     mesh: Mesh = Mesh()
     """Finite elements of the panel."""
     patches: Mapping[str, Patch] = {}
     """Areas whose cells may be filled, by name."""
     points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
     """Points at which the response is computed, by name: (x, y) [m], or a node of a mesh file."""
+
+    @property
+    def modal_damping(self) -> DampingRatio:
+        """ζ of the modes of the bare panel.
+
+        Raises
+        ------
+        ColumnsError
+            With all faults of its file.
+        """
+        return damping_ratio_of(self.damping_ratio)
 
     @property
     def size(self) -> tuple[float, float] | None:
@@ -224,6 +242,7 @@ class Panel(SectionModel):
             *_mistakes_of_corners(self.outline, "outline_m"),
             *self._mistakes_of_extent(),
             *self._mistakes_of_mesh(),
+            *mistakes_of_damping_ratio(self.damping_ratio),
         ]
         yield from first or self._mistakes_of_place()
 

@@ -8,6 +8,7 @@ like any key of the user's, so it is found from the types, never from its spelli
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -102,6 +103,8 @@ def _named(types: tuple[Any, ...], alternative: str) -> Any:
             return option
     plain = [option for option in types if not _is_model(option)]
     tuples = [option for option in plain if get_origin(option) is tuple]
+    if "Path" in alternative:
+        return next(option for option in plain if option is Path)
     return (tuples if "tuple[" in alternative else plain or types)[0]
 
 

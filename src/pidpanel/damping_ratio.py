@@ -1,0 +1,105 @@
+"""Damping ratio of the bare panel: one of all modes, over frequency, or mode by mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
+
+HEADER = ("frequency_hz", "damping_ratio")
+
+COLUMNS = {
+    HEADER[0]: Allowed(0.0, low_itself=False),
+    HEADER[1]: Allowed(0.0, low_itself=False, high=0.5, hint="in %?"),
+}
+
+
+@dataclass(frozen=True)
+class DampingRatio:
+    """ζ of the modes of the bare panel.
+
+    Parameters
+    ----------
+    ratio
+        (n,) positive [1]; of the elastic modes in turn where there is no frequency, the last of all
+        that follow.
+    frequency
+        (n,) rising [Hz]. Between them ζ is linear in ln f, beyond them constant.
+    """
+
+    ratio: tuple[float, ...]
+    frequency: tuple[float, ...] = ()
+
+    def at(self, frequency: float) -> float:
+        """Return ζ far above the modes that are listed, or at a frequency [Hz].
+
+        Examples
+        --------
+        >>> round(DampingRatio((0.01, 0.02), (50.0, 200.0)).at(100.0), 6)
+        0.015
+        >>> DampingRatio((0.01, 0.02)).at(100.0)
+        0.02
+        """
+        if not self.frequency:
+            return self.ratio[-1]
+        return float(self._interpolated(np.array([frequency]))[0])
+
+    def of_modes(self, natural_frequency: Array) -> Array:
+        """Return ζ of modes (n,) whose frequencies ascend [Hz]; one of 0 Hz moves rigidly.
+
+        Examples
+        --------
+        >>> DampingRatio((0.01, 0.02)).of_modes(np.array([0.0, 30.0, 50.0, 70.0])).tolist()
+        [0.01, 0.01, 0.02, 0.02]
+        """
+        if self.frequency:
+            return self._interpolated(natural_frequency)
+        number = np.cumsum(natural_frequency > 0) - 1
+        return np.array(self.ratio)[np.clip(number, 0, len(self.ratio) - 1)]
+
+    def times(self, factor: float) -> DampingRatio:
+        """Return the same, multiplied by a factor."""
+        return replace(self, ratio=tuple(factor * ratio for ratio in self.ratio))
+
+    def least(self, low: float, high: float) -> float:
+        """Return the smallest ζ of modes between two frequencies [Hz]."""
+        if not self.frequency:
+            return min(self.ratio)
+        inside = [z for f, z in zip(self.frequency, self.ratio, strict=True) if low < f < high]
+        return min(self.at(low), self.at(high), *inside)
+
+    def _interpolated(self, frequency: Array) -> Array:
+        known = np.log(self.frequency)
+        return np.interp(np.log(np.maximum(frequency, self.frequency[0])), known, self.ratio)
+
+
+def read_damping_ratio(path: Path) -> DampingRatio:
+    """Read a CSV table with the columns ``frequency_hz`` and ``damping_ratio``.
+
+    Raises
+    ------
+    ColumnsError
+        With all faults of the file.
+    """
+    table = read_rows(path)
+    faults = [(table.line, says) for says in faults_of_names(table.header, HEADER)]
+    if not faults:
+        missing = [name for name in HEADER if name not in table.header]
+        faults += [(table.line, f"column {name}: missing") for name in missing]
+    lines, columns, of_cells = numbers(table, COLUMNS)
+    faults += of_cells
+    if not faults and not lines:
+        raise ColumnsError([f"{path}: no rows; at least one is needed"])
+    if not faults:
+        frequency = columns[HEADER[0]]
+        for row in np.flatnonzero(np.diff(frequency) <= 0) + 1:
+            says = f"frequency_hz = {frequency[row]:g} must be above that of the row before"
+            faults.append((lines[row], says))
+    if faults:
+        ordered = sorted(faults, key=lambda fault: fault[0])
+        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
+    return DampingRatio(tuple(columns[HEADER[1]].tolist()), tuple(frequency.tolist()))

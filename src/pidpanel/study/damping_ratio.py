@@ -1,0 +1,71 @@
+"""The key ``damping_ratio`` of a panel: a number, a list by mode, a table, or its file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from pidpanel.columns import ColumnsError
+from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity
+
+Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)]
+NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, units=KILOHERTZ)]
+
+
+def _table_of_ratios(value: Any) -> Any:
+    if not str(value).endswith(".csv"):
+        raise PydanticCustomError("csv_type", "must be a CSV file")
+    return value
+
+
+RatioFile = Annotated[
+    Path,
+    BeforeValidator(_table_of_ratios),
+    file_in(),
+    WithJsonSchema({"type": "string", "format": "path", "pattern": r"\.csv$"}),
+]
+DampingRatios = (
+    Ratio
+    | Annotated[tuple[Ratio, ...], Field(min_length=1)]
+    | Annotated[tuple[tuple[NaturalFrequency, Ratio], ...], Field(min_length=1)]
+    | RatioFile
+)
+
+
+def damping_ratio_of(value: Any) -> DampingRatio:
+    """Return the damping ratio that a value of the key states.
+
+    Raises
+    ------
+    ColumnsError
+        With all faults of its file.
+    """
+    if isinstance(value, Path):
+        return read_damping_ratio(value)
+    if not isinstance(value, tuple):
+        return DampingRatio((value,))
+    if not isinstance(value[0], tuple):
+        return DampingRatio(value)
+    frequency, ratio = zip(*value, strict=True)
+    return DampingRatio(ratio, frequency)
+
+
+def mistakes_of_damping_ratio(value: Any) -> Iterator[Mistake]:
+    """Yield what of a table cannot be read, and what does not rise."""
+    try:
+        frequency = damping_ratio_of(value).frequency
+    except ColumnsError as error:
+        yield from (Mistake(("damping_ratio",), fault) for fault in error.faults)
+        return
+    for row, (lower, higher) in enumerate(pairwise(frequency), start=1):
+        if higher <= lower:
+            says = f"the frequency must be above that of the row before, {lower:g} Hz"
+            yield Mistake(("damping_ratio", row), says)
