@@ -233,25 +233,27 @@ def check_sections(
 
 
 def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake]:
-    from pidpanel.sound.table import SpectrumTableError, read_spl_table
+    from pidpanel.sound.psd_table import read_spectrum
+    from pidpanel.sound.table import SpectrumTableError
 
     try:
-        spectrum = read_spl_table(sound.spectrum)
+        spectrum = read_spectrum(sound.spectrum)
     except SpectrumTableError as error:
         yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
         return
+    sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
-        says = f"its bands sum to {spectrum.oaspl:.1f} dB; {OVERALL.allowed}: are they in Pa?"
+        says = f"{sums}; {OVERALL.allowed}: are they in Pa?"
         yield Mistake(("sound", "spectrum"), says)
     elif spectrum.oaspl < QUIETEST and sound.oaspl_db is None:
-        says = f"its bands sum to {spectrum.oaspl:.1f} dB, far below a launch; in Pa or Pa²/Hz? "
+        says = f"{sums}, far below a launch; in Pa or Pa²/Hz? "
         says += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
         yield Mistake(("sound", "spectrum"), says)
-    low, high = spectrum.edge_frequency[[0, -1]]
+    low, high = spectrum.reach
     if response is not None and (response.frequency_hz[0] < low or response.frequency_hz[1] > high):
         yield Mistake(
             ("response", "frequency_hz"),
-            f"must be in the bands of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
+            f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
         )
 
 

@@ -14,6 +14,7 @@ C, F = "equivalent_damping_n_s_m3", "frequency_hz"
 GRID6 = "GRID,6,,400.0,400.0,0.0"
 
 # (base, file, what is there, what is written instead, messages after file and line of the study)
+PSD = "frequency_hz,psd_pa2_hz\n"
 SPECTRA = [
     ("center_hz,spl_db", "centre_hz,spl_db", f"{SPL}, line 2: column 'centre_hz': unknown; did you mean center_hz?"),
     ("center_hz,spl_db", "frequency,level", f"{SPL}, line 2: column 'frequency': unknown; allowed are center_hz, spl_db", f"{SPL}, line 2: column 'level': unknown; allowed are center_hz, spl_db"),
@@ -44,6 +45,15 @@ SPECTRA = [
     (None, "# only\n# comments\n", f"{SPL}: empty; the first line must name the columns"),
     (None, "center_hz,spl_db\n" + "".join(f"{f},{p}\n" for f, p in [(63, 1.2), (80, 2.3), (100, 4.5), (125, 8.1), (160, 9.2), (200, 10.5), (250, 9.7), (315, 7.1), (400, 5.2), (500, 3.1)]),
      "sound.spectrum = spectrum.csv: its bands sum to 17.1 dB; must be from 60 to 200: are they in Pa?"),
+    (None, f"{PSD}60,20\n500,-3\n", f"{SPL}, line 3: psd_pa2_hz = -3: must be above 0 and at most 4e+10"),
+    (None, f"{PSD}60,20\n500,0\n", f"{SPL}, line 3: psd_pa2_hz = 0: must be above 0 and at most 4e+10"),
+    (None, f"{PSD}60,20\n500,30\n400,30\n", f"{SPL}, line 4: frequency_hz = 400 follows a higher one"),
+    (None, f"{PSD}60,20\n60,30\n500,30\n", f"{SPL}, line 3: frequency_hz = 60: a step at an end is not allowed"),
+    (None, f"{PSD}60,20\n99,30\n99,40\n99,30\n500,3\n", f"{SPL}, line 4: frequency_hz = 99: more than two rows at one frequency is not allowed"),
+    (None, f"{PSD}60,20\n", f"{SPL}: must have at least 2 rows, not 1"),
+    (None, "freq_hz,psd_pa2_hz\n60,20\n500,30\n", f"{SPL}, line 1: column 'freq_hz': unknown; did you mean frequency_hz?", f"{SPL}, line 1: column frequency_hz: missing"),
+    (None, "frequency_hz,psd_db\n60,20\n500,30\n", f"{SPL}, line 1: column 'psd_db': unknown; allowed are frequency_hz, psd_pa2_hz", f"{SPL}, line 1: column psd_pa2_hz: missing"),
+    (None, f"{PSD}60,1e-9\n500,1e-9\n", "sound.spectrum = spectrum.csv: its rows sum to 30.4 dB; must be from 60 to 200: are they in Pa?"),
     (None, b"center_hz,spl_db\n# gr\xf6\xdfe\n", f"{SPL}, line 2: {UTF8}; the byte 0xf6 is ö in Latin-1"),
     (None, "center_hz,spl_db\n63,124\n".encode("utf-16"), f"{SPL}: {UTF8}; it is in UTF-16"),
     (None, b"PK\x03\x04\x00\x00", f"{SPL}, line 1: {UTF8}; it has a byte 0x00, as of a binary file"),

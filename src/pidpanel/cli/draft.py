@@ -16,7 +16,7 @@ from pidpanel.cli import new
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
-from pidpanel.sound.table import read_spl_table
+from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.files import found_file
 
@@ -152,7 +152,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     spectrum = _relative_path(draft.spectrum, file)
     try:
         table = found_file(Path(spectrum), file.parent, DATA / "spl")
-        edges = read_spl_table(table).edge_frequency
+        edges = read_spectrum(table).reach
     except ValueError as error:
         raise StudyError(f"--spectrum {draft.spectrum}: {error}") from None
     low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))

@@ -225,22 +225,18 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
 def _of_sound(study: Study) -> str:
     """Return the levels of a study: overall, in its range, and as tabulated."""
     from pidpanel.sound.from_study import spectrum_of
-    from pidpanel.sound.table import read_spl_table
+    from pidpanel.sound.psd_table import read_spectrum
+    from pidpanel.sound.spectrum import REFERENCE_PRESSURE
 
     sound, (low, high) = study.sound, study.response.frequency_hz
     spectrum = spectrum_of(sound)
-    edges, levels = spectrum.edge_frequency, spectrum.band_spl
-    in_band = sum(
-        10 ** (level / 10) * max(0.0, min(high, upper) - max(low, lower)) / (upper - lower)
-        for lower, upper, level in zip(edges[:-1], edges[1:], levels, strict=True)
-    )
-    in_range = 10 * math.log10(in_band)
+    in_range = 10 * math.log10(spectrum.mean_square(low, high) / REFERENCE_PRESSURE**2)
     extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
     extra = [level for level in extra if level != sound.oaspl_db]
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
     return (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
-        f"{read_spl_table(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
+        f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
     )
 
 

@@ -210,7 +210,7 @@ def reported_study(study: Study) -> ReportedStudy:
         )
         for name, family in study.families.items()
     }
-    response, level = study.response, study.damping.level
+    response, level, spectrum = study.response, study.damping.level, spectrum_of(study.sound)
     mass = "included" if response.damper_mass else "neglected"
     return ReportedStudy(
         name=study.name,
@@ -222,7 +222,8 @@ def reported_study(study: Study) -> ReportedStudy:
         layouts=tuple(reported_scenario(study.family_scenarios(s)[0]) for s in study.layouts),
         panel=_reported_panel(study.panel),
         level=main_level(study),
-        table_level=spectrum_of(study.sound).oaspl,
+        table_level=spectrum.oaspl,
+        spectrum_rows=spectrum.rows,
         sound_level=study.sound.oaspl_db,
         sound=sound_text(study),
         spectrum=study.sound.spectrum.name,

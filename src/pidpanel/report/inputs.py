@@ -61,6 +61,7 @@ class ReportedStudy:
     sound_level: float | None  # of the section ``sound`` [dB]
     sound: str  # in words
     spectrum: str
+    spectrum_rows: str  # "bands", or "rows" of a PSD
     frequency: tuple[float, float]  # of the response [Hz]
     terms: str  # of the equation of motion, in words
     radiation: str

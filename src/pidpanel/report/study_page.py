@@ -86,7 +86,9 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound_level is not None
     sections = [
         panel_section(study.panel, inputs.basis, inputs.modes, inputs.section, inputs.printed),
-        sound_section(inputs.bands, study.spectrum, study.frequency, assumed=assumed),
+        sound_section(
+            inputs.bands, study.spectrum, study.spectrum_rows, study.frequency, assumed=assumed
+        ),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     for name in tracked(list(inputs.coupons), "coupons of the page"):

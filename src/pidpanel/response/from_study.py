@@ -105,7 +105,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
             study.response.modal_damping == "diagonal",
             level.by == "element",
             level.acceleration_g,
-            excitation.bands.edge_frequency,
+            excitation.pressure.jumps,
         ),
         basis,
         excitation,

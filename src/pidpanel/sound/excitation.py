@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.sound.field import wavenumber
-from pidpanel.sound.spectrum import BandSpectrum, PressureReference, pressure_psd
+from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import WavenumberTable
 
 
@@ -28,7 +28,7 @@ class SoundExcitation:
         As of `spectrum.pressure_psd`.
     """
 
-    bands: BandSpectrum
+    pressure: Spectrum
     table: WavenumberTable
     speed: float
     reference: PressureReference = "surface"
@@ -37,7 +37,7 @@ class SoundExcitation:
 
     def spectrum(self, frequency: Array) -> Array:
         """Return S (nf,) [Pa²/Hz] at the frequencies (nf,) [Hz]."""
-        return pressure_psd(self.bands, frequency, self.reference, self.loaded_sides)
+        return pressure_psd(self.pressure, frequency, self.reference, self.loaded_sides)
 
     def __call__(self, frequency: Array) -> Array | Complexes:
         """Return G (nf, n, n) [m⁴]."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -25,9 +26,9 @@ from pidpanel.sound.field_files import (
     read_table,
     write_tables,
 )
+from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.sound.radiation import Air
-from pidpanel.sound.spectrum import BandSpectrum, pressure_psd
-from pidpanel.sound.table import read_spl_table
+from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
@@ -39,20 +40,22 @@ if TYPE_CHECKING:  # slow to import
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
 
-def spectrum_of(sound: Sound) -> BandSpectrum:
-    """Return the band levels of a study, at ``oaspl_db`` or with every band ``shift_db`` higher.
+def spectrum_of(sound: Sound) -> Spectrum:
+    """Return the spectrum of a study, at ``oaspl_db`` or ``shift_db`` higher.
 
     Raises
     ------
     SpectrumError
-        Where the table cannot be read (`read_spl_table`).
+        Where the table cannot be read (`read_spectrum`).
     """
-    spectrum = read_spl_table(sound.spectrum).shifted(sound.shift_db)
+    spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
     return spectrum if sound.oaspl_db is None else spectrum.at_oaspl(sound.oaspl_db)
 
 
 def band_table(sound: Sound) -> pd.DataFrame:
-    """Return the bands of a study with their levels and the PSD on the face of the panel.
+    """Return the bands of a study with their levels and the mean PSD on the face of the panel.
+
+    Of a table of PSD, third octaves; the first and the last may reach beyond the table.
 
     Returns
     -------
@@ -62,14 +65,17 @@ def band_table(sound: Sound) -> pd.DataFrame:
     import pandas as pd
 
     spectrum = spectrum_of(sound)
-    center, edge = spectrum.center_frequency, spectrum.edge_frequency
-    psd = pressure_psd(spectrum, center, sound.pressure_reference, sound.loaded_sides)
+    bands, (low, high) = spectrum.bands(), spectrum.reach
+    center, edge = bands.center_frequency, np.clip(bands.edge_frequency, low, high)
+    mean_square = [spectrum.mean_square(*ends) for ends in pairwise(edge.tolist())]
+    factor = sound.loaded_sides * PRESSURE_FACTOR[sound.pressure_reference]
+    psd = factor * np.array(mean_square) / np.diff(edge)
     return pd.DataFrame(
         {
             "center_hz": center,
             "lower_hz": edge[:-1],
             "upper_hz": edge[1:],
-            "band_spl_db": spectrum.band_spl,
+            "band_spl_db": bands.band_spl,
             "surface_pressure_psd_pa2_hz": psd,
         }
     )

@@ -15,10 +15,11 @@ from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
 
 class Sound(SectionModel):
-    """The acoustic field: a band spectrum, its level, its coherence, where it was measured."""
+    """The acoustic field: a spectrum, its level, its coherence, where it was measured."""
 
     spectrum: Annotated[Path, file_in(DATA / "spl")]
-    """CSV table of octave or third-octave levels, relative to the study or from pidpanel."""
+    """CSV table of octave or third-octave levels, or of a pressure PSD (``frequency_hz``,
+    ``psd_pa2_hz``), relative to the study or from pidpanel."""
     oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0

@@ -1,0 +1,69 @@
+"""A PSD of break points: straight on logarithmic axes, with a step where a frequency repeats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+
+@dataclass(frozen=True)
+class BreakPoints:
+    """A one-sided PSD.
+
+    Parameters
+    ----------
+    frequency
+        (n,) not falling [Hz], at most two alike, the first two and the last two apart.
+    psd
+        (n,) positive [unit²/Hz].
+    """
+
+    frequency: Array
+    psd: Array
+
+    def __call__(self, frequency: Array) -> Array:
+        """Return the PSD at frequencies within the break points (nf,) [Hz]; at a step the higher.
+
+        Examples
+        --------
+        >>> steps = BreakPoints(np.array([20.0, 80.0, 80.0, 90.0]), np.array([1.0, 16.0, 2.0, 2.0]))
+        >>> steps(np.array([40.0, 80.0])).round(6).tolist()
+        [4.0, 2.0]
+        """
+        below = np.searchsorted(self.frequency, frequency, side="right") - 1
+        below = np.clip(below, 0, len(self.psd) - 2)
+        ratio = frequency / self.frequency[below]
+        at_lines: Array = self.psd[below] * ratio ** self._slope[below]
+        return at_lines
+
+    @property
+    def jumps(self) -> Array:
+        """Frequencies of steps [Hz]."""
+        return self.frequency[1:][np.diff(self.frequency) == 0]
+
+    @property
+    def _slope(self) -> Array:
+        """(n − 1,) exponent n of S ∝ fⁿ between break points, 0 at a step."""
+        octaves = np.diff(np.log(self.frequency))
+        rise = np.diff(np.log(self.psd))
+        return np.divide(rise, octaves, out=np.zeros_like(rise), where=octaves > 0)
+
+    def mean_square(self, low: float, high: float) -> float:
+        """Return ∫ S df between two frequencies within the break points [Hz], in closed form.
+
+        Examples
+        --------
+        >>> BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1])).mean_square(10.0, 100.0)
+        23.02585092994046
+        """
+        f, slope = self.frequency, self._slope
+        begin, end = np.clip(f[:-1], low, high), np.clip(f[1:], low, high)
+        octaves = np.log(end / begin)
+        power = (slope + 1) * octaves
+        # ∫ S df = a S(a) (e^x − 1)/x · ln(b/a) with x = (n + 1) ln(b/a)
+        growth = np.where(np.abs(power) < 1e-9, 1.0, np.expm1(power) / np.where(power, power, 1.0))
+        psd = self.psd[:-1] * (begin / f[:-1]) ** slope
+        return float(np.sum(begin * psd * growth * octaves))

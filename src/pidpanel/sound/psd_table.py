@@ -1,0 +1,69 @@
+"""Tables of pressure PSDs in CSV files, and which of the two kinds of table a file is.
+
+Beside tables of band levels (`table`) there are those with the columns ``frequency_hz`` and
+``psd_pa2_hz``, straight between the rows on logarithmic axes. Two rows at one frequency are a step.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.break_points import BreakPoints
+from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
+from pidpanel.sound.spectrum import PsdSpectrum, Spectrum
+from pidpanel.sound.table import SpectrumTableError, read_spl_table
+
+HEADER = ("frequency_hz", "psd_pa2_hz")
+
+COLUMNS = {
+    HEADER[0]: Allowed(0.0, low_itself=False),
+    # 200 dB in a band of 1 Hz
+    HEADER[1]: Allowed(0.0, low_itself=False, high=4e10),
+}
+
+
+def read_spectrum(path: str | Path) -> Spectrum:
+    """Read a CSV table of band levels or of a pressure PSD, with its comments as the source.
+
+    Raises
+    ------
+    SpectrumTableError
+        With all faults of the file.
+    """
+    try:
+        table = read_rows(Path(path))
+    except ColumnsError as error:
+        raise SpectrumTableError(error.faults) from None
+    if any(name.lower().startswith("psd") for name in table.header):
+        return _psd_spectrum(table)
+    return read_spl_table(path)
+
+
+def _psd_spectrum(table: TableRows) -> PsdSpectrum:
+    names = list(faults_of_names(table.header, HEADER))
+    names += [f"column {name}: missing" for name in HEADER if name not in table.header]
+    lines, columns, of_cells = numbers(table, COLUMNS)
+    faults = [(table.line, says) for says in names] + of_cells
+    if not faults and len(lines) < 2:
+        raise SpectrumTableError([f"{table.path}: must have at least 2 rows, not {len(lines)}"])
+    if not faults:
+        faults += _faults_of_order(lines, columns[HEADER[0]])
+    if faults:
+        ordered = sorted(faults, key=lambda fault: fault[0])
+        raise SpectrumTableError([f"{table.path}, line {line}: {says}" for line, says in ordered])
+    source = "\n".join(comment for _, comment in table.comments)
+    return PsdSpectrum(BreakPoints(columns[HEADER[0]], columns[HEADER[1]]), source)
+
+
+def _faults_of_order(lines: Sequence[int], frequency: Array) -> Iterator[tuple[int, str]]:
+    """Yield rows that fall, and steps that are none."""
+    rise = np.diff(frequency)
+    for row in (np.flatnonzero(rise < 0) + 1).tolist():
+        yield lines[row], f"frequency_hz = {frequency[row]:g} follows a higher one"
+    for row in (np.flatnonzero(rise == 0) + 1).tolist():
+        ends = row in (1, len(frequency) - 1)
+        if ends or frequency[row + 1] == frequency[row]:
+            where = "a step at an end" if ends else "more than two rows at one frequency"
+            yield lines[row], f"frequency_hz = {frequency[row]:g}: {where} is not allowed"
