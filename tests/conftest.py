@@ -107,6 +107,7 @@ def table_values(law_values):
         found = law_values()
         found["damping"] = {"readings": ["table"], "table": "lab.csv"}
         found["response"]["radiation_beside"] = "one_side"
+        found["severity"] = {"fatigue": {"stress_mpa": 100, "exponent": 6}}
         return found
 
     return values

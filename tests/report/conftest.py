@@ -286,6 +286,11 @@ def table(tmp_path_factory, write_study, table_values):
     call("response", study, read, response)
     read = upstream | {"left_out": response["left_out"], "psd": response["psd"]}
     call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))
+    (folder / "severity").mkdir()
+    names = ("oscillators", "peaks", "fatigue")
+    severity = within(folder / "severity", {name: f"{name}.csv" for name in names})
+    read = {name: response[name] for name in ("psd", "summary", "stress", "stress_table")}
+    call("severity", study, read, severity)
     page = within(folder, {"page": "report.html", "figures": "report"})
     runs = folder.parent / "coupon"
     call("report", study, {}, page, params={"results": str(folder)}, coupon=runs)

@@ -18,7 +18,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.report import style
+from pidpanel.report import read, style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.inputs import (
@@ -30,14 +30,6 @@ from pidpanel.report.inputs import (
 )
 from pidpanel.report.known_errors import PARTLY, without_errors
 from pidpanel.report.names import FilledPatch, ReportedScenario
-from pidpanel.report.read import (
-    read_by_point,
-    read_coupled,
-    read_damping,
-    read_dataset,
-    read_proposal,
-    read_runs,
-)
 from pidpanel.report.study_page import study_page
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
@@ -115,15 +107,15 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
     response, panel = folder / "response", folder / "panel"
     summary, psd = without_errors(
         partly_known(study),
-        read_by_point(response / "summary.csv"),
-        read_dataset(response / "psd.nc"),
+        read.read_by_point(response / "summary.csv"),
+        read.read_dataset(response / "psd.nc"),
     )
     has_radiation = study.response.radiation_beside != "none"
     return Inputs(
         study=reported_study(study),
         stamp=stamp(study),
         summary=summary,
-        layouts=read_by_point(response / "layouts.csv"),
+        layouts=read.read_by_point(response / "layouts.csv"),
         psd=psd,
         modes=pd.read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),
@@ -134,15 +126,20 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
             name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
             for name in study.coupons
         },
-        stress=read_by_point(response / "stress.csv"),
-        radiation=read_by_point(response / "radiation.csv") if has_radiation else None,
-        maps=read_dataset(response / "maps.nc"),
-        coupled=read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
+        stress=read.read_by_point(response / "stress.csv"),
+        radiation=read.read_by_point(response / "radiation.csv") if has_radiation else None,
+        maps=read.read_dataset(response / "maps.nc"),
+        coupled=read.read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
         if study.is_coupled
         else None,
-        proposal=None if study.optimise is None else read_proposal(folder / "optimise"),
+        proposal=None if study.optimise is None else read.read_proposal(folder / "optimise"),
+        severity=None
+        if study.severity is None
+        else read.read_severity(
+            folder / "severity", study.severity.quality, study.severity.duration_s
+        ),
         damping={
-            name: read_damping(
+            name: read.read_damping(
                 name,
                 folder,
                 study.coupons[name].cell.depth,
@@ -163,7 +160,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
     words, accuracy = coupon_words(study.coupons[damper])
-    results = read_runs(table, cases, folder)
+    results = read.read_runs(table, cases, folder)
     return replace(results, words=words, accuracy=accuracy, varied=varied_keys(study))
 
 

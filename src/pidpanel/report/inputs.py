@@ -148,6 +148,17 @@ class ProposalResults:
 
 
 @dataclass(frozen=True)
+class SeverityResults:
+    """What the severity stage left."""
+
+    oscillators: pd.DataFrame  # ``severity/oscillators.csv``
+    peaks: pd.DataFrame  # ``severity/peaks.csv``
+    fatigue: pd.DataFrame  # ``severity/fatigue.csv``
+    quality: float  # Q of the oscillators [1]
+    duration: float  # of the sound [s]
+
+
+@dataclass(frozen=True)
 class Inputs:
     """All that the page of a study with a panel is made from."""
 
@@ -167,6 +178,7 @@ class Inputs:
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     coupled: CoupledResults | None = None  # None without coupled runs
     proposal: ProposalResults | None = None  # None without the section ``optimise``
+    severity: SeverityResults | None = None  # None without the section ``severity``
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
 
     @property

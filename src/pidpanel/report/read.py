@@ -19,6 +19,7 @@ from pidpanel.report.inputs import (
     CouponResults,
     DampingResults,
     ProposalResults,
+    SeverityResults,
 )
 
 STEADINESS_SHOWN = 6
@@ -50,6 +51,14 @@ def read_proposal(folder: Path) -> ProposalResults:
     layouts, front = (pd.read_csv(folder / f"{name}.csv") for name in ("layouts", "front"))
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
     return ProposalResults(layouts, front, read_by_point(folder / "summary.csv"), search)
+
+
+def read_severity(folder: Path, quality: float, duration: float) -> SeverityResults:
+    """Read what the severity stage left, of oscillators of this Q and a duration [s]."""
+    oscillators, peaks, fatigue = (
+        read_by_point(folder / f"{name}.csv") for name in ("oscillators", "peaks", "fatigue")
+    )
+    return SeverityResults(oscillators, peaks, fatigue, quality, duration)
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:

@@ -30,6 +30,7 @@ from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
 from pidpanel.report.response_section import response_section
+from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
@@ -112,4 +113,6 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(summary, list(names.values()), points))
     sections.append(stress_section(with_names(inputs.stress, names)))
+    if inputs.severity is not None:
+        sections.append(severity_section(inputs.severity, inputs.summary, names))
     return sections

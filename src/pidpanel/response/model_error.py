@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pidpanel.damping.broadband import BroadbandError
+from pidpanel.arrays import Array
+from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.uncertainty import StandardErrors
 
 
@@ -17,23 +19,34 @@ def model_error_of(case: SolvedCase, response: LayoutResponse) -> StandardErrors
     part that does not depend on it; see `damping.broadband`. S₀ is with the same mass and no
     damping, or of the bare panel where the mass is not known. None where there is no such error.
     """
-    errors = [damper.model.broadband_error for damper in case.dampers]
-    largest = BroadbandError(*np.max([*errors, BroadbandError(0.0, 0.0)], axis=0))
+    largest = broadband_error_of(case)
     if not any(largest):
         return None
-    undamped = (case.dead_weight or case.bare).response
-    damped = response.response
-    psds = undamped.acceleration_psd, damped.acceleration_psd
-    rms = undamped.acceleration_rms, damped.acceleration_rms
-    (effect_psd, effect_rms) = (
-        np.abs(np.log(np.divide(a, b, out=np.ones_like(a), where=(a > 0) & (b > 0))))
-        for a, b in (psds, rms)
-    )
+    undamped, damped = undamped_response(case), response.response
+    psd_error = BroadbandError(largest.of_effect, 2 * largest.of_rms)
     return StandardErrors(
-        log_psd=np.hypot(largest.of_effect * effect_psd, 2 * largest.of_rms),
-        log_rms=np.hypot(largest.of_effect * effect_rms, largest.of_rms),
+        log_psd=log_error(psd_error, undamped.acceleration_psd, damped.acceleration_psd),
+        log_rms=log_error(largest, undamped.acceleration_rms, damped.acceleration_rms),
         log_acceleration=np.zeros(len(case.dampers)),
     )
+
+
+def broadband_error_of(case: SolvedCase) -> BroadbandError:
+    """Return the largest error of the damping models of a case under broadband motion."""
+    errors = [damper.model.broadband_error for damper in case.dampers]
+    return BroadbandError(*np.max([*errors, EXACT], axis=0))
+
+
+def undamped_response(case: SolvedCase) -> PanelResponse:
+    """Return the response with the same mass and no damping; the bare one without that."""
+    return (case.dead_weight or case.bare).response
+
+
+def log_error(error: BroadbandError, undamped: Array, damped: Array) -> Array:
+    """Return the standard error of ln of rms values [1] from those without damping."""
+    moves = (undamped > 0) & (damped > 0)
+    effect = np.log(np.divide(undamped, damped, out=np.ones_like(damped), where=moves))
+    return np.hypot(error.of_effect * effect, error.of_rms)
 
 
 def with_model_error(

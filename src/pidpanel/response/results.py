@@ -16,7 +16,13 @@ from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.extrapolation import extrapolation_of
-from pidpanel.response.model_error import decibels, model_error_of, with_model_error
+from pidpanel.response.model_error import (
+    broadband_error_of,
+    decibels,
+    model_error_of,
+    undamped_response,
+    with_model_error,
+)
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
@@ -34,6 +40,9 @@ from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
 from pidpanel.solve.solvers import PanelSolver, Request
+
+CORE = "core"
+"""Name of the core among the layers of ``stress.csv``."""
 
 
 class OutsideSimulatedRange(ResponseError):
@@ -182,11 +191,13 @@ class _Rows:
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
         model_error = model_error_of(case, response)
-        error = standard_errors(case, response)
+        damping_error = standard_errors(case, response)
         if case.model == COUPLED:
             # those of the runs have more than the errors of C_e and m_a
-            error = (self._tabulation.coupled_errors or {}).get(case.scenario.label, error)
-        error = with_model_error(error, model_error)
+            damping_error = (self._tabulation.coupled_errors or {}).get(
+                case.scenario.label, damping_error
+            )
+        error = with_model_error(damping_error, model_error)
         if error is not None:
             self.errors[key] = error
         by_patch = patch_rows(panel, case, response)
@@ -211,7 +222,7 @@ class _Rows:
         self.responses[key] = on_patches(panel, case, response)
         if case.dead_weight is not None:
             self.dead_weight[key] = case.dead_weight.response.acceleration_psd
-        self.strains[key], rows = self._strains(response.response, error)
+        self.strains[key], rows = self._strains(case, response.response, damping_error)
         self.stress += [{**_names(case), **row} for row in rows]
 
     def _summary_rows(
@@ -246,27 +257,52 @@ class _Rows:
         ]
 
     def _strains(
-        self, response: PanelResponse, error: uncertainty.StandardErrors | None
+        self,
+        case: SolvedCase,
+        response: PanelResponse,
+        error: uncertainty.StandardErrors | None,
     ) -> tuple[Array, list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
-        basis, layers = self._panel.basis, self.layers
-        psd = stress.layer_psd(response, layers)
-        parts = {
-            layer: (psd[:, :, number], stress.QUANTITIES)
-            for number, layer in enumerate(layers.names)
-        }
-        if np.any(basis.core_stress):
-            core = stress.core_psd(response, basis.core_stress)
-            parts["core"] = (core, stress.CORE_QUANTITIES)
-        log_error = None if error is None else error.log_psd
+        model = broadband_error_of(case)
+        parts = self._stress_psds(response)
+        undamped = self._stress_psds(undamped_response(case)) if any(model) else {}
         rows = [
             {"layer": layer, **row}
-            for layer, (part, quantities) in parts.items()
+            for layer, part in parts.items()
             for row in stress_rows(
-                self._panel.frequency, part, quantities, basis.point_names, log_error
+                self._panel.frequency,
+                part,
+                stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES,
+                self._panel.basis.point_names,
+                None if error is None else _stress_error(self._panel.frequency, response, error),
+                undamped.get(layer),
+                model,
             )
         ]
-        return psd, rows
+        return np.stack([parts[layer] for layer in self.layers.names], axis=2), rows
+
+    def _stress_psds(self, response: PanelResponse) -> dict[str, Array]:
+        """PSDs of strain and stress in each layer (nf, n_points, 7), and of stress in the core."""
+        psd = stress.layer_psd(response, self.layers)
+        parts = {layer: psd[:, :, number] for number, layer in enumerate(self.layers.names)}
+        core_stress = self._panel.basis.core_stress
+        if np.any(core_stress):
+            parts[CORE] = stress.core_psd(response, core_stress)
+        return parts
+
+
+def _stress_error(
+    frequency: Array, response: PanelResponse, error: uncertainty.StandardErrors
+) -> Array:
+    """Errors of ln PSD (nf, n_points) that add up over the lines as those of the acceleration.
+
+    Shifted resonances raise some lines and lower others, so errors of lines cancel in part.
+    """
+    psd, square = response.acceleration_psd, response.acceleration_rms**2
+    together = np.trapezoid(psd * error.log_psd, frequency, axis=0)
+    moves = (square > 0) & (together > 0)
+    share = np.divide(2 * square * error.log_rms, together, out=np.zeros_like(square), where=moves)
+    return np.asarray(error.log_psd * share)
 
 
 def _names(case: SolvedCase) -> dict[str, Any]:

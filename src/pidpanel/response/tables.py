@@ -9,6 +9,8 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.broadband import EXACT, BroadbandError
+from pidpanel.response import model_error
 from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
@@ -199,13 +201,22 @@ def stress_rows(
     quantities: Mapping[str, str],
     points: Sequence[str],
     log_error: Array | None = None,
+    undamped_psd: Array | None = None,
+    model: BroadbandError = EXACT,
 ) -> list[dict[str, Any]]:
-    """Rms and three sigma, a row per point and quantity."""
+    """Rms and three sigma, a row per point and quantity.
+
+    The error is that of the damping [ln PSD], fully correlated over the lines, and that which the
+    damping model has under broadband motion, from the stress without damping.
+    """
     rms = root_mean_square(frequency, psd)
     error = np.full(rms.shape, np.nan)
     if log_error is not None:
         of_square = np.trapezoid(psd * log_error[:, :, None], frequency, axis=0)
         error = np.divide(of_square, 2 * rms**2, out=np.zeros_like(rms), where=rms > 0)
+    if undamped_psd is not None and any(model):
+        of_model = model_error.log_error(model, root_mean_square(frequency, undamped_psd), rms)
+        error = np.hypot(np.nan_to_num(error), of_model)
     rows = []
     for index, point in enumerate(points):
         for (quantity, unit), value, relative_error in zip(

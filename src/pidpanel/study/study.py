@@ -27,6 +27,7 @@ from pidpanel.study.scenarios import (
     Scenario,
     level_suffix,
 )
+from pidpanel.study.severity import Severity, mistakes_of_severity
 from pidpanel.study.sound import Sound
 
 T = TypeVar("T")
@@ -53,12 +54,15 @@ class Study(CouponStudy):
     """Families of one patch, and layouts; none for a study of the bare panel."""
     optimise: Optimise | None = None
     """Search for layouts within a mass budget."""
+    severity: Severity | None = None
+    """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
         yield from super().mistakes()
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
+        yield from mistakes_of_severity(self.severity, self.response.frequency_hz[0])
         yield from mistakes_of_names("scenarios", self.scenarios)
         mistakes = list(self.mistakes_of_scenarios())
         yield from mistakes

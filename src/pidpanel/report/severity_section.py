@@ -1,0 +1,176 @@
+"""Severity on the page: oscillator spectra, peaks in a duration, fatigue."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pidpanel.report import style
+from pidpanel.report.html import Chart, PageCurve, PageSection, Paragraph, Picture, Table, table_of
+from pidpanel.report.inputs import SeverityResults
+from pidpanel.report.layout import WIDTH, frequency_axis
+from pidpanel.report.text import READINGS, number, records, with_error
+
+ACROSS = 3
+POINTS = 6
+"""Points drawn at most; the tables have all."""
+
+
+def severity_section(
+    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str]
+) -> PageSection:
+    """Return the section of a study with the key ``severity``.
+
+    Parameters
+    ----------
+    severity
+        What the stage left.
+    summary
+        ``response/summary.csv``: it says which scenario reduces most.
+    names
+        Of the scenarios by label.
+    """
+    spectra, peaks = _oscillators(severity, summary, names), _peaks(severity, names)
+    fatigue = _fatigue(severity, names)
+    return PageSection("severity", "Peaks and fatigue", [spectra, peaks, *fatigue])
+
+
+def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
+    """Return damping model and label of the most reduced scenario, and its bare panel first."""
+    damped = summary[(summary["patch"] != "none") & (summary["status"] == "ok")]
+    if damped.empty:
+        first = summary.iloc[0]
+        return [(first["reading"], first["scenario"])]
+    of_model = damped[damped["reading"] == damped["reading"].iloc[0]]
+    mean = of_model.groupby("scenario", sort=False)["reduction_db"].mean()
+    best = of_model[of_model["scenario"] == mean.idxmax()].iloc[0]
+    bare = summary[(summary["patch"] == "none") & (summary["oaspl_db"] == best["oaspl_db"])]
+    return [(best["reading"], label) for label in (bare.iloc[0]["scenario"], best["scenario"])]
+
+
+def _oscillators(
+    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str]
+) -> Picture:
+    table = severity.oscillators
+    drawn = drawn_scenarios(summary)
+    points = list(dict.fromkeys(table["point"]))[:POINTS]
+    colours = [style.BARE, style.PLACES[0]][: len(drawn)]
+    natural, charts = table["natural_frequency_hz"].unique(), []
+    for point in points:
+        curves = []
+        for (reading, label), colour in zip(drawn, colours, strict=True):
+            rows = table[
+                (table["reading"] == reading)
+                & (table["scenario"] == label)
+                & (table["point"] == point)
+            ]
+            rms = rows["oscillator_rms_g"].to_numpy()
+            error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
+            curves.append(PageCurve(names[label], rms, colour, log_error=error))
+        charts.append(Chart(f"point {point}", natural, "oscillator, g rms", curves))
+    caption = (
+        f"Vibration response spectrum at Q = {number(severity.quality)}: rms acceleration of an "
+        "oscillator on the point, over its natural frequency, for the bare panel and the scenario "
+        f"with the largest mean reduction ({names[drawn[-1][1]]}). Bands: one standard error of "
+        "the response. severity/oscillators.csv has all scenarios, with the values of Miles' "
+        "equation."
+    )
+    return Picture("oscillators", style.png(_figure(charts)), caption, charts)
+
+
+def _figure(charts: Sequence[Chart]) -> Figure:
+    across = min(ACROSS, len(charts))
+    rows = math.ceil(len(charts) / across)
+    figure = Figure(figsize=(WIDTH, 0.5 + 2.4 * rows), layout="constrained")
+    grid = figure.subplots(rows, across, sharex=True, sharey=True, squeeze=False)
+    for axes in grid.ravel()[len(charts) :]:
+        axes.remove()
+    for axes, chart in zip(grid.ravel(), charts, strict=False):
+        for curve in chart.curves:
+            axes.plot(chart.frequency, curve.values, color=curve.colour, lw=1.3, label=curve.label)
+            if curve.log_error is not None:
+                factor = np.exp(curve.log_error)
+                low, high = curve.values / factor, curve.values * factor
+                axes.fill_between(chart.frequency, low, high, color=curve.colour, alpha=0.22, lw=0)
+        axes.set_yscale("log")
+        frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
+        axes.set_xlabel("natural frequency, Hz")
+        axes.set_title(chart.title, loc="left", fontweight="bold")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("oscillator, g rms")
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> Table:
+    caption = (
+        f"Accelerations in {number(severity.duration)} s at each point. The peak is the mean of "
+        "the largest peak of a Gaussian process with the same PSD (Davenport); ν₀ is its upward "
+        "zero crossings per second. 3σ is three times the rms value."
+    )
+    return table_of(
+        records(severity.peaks),
+        caption,
+        {
+            "damping model": lambda row: READINGS[row["reading"]],
+            "scenario": lambda row: names[row["scenario"]],
+            "point": lambda row: row["point"],
+            "rms, g": lambda row: number(row["acceleration_rms_g"]),
+            "3σ, g": lambda row: number(row["three_sigma_g"]),
+            "ν₀, Hz": lambda row: number(row["zero_crossings_hz"]),
+            "peak, g": lambda row: with_error(row["peak_g"], row["peak_error_g"]),
+        },
+        folded=True,
+        title="Peak accelerations",
+    )
+
+
+def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+    table = severity.fatigue
+    if table.empty:
+        text = "No fatigue damage: the study states no S-N line (severity.fatigue)."
+        return [Paragraph(text)]
+    place = ["reading", "scenario", "point"]
+    worst = table.loc[table.groupby(place, sort=False)["damage_narrow_band"].idxmax()]
+    highest = max(records(worst), key=lambda row: row["damage_narrow_band"])
+    verdict = (
+        "No point fails."
+        if highest["damage_narrow_band"] < 1
+        else "A damage of 1 is failure: at least one point may fail."
+    )
+    text = (
+        f"Largest damage in {number(severity.duration)} s: "
+        f"{number(highest['damage_dirlik'], 2)} by Dirlik's count and "
+        f"{number(highest['damage_narrow_band'], 2)} by the narrow-band count "
+        f"(point {highest['point']}, {names[highest['scenario']]}). {verdict} Only the response "
+        "points are looked at; the highest stress of the panel may lie elsewhere."
+    )
+    caption = (
+        "Layer and stress with the most damage at each point, Miner's sum over the duration. Of "
+        "one resonance the two counts agree; of several, Dirlik's is up to 30 % low and the "
+        "narrow-band one up to 50 % high. The factor is one standard error of the damage, from "
+        "that of the response."
+    )
+    cells = table_of(
+        records(worst),
+        caption,
+        {
+            "damping model": lambda row: READINGS[row["reading"]],
+            "scenario": lambda row: names[row["scenario"]],
+            "point": lambda row: row["point"],
+            "layer": lambda row: row["layer"],
+            "stress": lambda row: row["quantity"].replace("_", " "),
+            "rms, MPa": lambda row: number(row["stress_rms_mpa"]),
+            "damage, Dirlik": lambda row: number(row["damage_dirlik"], 2),
+            "damage, narrow band": lambda row: number(row["damage_narrow_band"], 2),
+            "factor": lambda row: f"×/÷ {number(math.exp(row['damage_log_error']))}",
+        },
+        folded=True,
+        title="Fatigue damage",
+    )
+    return [Paragraph(text), cells]

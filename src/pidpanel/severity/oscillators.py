@@ -1,0 +1,75 @@
+"""Vibration response spectrum: rms acceleration of damped oscillators on a moving point.
+
+|H|² = (1 + (r/Q)²) / ((1 − r²)² + (r/Q)²), r = f/f_n, of the absolute acceleration of an oscillator
+with the natural frequency f_n and the quality Q = 1/2ζ. On a flat PSD that reaches far beyond f_n
+its rms value is √(π/2 f_n Q S (1 + 1/Q²)): Miles' equation without the last factor
+(J. Aeronaut. Sci. 21 (1954) 753-762).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pidpanel.arrays import Array
+
+WIDEST = 1.5
+"""Angle up to which lines are added at a resonance, where the half bandwidth times its tangent is
+14 of them away [rad]."""
+ADDED = 241
+PER_DECADE = 40
+
+
+def natural_frequencies(low: float, high: float) -> Array:
+    """Return natural frequencies from one to another, 40 to a decade [Hz].
+
+    Examples
+    --------
+    >>> natural_frequencies(100.0, 120.0).round(1)
+    array([100. , 105.9, 112.2, 118.9])
+    """
+    first = np.ceil(PER_DECADE * np.log10(low) - 1e-9)
+    last = np.floor(PER_DECADE * np.log10(high) + 1e-9)
+    values: Array = 10 ** (np.arange(first, last + 1) / PER_DECADE)
+    return values
+
+
+def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
+    """Return the rms acceleration of oscillators on points with these PSDs.
+
+    Parameters
+    ----------
+    frequency
+        (nf,) rising [Hz].
+    psd
+        (nf, n) one-sided acceleration PSDs, straight between their lines and zero outside.
+    natural
+        (m,) natural frequencies [Hz].
+    quality
+        Q of the oscillators [1].
+
+    Returns
+    -------
+    (m, n) in the unit of the square root of ``psd`` times Hz.
+    """
+    rms = np.empty((natural.size, psd.shape[1]))
+    offset = np.tan(np.linspace(-WIDEST, WIDEST, ADDED)) / (2 * quality)
+    for row, one in enumerate(natural):
+        lines = one * (1 + offset)
+        inside = (lines > frequency[0]) & (lines < frequency[-1])
+        lines = np.union1d(frequency, lines[inside])
+        values = np.stack([np.interp(lines, frequency, column) for column in psd.T], axis=1)
+        ratio = lines / one
+        damping = (ratio / quality) ** 2
+        gain = (1 + damping) / ((1 - ratio**2) ** 2 + damping)
+        rms[row] = np.sqrt(np.trapezoid(gain[:, None] * values, lines, axis=0))
+    return rms
+
+
+def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
+    """Return the rms acceleration of oscillators by Miles' equation, √(π/2 f_n Q S(f_n)).
+
+    Parameters and result are those of `response_spectrum`.
+    """
+    at = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
+    rms: Array = np.sqrt(np.pi / 2 * quality * natural[:, None] * at)
+    return rms

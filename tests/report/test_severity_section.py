@@ -1,0 +1,73 @@
+"""Severity of a study on its page and in its tables."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.report.severity_section import drawn_scenarios
+
+KEYS = {"reading": str, "scenario": str, "point": str}
+
+
+@pytest.fixture
+def tables(table):
+    """(severity, response) → tables by name."""
+    folder = table[1]
+    return {
+        name: pd.read_csv(folder / name, dtype=KEYS)
+        for name in (
+            "severity/oscillators.csv",
+            "severity/peaks.csv",
+            "severity/fatigue.csv",
+            "response/summary.csv",
+            "response/stress.csv",
+        )
+    }
+
+
+def test_peaks_have_the_rms_values_and_errors_of_the_response(tables):
+    # red: errors of PSD lines added up as if none cancelled
+    where = ["reading", "scenario", "point"]
+    both = tables["severity/peaks.csv"].merge(
+        tables["response/summary.csv"], on=where, suffixes=("", "_response")
+    )
+    assert len(both) == len(tables["severity/peaks.csv"]) > 0
+    rms = both["acceleration_rms_g_response"]
+    np.testing.assert_allclose(both["acceleration_rms_g"], rms, rtol=1e-4)
+    error = both["acceleration_rms_error_g"].fillna(0.0) / rms
+    np.testing.assert_allclose(both["peak_error_g"] / both["peak_g"], error, rtol=1e-4)
+    assert (both["peak_g"] > both["three_sigma_g"]).all()
+
+
+def test_damage_has_the_error_of_the_stress_times_the_exponent(tables):
+    # red: the error of another layer; the exponent left out
+    where = ["reading", "scenario", "point", "layer", "quantity"]
+    both = tables["severity/fatigue.csv"].merge(tables["response/stress.csv"], on=where)
+    assert len(both) == len(tables["severity/fatigue.csv"]) > 0
+    np.testing.assert_allclose(both["stress_rms_mpa"], both["rms"], rtol=1e-4)
+    expected = 6 * np.log1p(both["relative_error"].fillna(0.0))
+    np.testing.assert_allclose(both["damage_log_error"], expected, rtol=1e-4)
+    ratio = both["damage_narrow_band"] / both["damage_dirlik"]
+    assert ratio.between(0.99, 1.6).all()
+
+
+def test_errors_of_stresses_are_of_the_size_of_those_of_accelerations(tables):
+    # red: of_effect of every line added up, |ln S₀/S| of shifted resonances included
+    summary = tables["response/summary.csv"].dropna(subset=["acceleration_rms_error_g"])
+    stress = tables["response/stress.csv"].dropna(subset=["relative_error"])
+    assert len(stress) and len(summary)
+    largest = (summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]).max()
+    assert 0 < stress["relative_error"].max() < 3 * largest
+
+
+def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(table, tables):
+    # red: the bare panel of another level
+    (model, bare), (again, best) = drawn_scenarios(tables["response/summary.csv"])
+    summary = tables["response/summary.csv"].set_index("scenario")
+    assert model == again
+    assert (
+        summary.loc[bare, "patch"].eq("none").all() and summary.loc[best, "patch"].ne("none").all()
+    )
+    assert summary.loc[bare, "oaspl_db"].iloc[0] == summary.loc[best, "oaspl_db"].iloc[0]
+    text = (table[1] / "report.html").read_text()
+    assert "Peaks and fatigue" in text and "No point fails." in text

@@ -1,0 +1,50 @@
+"""Vibration response spectra against pyYeti, and Miles' equation where it is exact."""
+
+import numpy as np
+import pytest
+
+from pidpanel.severity.oscillators import miles, natural_frequencies, response_spectrum
+
+BREAKS, LEVELS = [20, 80, 500, 2000], [0.01, 0.04, 0.04, 0.01]
+NATURAL = np.array([25.0, 50.0, 100.0, 300.0, 800.0, 1500.0])
+PYYETI = {
+    10: [2.12926, 4.36019, 7.82033, 13.72191, 18.17575, 18.46352],
+    50: [4.91085, 9.86747, 17.66298, 30.67257, 39.81830, 39.95102],
+}
+"""`pyyeti.srs.vrs` 1.4.7 of this spectrum with lines 0.02 Hz apart, linear between them [g rms]."""
+
+
+def spectrum(frequency):
+    return np.exp(np.interp(np.log(frequency), np.log(BREAKS), np.log(LEVELS)))
+
+
+@pytest.mark.parametrize("quality", PYYETI)
+def test_spectra_are_those_of_pyyeti(quality):
+    # red: damping left out of the numerator; (1 − r²) without its square; no lines added
+    frequency = np.geomspace(20, 2000, 800)
+    psd = np.stack([spectrum(frequency), 4 * spectrum(frequency)], axis=1)
+    rms = response_spectrum(frequency, psd, NATURAL, quality)
+    np.testing.assert_allclose(rms[:, 0], PYYETI[quality], rtol=2e-4)
+    np.testing.assert_allclose(rms[:, 1], 2 * rms[:, 0])
+
+
+@pytest.mark.parametrize("quality", [5.0, 25.0])
+def test_miles_equation_holds_for_a_flat_psd(quality):
+    # its exact form has 1 + 1/Q²; red: π/2 → π; Q left out
+    frequency = np.array([0.01, 1e4])
+    psd = np.full((2, 1), 0.02)
+    natural = np.array([50.0, 100.0])
+    exact = miles(frequency, psd, natural, quality) * np.sqrt(1 + 1 / quality**2)
+    np.testing.assert_allclose(
+        response_spectrum(
+            np.linspace(0.01, 1e4, 20001), np.full((20001, 1), 0.02), natural, quality
+        ),
+        exact,
+        rtol=3e-3,  # what lies above 10 kHz
+    )
+
+
+def test_natural_frequencies_are_40_to_a_decade():
+    values = natural_frequencies(20.0, 2000.0)
+    assert values[0] >= 20 and values[-1] == pytest.approx(1995.26, abs=0.01)
+    np.testing.assert_allclose(np.diff(np.log10(values)), 1 / 40)
