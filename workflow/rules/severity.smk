@@ -1,20 +1,18 @@
 # Oscillator spectra, peaks in a duration and fatigue of all responses.
 
-SEVERITY = {name: results(f"severity/{name}.csv") for name in ("oscillators", "peaks", "fatigue")}
-
 
 rule severity:
     input:
-        **{name: RESPONSE[name] for name in ("psd", "summary", "stress", "stress_table")},
-        request=request(*SEVERITY.values(), study=section("severity")),
+        **RULES["severity"].input,
+        request=request_of("severity"),
     output:
-        **SEVERITY,
+        **RULES["severity"].output,
     log:
-        results("severity/severity.log"),
+        RULES["severity"].log,
     benchmark:
         results("benchmark/severity.tsv")
     params:
-        job=job(),
+        job=job(**RULES["severity"].params),
     message:
         "Oscillator spectra, peaks and fatigue"
     shell:

@@ -23,6 +23,9 @@ NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
 PROPOSAL = ("layouts", "front", "summary", "search")
 """Tables of the proposed layouts."""
 
+SEVERITY = ("oscillators", "peaks", "fatigue")
+"""Tables of the severity of the responses."""
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -62,15 +65,17 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
     maps = _maps(plan, study, {**basis, **upstream})
     proposals = {} if study.optimise is None else {"optimise": _optimise(plan, study, basis)}
-    proposed = [file for rule in proposals.values() for file in rule.output.values()]
+    severity = {} if study.severity is None else {"severity": _severity(plan, response)}
+    optional = [file for r in (proposals | severity).values() for file in r.output.values()]
     return {
         "panel": panel,
         "sound": sound,
         **proposals,
         "response": response,
+        **severity,
         "maps": maps,
         "export": _export(plan, study, panel, response),
-        "report": _report(plan, study, panel, sound, response, maps, proposed),
+        "report": _report(plan, study, panel, sound, response, maps, optional),
     }
 
 
@@ -177,6 +182,16 @@ def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
     )
 
 
+def _severity(plan: Plan, response: Rule) -> Rule:
+    read = ("psd", "summary", "stress", "stress_table")
+    return Rule(
+        plan.results("severity/severity.log"),
+        {name: response.output[name] for name in read},
+        {name: plan.results(f"severity/{name}.csv") for name in SEVERITY},
+        {"study": plan.section("severity")},
+    )
+
+
 def _maps(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
     return Rule(
         plan.results("response/maps.log"),
@@ -213,7 +228,7 @@ def _report(
     sound: Rule,
     response: Rule,
     maps: Rule,
-    proposed: Sequence[str],
+    optional: Sequence[str],
 ) -> Rule:
     coupled = []
     if study.is_coupled:
@@ -239,7 +254,7 @@ def _report(
             "films": films(plan),
             "coupled": coupled,
             "damping": damping,
-            "proposed": proposed,
+            "optional": optional,
         },
         {"page": plan.results("report.html"), "figures": plan.results("report")},
         {"study": plan.section()},
