@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.report import pictures
+from pidpanel.report import panel_figures, pictures, style
 
 
 def saturated(image):
@@ -57,10 +58,18 @@ def test_cells_are_in_a_row_with_their_own_spheres():
 
 def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
     # red: the first shape drawn for all
-    images = pictures.mode_pictures(
-        basis.vertex_position, basis.cells, basis.shape_at_vertices[:, :2],
-        boundary_edges(basis.cells), np.array([[0.75, 0.5]]), size=(200, 130),
-    )  # fmt: skip
+    with style.context():
+        figure = panel_figures.shapes_figure(
+            basis.vertex_position, basis.cells, basis.shape_at_vertices[:, :2],
+            boundary_edges(basis.cells), np.array([[0.75, 0.5]]), ["1", "2"],
+        )  # fmt: skip
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    drawn = np.asarray(canvas.buffer_rgba())
+    images = [
+        drawn[len(drawn) - int(box.y1) : len(drawn) - int(box.y0), int(box.x0) : int(box.x1)]
+        for box in (axes.get_window_extent() for axes in figure.axes[:2])
+    ]
     red, blue = (
         np.array([np.mean(i[..., a].astype(int) - i[..., b] > 60) for i in images])
         for a, b in ((0, 2), (2, 0))

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report import panel_figures, pictures, style
+from pidpanel.report import panel_figures, style
 from pidpanel.report.html import Block, Cell, PageSection, Picture, Table, table_of
 from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.text import number, records, signed, unit
@@ -174,20 +174,13 @@ def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
     count = min(MODES_SHOWN, len(modes))
     lines = [boundary_edges(basis.cells)]
     lines += [boundary_edges(basis.cells[inside]) for inside in basis.cell_in_patch]
-    images = pictures.mode_pictures(
+    figure = panel_figures.shapes_figure(
         basis.vertex_position,
         basis.cells,
         basis.shape_at_vertices[:, :count],
         np.concatenate(lines),
         basis.point_position,
-    )
-    figure = panel_figures.pictures_figure(
-        images,
         [_title(row) for row in records(modes.head(count))],
-        columns=3,
-        colormap="RdBu_r",
-        limits=(-1, 1),
-        label="deflection over its largest value, –",
     )
     orders = " with their half waves (m, n) along x and y" if "m" in modes else ""
     caption = f"First {count} modes{orders}. Lines: patches; dots: response points."

@@ -1,7 +1,4 @@
-"""Scenes drawn off screen: spheres in their cells, mode shapes of the panel.
-
-Functions return images as arrays. No display is needed.
-"""
+"""Scenes drawn off screen: spheres in their cells, as arrays. No display is needed."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Flags
 from pidpanel.coupon import geometry
 
 if TYPE_CHECKING:
@@ -136,54 +133,3 @@ def _walls(cells: CellRow) -> list[pv.PolyData]:
         ring = np.vstack([floor, floor + np.array([0.0, 0.0, cells.depth])])
         walls.append(pv.PolyData(ring, faces=np.concatenate([*side, *ends])))
     return walls
-
-
-def mode_pictures(
-    vertices: Array,
-    cells: Index,
-    shapes: Array,
-    lines: Index,
-    points: Array,
-    *,
-    colormap: str = "RdBu_r",
-    size: tuple[int, int] = (660, 400),
-) -> list[Image]:
-    """Draw mode shapes (n_vertices, n_modes), coloured from −1 to 1, with lines and points."""
-    import pyvista as pv
-
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    rise = 0.1 * float(np.min(high - low))
-    faces = np.hstack([np.full((len(cells), 1), cells.shape[1]), cells]).ravel()
-    flat = np.pad(vertices, ((0, 0), (0, 1)))
-    at_points = np.linalg.norm(vertices[:, None] - points, axis=-1).argmin(axis=0)
-    images = []
-    plotter = _plotter(*size)
-    plotter.enable_anti_aliasing("msaa", multi_samples=4)
-    for shape in shapes.T:
-        scaled = shape / shape[np.abs(shape).argmax()]
-        plotter.clear_actors()
-        panel = pv.PolyData(flat + np.pad(rise * scaled[:, None], ((0, 0), (2, 0))), faces=faces)
-        panel["deflection"] = scaled
-        plotter.add_mesh(
-            panel, scalars="deflection", cmap=mpl.colormaps[colormap], clim=[-1, 1],
-            show_scalar_bar=False, smooth_shading=True, ambient=0.35, diffuse=0.7,
-        )  # fmt: skip
-        drawn = pv.PolyData(
-            panel.points + np.array([0.0, 0.0, 0.05 * rise]),
-            lines=np.pad(lines, ((0, 0), (1, 0)), constant_values=2).ravel(),
-        )
-        plotter.add_mesh(drawn, color="black", line_width=2, lighting=False)
-        plotter.add_points(
-            panel.points[at_points] + np.array([0.0, 0.0, 0.15 * rise]),
-            color="black", point_size=10, render_points_as_spheres=True, lighting=False,
-        )  # fmt: skip
-        middle = np.array([*(low + high) / 2, 0.0])
-        plotter.camera.focal_point = middle
-        plotter.camera.position = middle + np.array([-0.7, -2.0, 2.2])
-        plotter.camera.up = (0.0, 0.0, 1.0)
-        plotter.camera.enable_parallel_projection()
-        plotter.camera.parallel_scale = 0.315 * float(np.hypot(*(high - low)))
-        plotter.reset_camera_clipping_range()
-        images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
-    plotter.close()
-    return images
