@@ -93,10 +93,8 @@ def shapes_figure(
     for axes, shape, title in zip(grid, shapes.T, titles, strict=False):
         scaled = shape / shape[np.abs(shape).argmax()]
         place = np.column_stack([vertices - middle, LIFT * float(size.min()) * scaled]) @ SEEN.T
-        axes.tripcolor(
-            Triangulation(place[:, 0], place[:, 1], triangles), scaled, shading="gouraud", cmap="RdBu_r",
-            vmin=-1.0, vmax=1.0,
-        )  # fmt: skip
+        mesh = Triangulation(place[:, 0], place[:, 1], triangles)
+        axes.tripcolor(mesh, scaled, shading="gouraud", cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         axes.add_collection(LineCollection(list(place[lines]), colors="black", linewidths=0.6))
         axes.plot(*place[marked].T, "o", color="black", ms=2.2)
         axes.set_title(title, fontsize=8)
