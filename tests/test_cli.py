@@ -294,6 +294,26 @@ def test_a_new_study_is_commented_and_passes_the_check(capsys, tmp_path, options
     assert code == 2 and "--force overwrites it" in said
 
 
+@pytest.mark.parametrize(
+    ("rows", "fills", "fill"),
+    [
+        (["0.5,100,900", "0.8,100,1500"], [0.5, 0.7], 0.5),
+        (["0.6,100,900"], [0.6], 0.6),
+        (["0.75,100,900", "0.85,100,950"], [0.75, 0.85], 0.75),
+    ],
+)
+def test_a_new_study_has_fill_fractions_of_its_table(capsys, tmp_path, rows, fills, fill):
+    # red: FILLS for every table: the new study failed its first check
+    table = tmp_path / "lab.csv"
+    table.write_text("\n".join(["fill_fraction,frequency_hz,equivalent_damping_n_s_m3", *rows]))
+    options = ["--section", "thin", "--table", table]
+    assert answer(capsys, "new", tmp_path / "a.yaml", *options)[0] == 0
+    scenarios = yaml.safe_load((tmp_path / "a.yaml").read_text())["scenarios"]
+    assert scenarios["fill"]["fill_fraction"] == fills
+    assert scenarios["location"]["fill_fraction"] == fill
+    assert answer(capsys, "check", tmp_path / "a.yaml")[0] == 0
+
+
 def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, monkeypatch):
     # red: the path as given in `draft._beside`
     (tmp_path / "studies").mkdir()

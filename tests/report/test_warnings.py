@@ -43,6 +43,19 @@ def test_motion_beyond_a_tenth_of_the_thickness_is_told(reported, respond):
     assert "25.5 mm (bare panel, 150 dB, point middle)" in said
 
 
+def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(reported, respond):
+    # red: "Use shorter element edges."; the error of g rms left out; decibels of a ratio
+    summary, psd = respond({})
+    last = summary.index[summary["status"] == "ok"][-1]
+    for column, value in (("mesh_error", 10 ** (16 * 0.65 / 10) - 1), ("mesh_error_rms", 0.405)):
+        worse = summary.assign(**{column: summary[column].where(summary.index != last, value)})
+        said = warnings.response_warnings(reported, worse, psd, NO_LAYOUTS)
+        (mesh,) = (text for text in said if "mesh is too coarse" in text)
+        # 16 and 81 times what is allowed, which falls with the fourth power
+        factor = "2.0" if column == "mesh_error" else "3.0"
+        assert mesh.endswith(f"Use element edges {factor} times shorter.")
+
+
 def test_scenarios_without_a_steady_response_are_told(reported, respond):
     # red: the loop over unstable readings left out
     summary, psd = respond({})

@@ -50,9 +50,12 @@ def test_a_line_counts_by_its_distance_from_the_data(damper):
 
 
 def test_what_the_data_would_have_to_cover_is_named(damper):
-    # red: the range of the lines inside
+    # red: the range of the lines inside; {:.3g} of frequencies, 2e+03 Hz
     assert extrapolated(damper, 20.0).missing.startswith("lab to 20 g at 10")
     assert extrapolated(damper, 20.0).missing.endswith(" to 200 Hz")
+    high = np.geomspace(20, 2000, 181)
+    response = Response(np.array([20.0]), damper.model(high, 1.0, 20.0).inside[None])
+    assert extrapolation_of([damper], response, high).missing.endswith(" to 2000 Hz")
     whole = extrapolation_of([damper], Response(np.array([30.0]), np.ones((1, 181), bool)), LINES)
     assert whole.missing == "" and not whole.weight.any()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 import jinja2
 
 from pidpanel.cli import new
+from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
@@ -21,6 +22,7 @@ from pidpanel.study import StudyError, load_study
 from pidpanel.study.files import found_file
 
 LOWEST, HIGHEST = 30.0, 2000.0
+FILLS = (0.3, 0.5, 0.7, 0.9)
 """Of a response, where the spectrum goes that far [Hz]."""
 
 FINER = 6
@@ -158,6 +160,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))
     if draft.reading == "paper_corrected":
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
+    fills = _fills(Path(draft.table)) if draft.table else FILLS
     a, b = draft.size
     patch = _rounded(0.2 * min(a, b))
     return {
@@ -169,6 +172,8 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "thickness": draft.thickness,
         "depth_mm": draft.depth_mm,
         "reading": draft.reading,
+        "fills": fills,
+        "fill": min(fills, key=lambda fill: abs(fill - 0.5)),
         "patch": patch,
         "centre": (a / 2, b / 2),
         "corner": (_rounded(a / 4), _rounded(b / 4)),
@@ -176,6 +181,18 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "high": high if high == HIGHEST else round(high - 0.05, 1),
         "schema": (WORKFLOW / "schemas" / "study.schema.json").as_uri(),
     }
+
+
+def _fills(table: Path) -> Sequence[float]:
+    """Return fill fractions that a table has; what is wrong with it, the check reports."""
+    try:
+        rows = read_rows(found_file(table, Path(), DATA / "damping"))
+        place = rows.header.index("fill_fraction")
+        known = sorted({float(cells[place]) for _, cells in rows.rows})
+    except (ValueError, IndexError):  # such as a table without fill fractions
+        return FILLS
+    inside = [fill for fill in FILLS if known[0] <= fill <= known[-1]]
+    return inside if len(inside) > 1 else known[:4]
 
 
 def _relative_path(name: str, file: Path) -> str:

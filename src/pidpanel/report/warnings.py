@@ -5,6 +5,7 @@ Every function returns sentences, none where there is nothing to say.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.panel.resolution import ORDER
 from pidpanel.paths import SECTION
 from pidpanel.report.answer_text import massless_text
 from pidpanel.report.inputs import Inputs, ReportedStudy
@@ -27,7 +29,7 @@ from pidpanel.response.trust import (
     MOTION_RESIDUAL,
     POWER_BALANCE,
 )
-from pidpanel.solve.mesh_error import decibels
+from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
 NAMED = 3
 """Scenarios that a warning names, those that it concerns most."""
@@ -163,11 +165,17 @@ def _solution_warnings(study: ReportedStudy, summary: pd.DataFrame) -> list[str]
         good["mesh_error"].max() > MESH_ERROR or good["mesh_error_rms"].max() > MESH_RMS
     ):
         largest = records(good.sort_values("mesh_error"))[-1]
+        beyond = max(
+            decibels(largest["mesh_error"]) / ALLOWED_DB,
+            good["mesh_error_rms"].max() / ALLOWED_RMS,
+        )
+        shorter = math.ceil(10 * beyond ** (1 / ORDER)) / 10
         warnings.append(
             f"The mesh is too coarse: it shifts resonances of {names[largest['scenario']]} "
             f"({READINGS[largest['reading']]}), which changes PSDs by up to "
             f"{number(decibels(largest['mesh_error']), 2)} dB and rms accelerations by up to "
-            f"{percent(good['mesh_error_rms'].max(), 1)}. Use shorter element edges."
+            f"{percent(good['mesh_error_rms'].max(), 1)}. Use element edges {number(shorter, 2)} "
+            "times shorter."
         )
     unstable = summary[~summary["status"].isin(["ok", "held"])].drop_duplicates(
         ["reading", "scenario"]

@@ -74,7 +74,7 @@ def extrapolation_of(
         weight = np.maximum(weight, np.minimum(distance / FAR, 1.0))
         reach = f"{gamma:.3g} g" if np.isfinite(gamma) else ""
         if not np.isfinite(by_motion).all():
-            reach += f" at {outside.min():.3g} to {outside.max():.3g} Hz"
+            reach += f" at {outside.min():.0f} to {outside.max():.0f} Hz"
         if not np.isfinite(distance).any():
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to {reach}"
