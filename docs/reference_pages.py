@@ -32,7 +32,7 @@ UNITS = {
     "_n_m": "N/m", "_pa2_hz": "Pa²/Hz", "_g2_hz": "g²/Hz", "_m2_s2_hz": "m²/s²/Hz",
     "_mm2_hz": "mm²/Hz", "_mpa": "MPa", "_gpa": "GPa", "_percent": "%", "_deg": "°", "_hz": "Hz",
     "_mm": "mm", "_db": "dB", "_kg": "kg", "_m2": "m²", "_g": "g", "_m": "m", "_s": "s",
-    "g_rms": "g", "g_rms_error": "g",
+    "_n2_hz": "N²/Hz", "_n": "N", "g_rms": "g", "g_rms_error": "g",
 }  # fmt: skip
 """Units by the ends of names."""
 UNIT_OF = {"bending_stiffness_n_m": "N m"}

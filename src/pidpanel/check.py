@@ -12,6 +12,7 @@ import jinja2
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.columns import ColumnsError
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
@@ -20,11 +21,12 @@ from pidpanel.coupon.liggghts.trust import check_trust
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
+from pidpanel.study.base_motion import RandomMotion
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel, named_place
 from pidpanel.study.reading import good_sections, partial_study, validated
-from pidpanel.study.response import Response
+from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
@@ -34,6 +36,8 @@ QUIETEST = 100.0
 """Level of a table [dB] below which it is taken for one in other units."""
 MOST_CARRIED = 5
 """Heaviest mass on a panel over that of the panel."""
+OVERALL_TOLERANCE = 0.03
+"""Difference of a stated overall value and that of its table: levels have two digits."""
 ANY_MESH = 1e-3
 """A frequency for which no mesh is too coarse [Hz]."""
 
@@ -155,6 +159,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}",
         )
     yield from _check_layouts(study)
+    if study.base is not None and study.base.random is not None:
+        yield from _check_base(study.base.random, study.response)
     mistakes = list(
         check_sections(study.panel, study.sound, study.response, resolved_masses(study))
     )
@@ -255,6 +261,26 @@ def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake
             ("response", "frequency_hz"),
             f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
         )
+
+
+def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
+    """Yield what is wrong with the table of base motion, and an overall value it does not have."""
+    from pidpanel.base.table import read_base_table
+
+    keys = ("base", "random")
+    try:
+        spectrum = read_base_table(random.spectrum)
+    except ColumnsError as error:
+        yield from (Mistake((*keys, "spectrum"), fault) for fault in error.faults)
+        return
+    stated = random.overall_g
+    if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
+        says = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
+        yield Mistake((*keys, "overall_g"), f"{says}{OVERALL_TOLERANCE:.0%}")
+    low, high = spectrum.frequency[[0, -1]]
+    if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
+        says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
+        yield Mistake(("response", "frequency_hz"), says)
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:

@@ -88,6 +88,19 @@ TABLES = [
     (None, f"{F};{C}\n100;5\n", f"{LAB}, line 1: columns must be separated by ',' with '.' in numbers, not by ';'"),
     (None, b"frequency_hz\n\xff\xfe\n", f"{LAB}, line 2: {UTF8}; the byte 0xff is ÿ in Latin-1"),
 ]  # fmt: skip
+SHAKER = "base.random.spectrum = shaker.csv: shaker.csv"
+SHAKERS = [
+    ("acceleration_psd_g2_hz", "acceleration_psd_g_hz", f"{SHAKER}, line 2: column 'acceleration_psd_g_hz': unknown; did you mean acceleration_psd_g2_hz?"),
+    ("80,0.04,0", "80,0.04", f"{SHAKER}, line 4: has 2 values, must have 3 as the header"),
+    ("80,0.04,0\n300", "300,0.04,0\n80", f"{SHAKER}, line 5: frequency_hz = 80 follows 300; frequencies must increase"),
+    ("20,0.01,3\n80,0.04,0", "20,0.01,\n80,,", f"{SHAKER}, line 4: a gap: acceleration_psd_g2_hz is empty at 80 Hz, and no slope leads there"),
+    ("20,0.01,3", "20,0.01,-3", f"{SHAKER}, line 3: slope_db_octave = -3 between 20 and 80 Hz, where the levels give +3.01"),
+    ("500,0.0144,", "500,0.0144,-6", f"{SHAKER}, line 6: slope_db_octave = -6 at the last row leads nowhere; omit it"),
+    ("80,0.04,0", "80,15.4,0", f"{SHAKER}, line 4: acceleration_psd_g2_hz = 15.4: must be above 0 and at most 10 (in (m/s²)²/Hz?)"),
+    ("80,0.04,0", "80,0,0", f"{SHAKER}, line 4: acceleration_psd_g2_hz = 0: must be above 0 and at most 10"),
+    ("20,0.01,3", "0.02,0.01,3", f"{SHAKER}, line 3: frequency_hz = 0.02: must be at least 0.5 and at most 20000"),
+    (None, "frequency_hz,acceleration_psd_g2_hz\n20,0.01\n", f"{SHAKER}: must have at least two break points"),
+]  # fmt: skip
 IMPEDANCES = [
     (F, "freq", f"{TUNED}, line 1: column 'freq': unknown; did you mean frequency_hz?"),
     ("apparent_mass_kg_m2", "acceleration_g", f"{TUNED}, line 1: column acceleration_g: not allowed in an impedance, which holds for all; use a table", "@@"),
@@ -169,6 +182,7 @@ def checked(place, folder, name, content, says):
 CASES = [
     *(("thin", "spectrum.csv", *case) for case in SPECTRA),
     *(("sandwich", "lab.csv", *case) for case in TABLES),
+    *(("shaker", "shaker.csv", *case) for case in SHAKERS),
     *(("sandwich", "tuned.csv", *case) for case in IMPEDANCES),
     *(("file", "panel.bdf", *case) for case in NASTRAN),
     *(("file", "panel.msh", *case) for case in GMSH),

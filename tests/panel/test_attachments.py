@@ -30,6 +30,7 @@ def monomials(asked):
         | {
             "stiffness": sp.csr_array(STIFFNESS),
             "mass": sp.csr_array(MASS),
+            "inertia": np.zeros(3),
             "interpolate": interpolate,
         }
     )

@@ -90,7 +90,9 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
         by_stage.setdefault(STAGE_OF.get(rule, rule), []).append(f"{count} × {rule}")
     names = ["report"]
     if isinstance(study, Study):
-        names = ["panel", "sound", *(["coupled"] if study.is_coupled else []), "response", *names]
+        coupled = ["coupled"] if study.is_coupled else []
+        base = [] if study.base is None else ["base"]
+        names = ["panel", "sound", *coupled, "response", *base, *names]
         if study.surfaces:
             names.insert(0, "damping")
     if study.coupons or study.is_coupled:  # whose packings are poured with the coupons

@@ -71,20 +71,24 @@ def with_attachments(
     mesh: PanelMesh,
 ) -> AssembledPlate:
     """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds."""
-    stiffness, mass = plate.stiffness, plate.mass
+    stiffness, mass, inertia = plate.stiffness, plate.mass, plate.inertia
     element_size = float(np.median(vertex_spacing(mesh)))
     for attached in attachments:
         if isinstance(attached, LineMass):
             position, share = _along(attached, element_size)
             N = plate.interpolate(position)
             mass = mass + N.T @ sp.diags_array(attached.mass * share) @ N
+            inertia = inertia + attached.mass * (N.T @ share)
         else:
             N = plate.interpolate(np.array([attached.position]))
             if isinstance(attached, Spring):
                 stiffness = stiffness + attached.stiffness * (N.T @ N)
             else:
                 mass = mass + attached.mass * (N.T @ N)
-    return replace(plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass))
+                inertia = inertia + attached.mass * (N.T @ np.ones(1))
+    return replace(
+        plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass), inertia=inertia
+    )
 
 
 def _along(line: LineMass, element_size: float) -> tuple[Array, Array]:

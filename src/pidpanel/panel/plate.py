@@ -54,6 +54,8 @@ class AssembledPlate:
         that meet there [1/m].
     shear_at_vertices
         Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate.
+    inertia
+        (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg].
     """
 
     stiffness: sp.csr_array
@@ -67,6 +69,7 @@ class AssembledPlate:
     curvature_at_vertices: tuple[sp.csr_array, ...]
     shear_at_vertices: tuple[sp.csr_array, ...]
     section: Section
+    inertia: Array
 
 
 @BilinearForm
@@ -103,6 +106,8 @@ def assembled_plate(
         raise ValueError(NONE_FREE)
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
+    values = [function[0] for function in load.basis]
+    deflection_at_quadrature = sp.csr_array(at_quadrature(load, values) @ free)
     return AssembledPlate(
         stiffness=stiffness,
         mass=mass,
@@ -111,12 +116,11 @@ def assembled_plate(
         at_vertices=at_vertices,
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
-        at_quadrature=sp.csr_array(
-            at_quadrature(load, [function[0] for function in load.basis]) @ free
-        ),
+        at_quadrature=deflection_at_quadrature,
         curvature_at_vertices=curvature_at_vertices,
         shear_at_vertices=shear_at_vertices,
         section=section,
+        inertia=section.mass_per_area * (deflection_at_quadrature.T @ load.dx.ravel()),
     )
 
 

@@ -27,7 +27,7 @@ class StoredPlate:
     ----------
     stiffness, mass, patch_overlap, at_vertices, curvature_at_vertices, shear_at_vertices
         As of `AssembledPlate`.
-    quadrature_position, quadrature_weight, at_quadrature
+    quadrature_position, quadrature_weight, at_quadrature, inertia
         As of `AssembledPlate`.
     shapes
         (n_free, n) of the basis, in its order and size, in single precision.
@@ -42,6 +42,7 @@ class StoredPlate:
     quadrature_position: Array
     quadrature_weight: Array
     at_quadrature: sp.csr_array
+    inertia: Array
     shapes: Array
 
 
@@ -52,6 +53,7 @@ def write_plate(
     variables: dict[str, Any] = {
         "quadrature_position": (("quadrature", "axis"), plate.quadrature_position, {"units": "m"}),
         "quadrature_weight": (("quadrature",), plate.quadrature_weight, {"units": "m2"}),
+        "inertia": (("coordinate",), plate.inertia, {"units": "kg"}),
         "shapes": (
             ("coordinate", "shape"),
             shapes.astype(np.float32),
@@ -102,6 +104,7 @@ def read_plate(path: Path) -> StoredPlate:
         quadrature_position=data["quadrature_position"].to_numpy().astype(np.float64),
         quadrature_weight=data["quadrature_weight"].to_numpy().astype(np.float64),
         at_quadrature=matrix("at_quadrature"),
+        inertia=data["inertia"].to_numpy().astype(np.float64),
         shapes=data["shapes"].to_numpy().astype(np.float32),
     )
 

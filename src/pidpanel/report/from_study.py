@@ -90,10 +90,9 @@ def write_coupon_page(
     results = read_coupon(study, SECTION, table, coupon)
     files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
     steps = [run_step(study_file, _decks(study)), (files, "")]
+    title = study.title or study.name
     with style.context():
-        page = coupon_page(
-            study.title or study.name, study.assumptions, stamp(study), results, steps
-        )
+        page = coupon_page(title, study.assumptions, stamp(study), results, steps)
     write_page(page, file, figures)
 
 
@@ -147,6 +146,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
             )
             for name in study.surfaces
         },
+        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
     )
 
 

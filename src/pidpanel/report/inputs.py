@@ -159,6 +159,18 @@ class SeverityResults:
 
 
 @dataclass(frozen=True)
+class BaseResults:
+    """What the base stage left; None for a motion or limits that the study does not have."""
+
+    modes: pd.DataFrame  # ``base/modes.csv``
+    summary: pd.DataFrame | None  # ``base/summary.csv``
+    psd: xr.Dataset | None  # ``base/psd.nc``
+    notches: pd.DataFrame | None  # ``base/notches.csv``
+    peaks: pd.DataFrame | None  # ``base/sine.csv``
+    sine: xr.Dataset | None  # ``base/sine.nc``
+
+
+@dataclass(frozen=True)
 class Inputs:
     """All that the page of a study with a panel is made from."""
 
@@ -180,6 +192,7 @@ class Inputs:
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
+    base: BaseResults | None = None  # None without base motion
 
     @property
     def moving_points(self) -> list[str]:

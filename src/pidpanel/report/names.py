@@ -51,6 +51,12 @@ class ReportedScenario:
         return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
 
     @property
+    def layout_label(self) -> str:
+        """Its label without the sound level."""
+        level = self.oaspl_db
+        return self.label if level is None else self.label.removesuffix(f"_{level:g}dB")
+
+    @property
     def name(self) -> str:
         """The scenario without its sound level as a reader knows it.
 

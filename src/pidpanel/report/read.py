@@ -15,6 +15,7 @@ from pidpanel.paths import of_damper
 from pidpanel.report import evidence
 from pidpanel.report.films import read_film
 from pidpanel.report.inputs import (
+    BaseResults,
     CoupledResults,
     CouponResults,
     DampingResults,
@@ -35,6 +36,19 @@ def read_dataset(path: Path) -> xr.Dataset:
     """Read a NetCDF file whole."""
     with xr.open_dataset(path, engine="scipy") as dataset:
         return dataset.load()
+
+
+def read_base(folder: Path, parts: Mapping[str, bool]) -> BaseResults:
+    """Read what the base stage left of the motions and limits that a study has."""
+    random, sine = parts["random"], parts["sine"]
+    return BaseResults(
+        pd.read_csv(folder / "modes.csv"),
+        read_by_point(folder / "summary.csv") if random else None,
+        read_dataset(folder / "psd.nc") if random else None,
+        read_by_point(folder / "notches.csv") if parts["limits"] else None,
+        read_by_point(folder / "sine.csv") if sine else None,
+        read_dataset(folder / "sine.nc") if sine else None,
+    )
 
 
 def read_coupled(folder: Path, *, with_verdict: bool) -> CoupledResults:

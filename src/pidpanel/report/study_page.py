@@ -12,6 +12,7 @@ from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
 from pidpanel.report.answer_text import NOTHING_MOVES, caveats, headline
+from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdicts
 from pidpanel.report.claims_table import verdict_table
 from pidpanel.report.coupled_section import coupled_section
@@ -109,6 +110,9 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         sections.append(
             radiation_section(summary, beside, study.radiation, points, air_mass=study.air_mass)
         )
+    if inputs.base is not None:
+        layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+        sections.append(base_section(inputs.base, layouts, points))
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(summary, list(names.values()), points))

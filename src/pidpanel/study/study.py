@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from pidpanel.paths import SECTION
 from pidpanel.study.base import as_tuple
+from pidpanel.study.base_motion import BaseMotion, mistakes_of_base
 from pidpanel.study.coupled import mistakes_of_coupled
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
@@ -48,6 +49,8 @@ class Study(CouponStudy):
     """The panel."""
     sound: Sound
     """The sound field."""
+    base: BaseMotion | None = None
+    """Motion of the supports on a shaker, computed beside the sound."""
     response: Response = Response()
     """Quantities computed for the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
@@ -63,6 +66,7 @@ class Study(CouponStudy):
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
         yield from mistakes_of_severity(self.severity, self.response.frequency_hz[0])
+        yield from mistakes_of_base(self)
         yield from mistakes_of_names("scenarios", self.scenarios)
         mistakes = list(self.mistakes_of_scenarios())
         yield from mistakes

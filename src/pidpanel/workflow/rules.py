@@ -66,13 +66,16 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     maps = _maps(plan, study, {**basis, **upstream})
     proposals = {} if study.optimise is None else {"optimise": _optimise(plan, study, basis)}
     severity = {} if study.severity is None else {"severity": _severity(plan, response)}
-    optional = [file for r in (proposals | severity).values() for file in r.output.values()]
+    base = {} if study.base is None else {"base": _base(plan, study, panel, response)}
+    rules = (proposals | severity | base).values()
+    optional = [file for rule in rules for file in rule.output.values()]
     return {
         "panel": panel,
         "sound": sound,
         **proposals,
         "response": response,
         **severity,
+        **base,
         "maps": maps,
         "export": _export(plan, study, panel, response),
         "report": _report(plan, study, panel, sound, response, maps, optional),
@@ -189,6 +192,29 @@ def _severity(plan: Plan, response: Rule) -> Rule:
         {name: response.output[name] for name in read},
         {name: plan.results(f"severity/{name}.csv") for name in SEVERITY},
         {"study": plan.section("severity")},
+    )
+
+
+def _base(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
+    parts = {} if study.base is None else study.base.parts
+    names = {"modes_table": "modes.csv"}
+    if parts["random"]:
+        names |= {"psd": "psd.nc", "summary": "summary.csv"}
+    if parts["limits"]:
+        names |= {"notched": "notched.csv", "notches": "notches.csv"}
+    if parts["sine"]:
+        names |= {"sine": "sine.nc", "sine_table": "sine.csv"}
+    files = {name: panel.output[name] for name in ("modes", "plate", "section")}
+    return Rule(
+        plan.results("base/base.log"),
+        {
+            **files,
+            "left_out": response.output["left_out"],
+            "surfaces": response.input["surfaces"],
+        },
+        {key: plan.results(f"base/{name}") for key, name in names.items()},
+        {**response.values, "study": plan.section("base", *RESPONSE_SECTIONS)},
+        response.params,
     )
 
 

@@ -1,0 +1,122 @@
+"""Notches of a random input: as little less as keeps all limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+
+HALVINGS = 80
+"""Of the range of a cap on a PSD: it is then exact to rounding."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a PSD or of an overall value, in units of one location.
+
+    Attributes
+    ----------
+    location
+        Index of the location among those whose gains are given.
+    reason
+        The limit in words, such as "point 326: 0.5 g²/Hz".
+    value
+        Largest PSD, or largest rms value.
+    is_rms
+        Whether it is that of the overall value.
+    """
+
+    location: int
+    reason: str
+    value: float
+    is_rms: bool = False
+
+
+@dataclass(frozen=True)
+class NotchedInput:
+    """A random input and why it is lower than stated.
+
+    Attributes
+    ----------
+    psd
+        (nf,) of the input, at most that stated.
+    reason
+        (nf,) index of the limit that holds; −1 where there is no notch.
+    """
+
+    psd: Array
+    reason: Index
+
+
+@dataclass(frozen=True)
+class Notch:
+    """A band in which one limit lowers the input."""
+
+    lower_hz: float
+    upper_hz: float
+    deepest_hz: float
+    depth_db: float
+    reason: str
+
+
+def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
+    """Return the input that keeps all limits.
+
+    A limit of a PSD c allows an input of c/|H|². One of an overall value becomes the highest cap on
+    the PSD there under which the overall value is kept, so that the highest peaks are lowered.
+
+    Parameters
+    ----------
+    frequency, psd
+        (nf,) [Hz] and the stated input.
+    gain
+        (n_locations, nf) |H|² of each location.
+    """
+    lowest, reason = psd.copy(), np.full(psd.size, -1)
+    ordered = sorted(enumerate(limits), key=lambda entry: entry[1].is_rms)  # PSDs first
+    for index, limit in ordered:
+        response = gain[limit.location] * lowest
+        cap = _cap(frequency, response, limit.value) if limit.is_rms else limit.value
+        lowered = response > cap
+        lowest[lowered] = cap / gain[limit.location][lowered]
+        reason[lowered] = index
+    return NotchedInput(lowest, reason)
+
+
+def _cap(frequency: Array, psd: Array, rms: float) -> float:
+    """Return the cap c with ∫ min(S, c) df = rms²; infinite where the rms value is kept."""
+    if np.trapezoid(psd, frequency) <= rms**2:
+        return np.inf
+    low, high = 0.0, float(psd.max())
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        if np.trapezoid(np.minimum(psd, middle), frequency) > rms**2:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+def notches(
+    frequency: Array, stated: Array, lowered: NotchedInput, limits: Sequence[Limit]
+) -> list[Notch]:
+    """Return the bands of an input that is lower than stated, each with its limit."""
+    depth = 10 * np.log10(stated / lowered.psd)
+    starts = np.flatnonzero(np.diff(lowered.reason, prepend=-1))
+    ends = np.append(starts[1:], frequency.size) if starts.size else starts
+    bands = []
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        reason = int(lowered.reason[start])
+        if reason < 0:
+            continue
+        deepest = start + int(np.argmax(depth[start:end]))
+        bands.append(
+            Notch(
+                float(frequency[start]), float(frequency[end - 1]), float(frequency[deepest]),
+                float(depth[deepest]), limits[reason].reason,
+            )
+        )  # fmt: skip
+    return bands

@@ -1,0 +1,176 @@
+"""Random motion of the supports: responses of all scenarios, with the notches that limits ask."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.base.notching import Limit, NotchedInput, notched
+from pidpanel.base.supports import BaseExcitation
+from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
+from pidpanel.response.dampers import DampingModels
+from pidpanel.response.model_error import model_error_of, with_model_error
+from pidpanel.response.panel import ResponsePanel
+from pidpanel.response.results import standard_errors
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import LayoutResponse, solve_layouts
+from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.uncertainty import StandardErrors
+
+ROUNDS = 12
+"""Most rounds of notching: less input is less motion, and that is other damping."""
+
+SETTLED = 2e-3
+"""Change of the notched input from round to round that ends them, of ln S."""
+
+
+@dataclass(frozen=True)
+class RandomResponse:
+    """A scenario under a random motion of the supports, SI throughout.
+
+    Attributes
+    ----------
+    input
+        (nf,) PSD of the acceleration of the supports [(m/s²)²/Hz].
+    absolute, relative
+        (nf, n_points) PSD of the absolute acceleration [(m/s²)²/Hz], and of the deflection relative
+        to the supports [m²/Hz].
+    force
+        (nf,) PSD of the force of all supports on panel and particles [N²/Hz].
+    errors
+        Standard errors of the absolute accelerations; None where the damping has none.
+    patch_acceleration_g
+        (n_loads,) Γ of each load.
+    outside_share
+        Share of the lines on which damping is extrapolated [1].
+    """
+
+    input: Array
+    absolute: Array
+    relative: Array
+    force: Array
+    errors: StandardErrors | None
+    patch_acceleration_g: Array
+    outside_share: float
+
+
+@dataclass(frozen=True)
+class RandomCase:
+    """A scenario with a damping model under random motion."""
+
+    scenario: ResponseScenario
+    model: str
+    frequency: Array  # (nf,) [Hz]
+    stated: RandomResponse | None  # under the stated input; None where C_e feeds the panel
+    # Under the notched input; None without limits
+    notched: RandomResponse | None = None
+    notches: NotchedInput | None = None
+
+
+def random_cases(
+    panel: ResponsePanel,
+    observed: Array,
+    scenarios: Sequence[ResponseScenario],
+    models: DampingModels,
+    limits: Sequence[Limit],
+) -> list[RandomCase]:
+    """Return every scenario with every damping model.
+
+    Parameters
+    ----------
+    panel
+        With the translation in its basis, under a `BaseExcitation`.
+    observed
+        Of `supports.observed_motions`.
+    limits
+        By location: the points, then the interface; SI.
+    """
+    solver = panel.solver().with_lines(panel.frequency, observed)
+    cases = []
+    for case in plan_cases(panel, scenarios, models).solve(solver):
+        if isinstance(case.response, UnstableDamping):
+            print(f"{case.model}, {case.scenario.label}: {case.response}", file=sys.stderr)
+            cases.append(RandomCase(case.scenario, case.model, panel.frequency, None))
+            continue
+        stated = _response(case, case.response)
+        random = RandomCase(case.scenario, case.model, panel.frequency, stated)
+        cases.append(_with_notches(random, case, solver, limits) if limits else random)
+    return cases
+
+
+def _with_notches(
+    random: RandomCase, case: SolvedCase, solver: PanelSolver, limits: Sequence[Limit]
+) -> RandomCase:
+    """Return the case with the input that keeps all limits at the motion it leads to."""
+    frequency, response = random.frequency, random.stated
+    if response is None:
+        return random
+    stated = response.input
+    for _ in range(ROUNDS):
+        outputs = np.column_stack([response.absolute, response.force]).T
+        lowered = notched(frequency, stated, outputs / response.input, limits)
+        change = np.abs(np.log(lowered.psd / response.input)).max()
+        if change < SETTLED:
+            break
+        excitation = _with_level(solver, frequency, lowered.psd)
+        again = solver.with_excitation(excitation)
+        (answer,) = solve_layouts(again, [case.layout])
+        if isinstance(answer, UnstableDamping):  # C_e is negative at this motion
+            raise answer
+        response = _response(replace(case, solver=again, response=answer), answer)
+    return replace(random, notched=response, notches=lowered)
+
+
+def _with_level(solver: PanelSolver, frequency: Array, psd: Array) -> BaseExcitation:
+    excitation = solver.excitation
+    if not isinstance(excitation, BaseExcitation):
+        raise TypeError("the panel is not under base motion")
+    return replace(excitation, level=lambda f: np.interp(f, frequency, psd))
+
+
+def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
+    frequency, cross = response.response.frequency, response.response.cross_psd
+    points, interface = cross[:, :-1], cross[:, -1]
+    omega = 2 * np.pi * frequency
+    error = with_model_error(standard_errors(case, response), model_error_of(case, response))
+    inside = response.inside.all(axis=0).mean() if len(response.inside) else 1.0
+    return RandomResponse(
+        case.solver.excitation.spectrum(frequency),
+        omega[:, None] ** 4 * points[:, :, 0, 0].real,
+        np.asarray(points[:, :, 1, 1].real, dtype=np.float64),
+        interface_force_psd(
+            frequency, interface, response.loads, response.equivalent_damping,
+            response.apparent_mass,
+        ),
+        error,
+        response.patch_acceleration_g,
+        1 - float(inside),
+    )  # fmt: skip
+
+
+def interface_force_psd(
+    frequency: Array, cross_psd: Complexes, patches: Index, damping: Array, mass: Array
+) -> Array:
+    """Return the PSD (nf,) of the force of the supports [N²/Hz].
+
+    It is that of all momenta, −ω² 1ᵀM u + Σ_p s_p ∫_p u dA.
+
+    Parameters
+    ----------
+    cross_psd
+        (nf, m, m) of the motions of the interface, see `supports.observed_motions`.
+    patches
+        (n_loads,) with C_e and m_a (n_loads, nf).
+    """
+    share = np.zeros(cross_psd.shape[:2], dtype=np.complex128)
+    share[:, 0] = -((2 * np.pi * frequency) ** 2)
+    stiffness = patch_stiffness(frequency, damping, mass)
+    for patch, s in zip(patches.tolist(), stiffness, strict=True):
+        share[:, 1 + patch] += s
+    psd = np.einsum("fi,fij,fj->f", share, cross_psd, share.conj()).real
+    return np.asarray(psd, dtype=np.float64)

@@ -1,0 +1,143 @@
+"""A panel on moving supports: absolute motion from relative motion and a translation.
+
+All supports move along the normal by z. The panel moves by u = φᵀ q + z, q relative to them. With
+L = φᵀ M 1 and d_p = ∫_p φ dA, dampers s_p = iω C_e − ω² m_a on patch p feel the absolute motion,
+
+    (K − ω² M + iω C) q = ω² L z − Σ_p s_p (D_p q + d_p z).
+
+The translation is one more shape of the basis, 1 everywhere: that of a table so heavy that no
+panel moves it. A force M_table a moves the table by a, a force −L a the panel relative to it, so
+that base motion is an excitation like any other, of one column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from pidpanel.arrays import Array
+from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.plate_files import StoredPlate
+
+TABLE_MASS = 1e8
+"""Mass of the table over that of the panel: dampers move it by 1e-8 of their own motion."""
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """What the shapes of a panel have in common with a translation.
+
+    Attributes
+    ----------
+    participation
+        (n,) L_i = φ_iᵀ M 1 [kg].
+    mass
+        1ᵀ M 1 of the panel with attached masses, supports included [kg].
+    patch_integral
+        (n_patches, n) ∫_p φ_i dA [m²].
+    face_integral
+        (n,) ∫ φ_i dA over the face [m²].
+    """
+
+    participation: Array
+    mass: float
+    patch_integral: Array
+    face_integral: Array
+
+    def effective_mass(self, modal_mass: Array) -> Array:
+        """Return L_i²/m_i (n,) [kg], which sum to the mass over all modes."""
+        return self.participation**2 / modal_mass
+
+
+def inertia_of(basis: PanelBasis, plate: StoredPlate, vectors: Array, mass: float) -> Inertia:
+    """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
+    per_cell = len(plate.quadrature_weight) // len(basis.cells)  # cell by cell
+    rows = [np.repeat(cells, per_cell) * plate.quadrature_weight for cells in basis.cell_in_patch]
+    on_face = plate.at_quadrature.T @ np.array([*rows, plate.quadrature_weight]).T
+    integrals = on_face.T @ vectors.astype(np.float64)
+    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], integrals[-1])
+
+
+def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
+    """Return the basis with the translation as its last shape, which is no residual vector."""
+
+    def joined(values: Array, last: float) -> Array:
+        return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
+
+    area = basis.quadrature_weight.sum()
+    return replace(
+        basis,
+        natural_frequency=joined(basis.natural_frequency, 0.0),
+        modal_mass=joined(basis.modal_mass, TABLE_MASS * inertia.mass),
+        is_residual=np.append(basis.is_residual, False),
+        patch_overlap=_bordered(basis.patch_overlap, inertia.patch_integral, patch_areas(basis)),
+        face_overlap=_bordered(basis.face_overlap, inertia.face_integral, area),
+        shape_at_points=joined(basis.shape_at_points, 1.0),
+        shape_at_quadrature=joined(basis.shape_at_quadrature, 1.0),
+        shape_at_vertices=joined(basis.shape_at_vertices, 1.0),
+        curvature_at_vertices=joined(basis.curvature_at_vertices, 0.0),
+        shear_at_vertices=joined(basis.shear_at_vertices, 0.0),
+        curvature_at_points=joined(basis.curvature_at_points, 0.0),
+        shear_at_points=joined(basis.shear_at_points, 0.0),
+    )
+
+
+def _bordered(matrix: Array, column: Array, corner: Array | float) -> Array:
+    """Return symmetric matrices (…, n + 1, n + 1) with a last column (…, n) and its corner."""
+    border = np.concatenate([column, np.asarray(corner)[..., None]], axis=-1)
+    wide = np.concatenate([matrix, column[..., None, :]], axis=-2)
+    return np.concatenate([wide, border[..., None]], axis=-1)
+
+
+@dataclass(frozen=True)
+class BaseExcitation:
+    """A random acceleration of the supports; implements `solve.excitation.Excitation`.
+
+    Parameters
+    ----------
+    level
+        PSD of the acceleration [(m/s²)²/Hz] over frequencies (nf,) [Hz].
+    force
+        (n + 1,) forces on the shapes and the translation per acceleration [kg].
+    """
+
+    level: Callable[[Array], Array]
+    force: Array
+    support_psd: ClassVar[None] = None
+
+    @classmethod
+    def of_inertia(cls, level: Callable[[Array], Array], inertia: Inertia) -> BaseExcitation:
+        """Return the excitation of a basis `with_translation`."""
+        return cls(level, np.append(-inertia.participation, TABLE_MASS * inertia.mass))
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return S (nf,) [(m/s²)²/Hz]."""
+        return self.level(frequency)
+
+    def __call__(self, frequency: Array) -> Array:
+        """Return G (1, n + 1, n + 1) [kg²]."""
+        return np.outer(self.force, self.force)[None]
+
+    def factors(self, frequency: Array) -> Array:
+        """Return L (nf, n + 1, 1) [kg] with G = L Lᴴ."""
+        return np.broadcast_to(self.force[:, None], (len(frequency), len(self.force), 1))
+
+
+def observed_motions(basis: PanelBasis, inertia: Inertia) -> Array:
+    """Return motions that are looked at, as rows over the shapes with the translation.
+
+    Returns
+    -------
+    (n_points + 1, m, n + 1) of each point the absolute and the relative deflection [1]; last the
+    interface: M times the absolute motion [kg], then its integral over each patch [m²].
+    """
+    absolute, patches = basis.shape_at_points, inertia.patch_integral
+    relative = absolute - np.eye(absolute.shape[1])[-1]
+    points = np.zeros((len(absolute) + 1, max(2, 1 + len(patches)), absolute.shape[1]))
+    points[:-1, 0], points[:-1, 1] = absolute, relative
+    points[-1, 0] = np.append(inertia.participation, inertia.mass)
+    points[-1, 1 : 1 + len(patches)] = np.column_stack([patches, patch_areas(basis)])
+    return points

@@ -1,0 +1,90 @@
+"""Complex response of a panel to a harmonic acceleration of its supports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.dampers import weighted_sum
+from pidpanel.solve.model import ModalBasis, Patches
+
+CUTOFF = 1e-8
+"""Eigenvalues of D below this share of the largest are dropped."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Motions per acceleration of the supports, on some lines.
+
+    Attributes
+    ----------
+    frequency
+        (nf,) [Hz].
+    weight
+        (n_patches, r, r) Δ of the motions u that the patches feel.
+    area
+        (n_patches,) [m²].
+    receptance
+        (nf, nw, r) of the motions w that are looked at and then, from row nw − r, of u [m/N].
+    free
+        (nf, nw) the same motions without dampers, per acceleration of the supports [s²].
+    """
+
+    frequency: Array
+    weight: Array
+    area: Array
+    receptance: Complexes
+    free: Complexes
+
+    @classmethod
+    def of_panel(
+        cls, frequency: Array, basis: ModalBasis, patches: Patches, force: Array, observed: Array
+    ) -> Transfer:
+        """Return the transfer of a basis with the translation.
+
+        Parameters
+        ----------
+        patches
+            Those with dampers.
+        force
+            (n + 1,) of `BaseExcitation`.
+        observed
+            (nw, n + 1) rows of the motions that are looked at.
+        """
+        coordinates = patches.coordinates(CUTOFF)
+        rows = np.concatenate([observed, coordinates.columns.T])
+        moved = 1 / basis.dynamic_stiffness(frequency)
+        return cls(
+            frequency,
+            coordinates.weight,
+            patches.area,
+            (rows * moved[:, None]) @ coordinates.columns,
+            (moved * force) @ rows.T,
+        )
+
+    @property
+    def width(self) -> int:
+        """Number r of motions that the patches feel."""
+        return self.receptance.shape[2]
+
+    def motions(self, lines: slice, stiffness: Complexes) -> Complexes:
+        """Return w and u (nf, nw) per acceleration [s²] with dampers s (n_patches, nf) [N/m³]."""
+        free, receptance = self.free[lines], self.receptance[lines]
+        if not self.width:
+            return free
+        pull = weighted_sum(stiffness, self.weight)
+        loop = receptance[:, -self.width :] @ pull
+        loop[:, range(self.width), range(self.width)] += 1
+        u = np.linalg.solve(loop, free[:, -self.width :, None])
+        return free - (receptance @ (pull @ u))[..., 0]
+
+    def patch_acceleration(self, lines: slice, stiffness: Complexes) -> Array:
+        """Return the rms over each patch of |acceleration| (nf, n_patches) over that of the base.
+
+        Parameters are those of `motions`.
+        """
+        u = self.motions(lines, stiffness)[:, -self.width :]
+        square = np.einsum("fi,pij,fj->fp", u.conj(), self.weight, u).real / self.area
+        return (2 * np.pi * self.frequency[lines, None]) ** 2 * np.sqrt(square)

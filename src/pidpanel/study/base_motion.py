@@ -1,0 +1,133 @@
+"""The section ``base`` of a study: motion of the supports on a shaker, along the normal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pidpanel.paths import DATA
+from pidpanel.study.base import SectionModel
+from pidpanel.study.damping import COUPLED
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake, not_among
+from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, Quantity
+from pidpanel.study.response import LEAST_SPAN
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
+
+Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
+GRms = Annotated[float, Quantity(0, 500, low_itself=False, units=GRAVITIES)]
+PsdLimit = Annotated[float, Quantity(0, 1e6, low_itself=False)]
+ForceLimit = Annotated[float, Quantity(0, 1e12, low_itself=False)]
+
+
+class RandomMotion(SectionModel):
+    """A random acceleration of the supports."""
+
+    spectrum: Annotated[Path, file_in(DATA / "base")]
+    """CSV table of break points, relative to the study or from pidpanel: ``frequency_hz``,
+    ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave`` from a row to the next."""
+    overall_g: GRms | None = None
+    """Overall acceleration that the table is meant to have [g rms]; checked within 3 %."""
+
+
+class SineMotion(SectionModel):
+    """A slow sine sweep of the supports, up and down."""
+
+    frequency_hz: tuple[Frequency, Frequency]
+    """Lowest and highest frequency [Hz]."""
+    acceleration_g: Annotated[float, Quantity(0, 200, low_itself=False, units=GRAVITIES)]
+    """Amplitude of the acceleration of the supports [g]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield frequencies that do not increase."""
+        if self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:
+            yield Mistake(("frequency_hz",), "must be two values, the second above the first")
+
+
+class PointLimit(SectionModel):
+    """Limits of the acceleration of a point."""
+
+    psd_g2_hz: PsdLimit | None = None
+    """Largest PSD [g²/Hz]."""
+    rms_g: GRms | None = None
+    """Largest overall acceleration [g rms]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a limit without a value."""
+        if self.psd_g2_hz is None and self.rms_g is None:
+            yield Mistake(("psd_g2_hz",), "missing; required unless rms_g is given")
+
+
+class InterfaceLimit(SectionModel):
+    """Limits of the force of all supports together."""
+
+    psd_n2_hz: ForceLimit | None = None
+    """Largest PSD [N²/Hz]."""
+    rms_n: ForceLimit | None = None
+    """Largest overall force [N rms]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a limit without a value."""
+        if self.psd_n2_hz is None and self.rms_n is None:
+            yield Mistake(("psd_n2_hz",), "missing; required unless rms_n is given")
+
+
+class Limits(SectionModel):
+    """Limits that the random input is notched for."""
+
+    points: Mapping[str, PointLimit] = {}
+    """Limits of the acceleration, by response point."""
+    force: InterfaceLimit | None = None
+    """Limits of the interface force."""
+
+
+class BaseMotion(SectionModel):
+    """Motion of all supports together along the normal, computed beside the sound.
+
+    The panel is in vacuum, and the scenarios are those of the study, once for each layout.
+    """
+
+    random: RandomMotion | None = None
+    """Random motion."""
+    sine: SineMotion | None = None
+    """Sine sweep."""
+    limits: Limits | None = None
+    """Limits for notching the random motion."""
+
+    @property
+    def parts(self) -> dict[str, bool]:
+        """Which parts the section has."""
+        return {name: getattr(self, name) is not None for name in ("random", "limits", "sine")}
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a section without a motion, and limits of none."""
+        if self.random is None and self.sine is None:
+            yield Mistake(("random",), "missing; required unless sine is given")
+        elif self.limits is not None and self.random is None:
+            yield Mistake(("limits",), "only allowed with base.random")
+
+
+def mistakes_of_base(study: Study) -> Iterator[Mistake]:
+    """Yield what base motion does not go together with."""
+    if study.base is None:
+        return
+    if study.is_coupled:
+        says = f"not allowed with the damping model '{COUPLED}', whose runs are under sound; "
+        yield Mistake(("base",), f"{says}set damping.readings to dem, stated, table or a law")
+    if study.damping.level.by == "element":
+        yield Mistake(("damping", "level", "by"), "must be patch with a section base")
+    high, sine = study.response.frequency_hz[1], study.base.sine
+    if sine is not None and sine.frequency_hz[1] > high:
+        says = f"must be at most the highest of response.frequency_hz, {high:g}"
+        yield Mistake(("base", "sine", "frequency_hz", 1), says)
+    points = list(study.panel.points)
+    for name in study.base.limits.points if study.base.limits else ():
+        if name not in points:
+            says = not_among("panel.points", name, points)
+            yield Mistake(("base", "limits", "points", name), says)
+    supports = study.panel.support_input
+    if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
+        yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")

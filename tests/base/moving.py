@@ -1,0 +1,71 @@
+"""The paper's panel on a coarse mesh, with one patch, and what moving supports make of it."""
+
+from dataclasses import fields
+from types import SimpleNamespace
+
+import numpy as np
+
+from pidpanel.base.from_study import supported_panel
+from pidpanel.base.sine import interface_force
+from pidpanel.base.supports import BaseExcitation, observed_motions, with_translation
+from pidpanel.base.transfer import Transfer
+from pidpanel.damping_ratio import DampingRatio
+from pidpanel.geometry.polygon import Rectangle
+from pidpanel.panel.attachments import with_attachments
+from pidpanel.panel.basis import basis_of
+from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.model import Patches
+
+SIZE, STIFFNESS, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
+POINTS = {"centre": (0.7, 0.5), "aside": (0.3, 0.3)}
+MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
+DAMPING, APPARENT = 600.0, 3.0
+HIGHEST = 400.0
+POINT_MASS = 0.7
+WHITE = 2.0
+
+
+def panel_of(path, attachments=()):
+    patch = {"PID-1": Rectangle((0.7, 0.5), (0.4, 0.2))}
+    mesh = mesh_quadrilaterals(path / "panel.msh", SIZE, (15, 10), patch, POINTS)
+    plate = assemble_thin_plate(mesh, ThinSection(STIFFNESS, MASS_PER_AREA))
+    plate = with_attachments(plate, attachments, mesh)
+    shapes = panel_shapes(plate, 2 * HIGHEST)
+    names = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
+    stored = StoredPlate(**{name: getattr(plate, name) for name in names}, shapes=shapes.vectors)
+    mass = MASS_PER_AREA * SIZE[0] * SIZE[1] + sum(item.mass for item in attachments)
+    none = np.zeros((shapes.vectors.shape[0], 0))
+    basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
+    supported = supported_panel(basis, stored, none, HIGHEST, mass)
+    wide = with_translation(supported.basis, supported.inertia)
+    return SimpleNamespace(
+        supported=supported,
+        plate=stored,
+        inertia=supported.inertia,
+        basis=wide,
+        modal=modal_basis(wide, DampingRatio((RATIO,)), HIGHEST),
+        patches=Patches(wide.patch_overlap, [0.4 * 0.2]),
+        observed=observed_motions(wide, supported.inertia),
+        excitation=BaseExcitation.of_inertia(lambda f: np.full(f.shape, WHITE), supported.inertia),
+    )
+
+
+def transfer_of(panel, frequency):
+    rows = panel.observed.reshape(-1, panel.observed.shape[2])
+    return Transfer.of_panel(frequency, panel.modal, panel.patches, panel.excitation.force, rows)
+
+
+def solved(panel, frequency, damping=0.0, mass=0.0):
+    """Motions (nf, n_points + 1, m) and force (nf,) per acceleration, and the transfer."""
+    transfer = transfer_of(panel, frequency)
+    s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
+    motion = transfer.motions(slice(None), s)[:, : -transfer.width]
+    motion = motion.reshape(len(frequency), *panel.observed.shape[:2])
+    return motion, interface_force(frequency, motion[:, -1], [0], s), transfer

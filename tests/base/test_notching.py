@@ -1,0 +1,68 @@
+"""Notches keep every limit and take no more than that."""
+
+import numpy as np
+import pytest
+
+from pidpanel.base.notching import Limit, notched, notches
+
+FREQUENCY = np.linspace(10.0, 500.0, 4000)
+STATED = np.full(FREQUENCY.shape, 0.5)
+GAIN = np.array(
+    [
+        1 / ((1 - (FREQUENCY / own) ** 2) ** 2 + (0.1 * FREQUENCY / own) ** 2)
+        for own in (100.0, 250.0)
+    ]
+)
+
+
+def rms(psd):
+    return np.sqrt(np.trapezoid(psd, FREQUENCY))
+
+
+def test_a_limit_of_a_psd_holds_and_leaves_the_rest():
+    # red: the limit over the gain once more; lowered where the response is below
+    lowered = notched(FREQUENCY, STATED, GAIN, [Limit(0, "a", 4.0)])
+    response = GAIN[0] * lowered.psd
+    assert response.max() == pytest.approx(4.0)
+    free = GAIN[0] * STATED <= 4.0
+    assert np.array_equal(lowered.psd[free], STATED[free])
+    np.testing.assert_allclose(response[~free], 4.0)
+    assert set(lowered.reason[~free]) == {0} and set(lowered.reason[free]) == {-1}
+
+
+def test_a_limit_of_the_overall_value_is_met_by_lowering_the_peak():
+    # red: the whole spectrum scaled
+    lowered = notched(FREQUENCY, STATED, GAIN, [Limit(1, "b", 20.0, is_rms=True)])
+    assert rms(GAIN[1] * STATED) > 20
+    assert rms(GAIN[1] * lowered.psd) == pytest.approx(20.0, rel=1e-9)
+    cap = (GAIN[1] * lowered.psd)[lowered.reason == 0]
+    np.testing.assert_allclose(cap, cap[0])
+    assert np.array_equal(lowered.psd[:100], STATED[:100])
+
+
+def test_all_limits_hold_together_whatever_their_order():
+    # red: PSDs after overall values
+    limits = [Limit(0, "rms", 15.0, is_rms=True), Limit(0, "psd", 4.0), Limit(1, "b", 9.0)]
+    both = [notched(FREQUENCY, STATED, GAIN, some).psd for some in (limits, limits[::-1])]
+    np.testing.assert_allclose(*both)
+    assert (GAIN[0] * both[0]).max() <= 4 * (1 + 1e-12)
+    assert (GAIN[1] * both[0]).max() <= 9 * (1 + 1e-12)
+    assert rms(GAIN[0] * both[0]) <= 15 * (1 + 1e-9)
+
+
+def test_a_limit_that_is_kept_leaves_no_notch():
+    limits = [Limit(0, "a", 1e9), Limit(0, "a", 1e9, is_rms=True)]
+    lowered = notched(FREQUENCY, STATED, GAIN, limits)
+    assert np.array_equal(lowered.psd, STATED)
+    assert notches(FREQUENCY, STATED, lowered, limits) == []
+
+
+def test_each_notch_has_its_band_its_depth_and_its_limit():
+    # red: one band from the first notch to the last
+    limits = [Limit(0, "point a", 4.0), Limit(1, "point b", 9.0)]
+    lowered = notched(FREQUENCY, STATED, GAIN, limits)
+    low, high = notches(FREQUENCY, STATED, lowered, limits)
+    assert (low.reason, high.reason) == ("point a", "point b")
+    assert low.lower_hz < low.deepest_hz < low.upper_hz < high.lower_hz < high.deepest_hz
+    assert low.deepest_hz == pytest.approx(100, abs=0.5)
+    assert low.depth_db == pytest.approx(10 * np.log10(GAIN[0].max() * 0.5 / 4), abs=1e-3)

@@ -1,0 +1,73 @@
+"""Tables of break points: levels and slopes, or one line for what is wrong."""
+
+import numpy as np
+import pytest
+
+from pidpanel.base.table import read_base_table
+from pidpanel.columns import ColumnsError
+from pidpanel.paths import DATA
+
+HEADER = "frequency_hz,acceleration_psd_g2_hz,slope_db_octave\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text, header=HEADER):
+        path = tmp_path / "input.csv"
+        path.write_text(header + text)
+        return read_base_table(path)
+
+    return read
+
+
+@pytest.mark.parametrize(("name", "overall"), [("qualification", 14.1), ("acceptance", 10.0)])
+def test_gevs_integrates_to_its_overall_value(name, overall):
+    # red: the closed form with p − 1
+    spectrum = read_base_table(DATA / "base" / f"gevs_{name}.csv")
+    assert spectrum.rms == pytest.approx(overall, rel=5e-3)
+    f = np.geomspace(20, 2000, 200_001)
+    assert spectrum.rms == pytest.approx(np.sqrt(np.trapezoid(spectrum(f), f)), rel=1e-6)
+
+
+def test_slopes_give_levels_forward_and_backward(read):
+    # red: slopes of amplitude, 20 log₁₀
+    spectrum = read("20,,3.0103\n40,0.1,0\n400,,-6.0206\n800,,\n")
+    np.testing.assert_allclose(spectrum.psd, [0.05, 0.1, 0.1, 0.025], rtol=1e-5)
+    np.testing.assert_allclose(spectrum(np.array([10.0, 80.0, 1000.0])), [0, 0.1, 0])
+
+
+def test_the_slope_of_minus_three_decibels_has_its_own_integral(read):
+    # red: no case p = 0
+    spectrum = read("20,0.1\n40,0.05\n", "frequency_hz,acceleration_psd_g2_hz\n")
+    assert spectrum.rms == pytest.approx(np.sqrt(2 * np.log(2)))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "says"),
+    [
+        ("20,0.01,\n50,,\n800,0.16,\n", 3, "a gap: acceleration_psd_g2_hz is empty at 50 Hz"),
+        ("20,0.01,\n20,0.16,\n", 3, "frequencies must increase"),
+        ("50,0.01,\n20,0.16,\n", 3, "frequency_hz = 20 follows 50"),
+        ("20,0.01,-6\n50,0.16,\n", 2, "slope_db_octave = -6 between 20 and 50 Hz, where"),
+        ("20,0.01,\n50,0.16,-6\n", 3, "at the last row leads nowhere"),
+        ("20,0.01,\n50,16,\n", 3, "must be above 0 and at most 10 (in (m/s²)²/Hz?)"),
+        ("20,0.01,\n50,-0.1,\n", 3, "must be above 0"),
+        ("0.02,0.01,\n2,0.1,\n", 2, "must be at least 0.5"),
+        ("20,0.01,steep\n50,0.1,\n", 2, "must be a finite number"),
+        ("20,0.01\n50,0.1,\n", 2, "has 2 values, must have 3"),
+    ],
+)
+def test_each_mistake_is_told_in_a_line(read, text, line, says):
+    with pytest.raises(ColumnsError) as error:
+        read(text)
+    (told,) = error.value.faults
+    assert f"line {line}: " in told and says in told
+
+
+def test_a_table_needs_its_columns_and_two_rows(read):
+    with pytest.raises(ColumnsError, match="at least two break points"):
+        read("20,0.1,\n")
+    with pytest.raises(ColumnsError, match="column acceleration_psd_g2_hz: missing"):
+        read("20\n30\n", "frequency_hz\n")
+    with pytest.raises(ColumnsError, match="'psd_g2_hz': unknown; allowed are frequency_hz, acc"):
+        read("20,1\n30,1\n", "frequency_hz,psd_g2_hz\n")
