@@ -7,11 +7,13 @@ one-line change that it was seen to fail with.
 import numpy as np
 import pytest
 
+from pidpanel.geometry.plane_waves import condensed
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import (
     FieldError,
     TableNotResolved,
     diffuse_modal_force,
+    diffuse_modal_force_on_grid,
     half_circle,
     lumped_area,
     plane_wave_modal_force,
@@ -325,3 +327,21 @@ def test_lumped_areas_of_vertices_sum_to_the_panel():
     # red: np.abs(cell_areas(…)) → cell_areas(…)
     clockwise = lumped_area(vertices, np.array([[3, 2, 1, 0]]))
     np.testing.assert_allclose(clockwise, [0.25, 0.25, 0.25, 0.25, 0, 0])
+
+
+def test_parities_on_a_grid_give_the_sum_over_all_waves():
+    # red: `cosine` for sin θ; a part of odd parity counted twice; is_grid that is always true
+    rng = np.random.default_rng(3)
+    scattered = rng.uniform(size=(400, 2)) * [1.2, 0.7]
+    values = rng.normal(size=(400, 5))
+    k = 30.0
+    face = condensed(scattered, np.full(400, 0.84 / 400), values, k)
+    panel = PanelQuadrature(face.position, face.weight, face.values, k)
+    assert panel.is_grid
+    direct = diffuse_modal_force(k, panel)
+    np.testing.assert_allclose(
+        diffuse_modal_force_on_grid(k, panel), direct, rtol=0, atol=1e-11 * np.abs(direct).max()
+    )
+    assert not PanelQuadrature(scattered, np.full(400, 1.0), values).is_grid
+    lopsided = face.position * [1.0, 1.0] + 0.1 * face.position**2
+    assert not PanelQuadrature(lopsided, face.weight, face.values, k).is_grid

@@ -51,6 +51,17 @@ class PanelQuadrature:
         """L [m], diameter of a circle round the box's middle that holds all points."""
         return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
 
+    @property
+    def is_grid(self) -> bool:
+        """Whether the points are symmetric rows and columns, as those of a condensed face."""
+        x, y = (np.unique(axis) for axis in self.position.T)
+        if x.size * y.size != len(self.position):
+            return False
+        grid = np.stack([axis.ravel() for axis in np.meshgrid(x, y, indexing="ij")], axis=1)
+        mirrored = 2 * self.center - self.position[::-1]
+        close = np.allclose(mirrored, self.position, rtol=0, atol=1e-12 * self.diameter)
+        return bool(np.array_equal(grid, self.position)) and close
+
     @cached_property
     def product_integral(self) -> Array:
         """(n, n) ∫ φ_i φ_j dA [m²]."""
@@ -95,8 +106,13 @@ class FoldedFace:
                 f"shapes are known to {panel.wavenumber:g} rad/m, {wavenumber_max:g} are needed"
             )
         face = condensed(panel.position, panel.weight, panel.shape, wavenumber_max)
-        x, y = (np.unique(axis) for axis in face.position.T)
-        load = (face.weight[:, None] * face.values).reshape(x.size, y.size, -1)
+        return cls.from_grid(face.position, face.weight[:, None] * face.values)
+
+    @classmethod
+    def from_grid(cls, position: Array, load: Array) -> "FoldedFace":
+        """Fold a load (nq, n) on points that are a grid already, as those of a condensed face."""
+        x, y = (np.unique(axis) for axis in position.T)
+        load = load.reshape(x.size, y.size, -1)
         even, odd = _folded(load)
         parts = [
             part.swapaxes(0, 1) for half in (even, odd) for part in _folded(half.swapaxes(0, 1))

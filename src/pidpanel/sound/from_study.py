@@ -173,6 +173,8 @@ def modal_force_at(sound: Sound, frequency: float, shapes: FaceShapes) -> Array 
     k, face = field.wavenumber(frequency, sound.speed_m_s), _face(shapes)
     match sound.field:
         case "diffuse":
+            if face.is_grid:
+                return field.diffuse_modal_force_on_grid(float(k), face)
             return field.diffuse_modal_force(float(k), face)
         case "uncorrelated":
             area = field.lumped_area(shapes.vertex_position, shapes.cells)
