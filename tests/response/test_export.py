@@ -9,6 +9,7 @@ import pyuff
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 
+POSITION = np.array([[0.75, 0.5], [0.1, 0.3]])
 FREQUENCY = np.geomspace(50.0, 200.0, 101)
 CURVES = [
     Curve("dem", "bare", "326", 1, 1e3 / FREQUENCY),
@@ -50,14 +51,37 @@ def test_universal_files_are_read_back_with_node_direction_and_units(tmp_path):
     # the format holds uneven abscissae to six figures
     # red: rsp_node=curve.node → rsp_node=1; PSD = 2
     path = tmp_path / "psd.uff"
-    write_uff58(path, FREQUENCY, CURVES, "study")
-    for curve, read in zip(CURVES, pyuff.UFF(str(path)).read_sets(), strict=True):
+    write_uff58(path, FREQUENCY, CURVES, "study", POSITION)
+    sets = pyuff.UFF(str(path)).read_sets()
+    assert [one["type"] for one in sets] == [151, 164, 15, 58, 58]
+    for curve, read in zip(CURVES, sets[3:], strict=True):
         np.testing.assert_allclose(read["x"], FREQUENCY, rtol=1e-5)
         np.testing.assert_allclose(read["data"], curve.acceleration_psd, rtol=1e-10)
         assert (read["rsp_node"], read["rsp_dir"], read["func_type"]) == (curve.node, 3, 9)
         assert read["rsp_ent_name"].strip() == curve.point
         assert read["ordinate_axis_units_lab"].strip() == "(m/s**2)**2/Hz"
         assert curve.scenario in read["id1"]
+
+
+def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_path):
+    # read by the columns of its description (SDRC), not by the library that writes data set 58
+    # red: the position left out; lengths in mm
+    path = tmp_path / "psd.uff"
+    write_uff58(path, FREQUENCY, CURVES, "a study", POSITION)
+    lines = path.read_text().splitlines()
+    marks = [number for number, line in enumerate(lines) if line.strip() == "-1"]
+    sets = {
+        int(lines[start + 1][:6]): lines[start + 2 : end]
+        for start, end in zip(marks[:6:2], marks[1:6:2], strict=True)
+    }
+    assert sets[151][0] == "a study" and len(sets[151]) == 7
+    assert (int(sets[164][0][:10]), int(sets[164][0][30:40])) == (1, 2)
+    factors = [float(sets[164][1][k : k + 25].replace("D", "E")) for k in (0, 25, 50)]
+    assert factors == [1.0, 1.0, 1.0]
+    for node, (line, place) in enumerate(zip(sets[15], POSITION, strict=True), start=1):
+        assert int(line[:10]) == node
+        read = [float(line[k : k + 13]) for k in (40, 53, 66)]
+        np.testing.assert_allclose(read, [*place, 0.0], atol=1e-5)
 
 
 def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():

@@ -22,6 +22,12 @@ PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 NORMAL_TO_PANEL = 3
 """Code of the direction +z."""
 
+HEADER, UNITS, NODES = 151, 164, 15
+"""Numbers of the data sets that say to a viewer what a file shows and where."""
+SI, RELATIVE = 1, 2
+"""Codes of the units of a universal file, and of its temperatures."""
+NO_DATE = "01-Jan-70 00:00:00  "
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -58,10 +64,22 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
             )
 
 
-def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
-    """Write data sets 58 (function at nodal degree of freedom), ASCII, double precision.
+def write_uff58(
+    path: Path, frequency: Array, curves: Sequence[Curve], title: str, position: Array
+) -> None:
+    """Write a universal file: header, SI units, points, then a data set 58 for each curve.
 
-    Parameters are those of `write_tabrnd1`; the file ends in ``.uff``.
+    Data sets 151, 164 and 15 say to a viewer what it shows and where. 58 is in ASCII, in double
+    precision.
+
+    Parameters
+    ----------
+    path
+        Ends in ``.uff``.
+    frequency, curves, title
+        As of `write_tabrnd1`.
+    position
+        (n_points, 2) of the points, in the order of their nodes [m].
     """
     sets = [
         pyuff.prepare_58(
@@ -86,7 +104,31 @@ def write_uff58(path: Path, frequency: Array, curves: Sequence[Curve], title: st
         )
         for curve in curves
     ]
-    pyuff.UFF(str(path)).write_sets(sets, mode="overwrite")
+    path.write_text(_universal_head(title, position), encoding="ascii", errors="replace")
+    pyuff.UFF(str(path)).write_sets(sets, mode="add")
+
+
+def _universal_head(title: str, position: Array) -> str:
+    """Return data sets 151, 164 and 15, without the clock: a result depends on its inputs alone."""
+    one, zero = (f"{value:25.17E}".replace("E", "D") for value in (1.0, 0.0))
+    rows = {
+        HEADER: [
+            title[:80],
+            title[:80],
+            "pidpanel",
+            f"{NO_DATE}{0:10}{0:10}{0:10}",
+            NO_DATE,
+            "pidpanel",
+            NO_DATE,
+        ],
+        UNITS: [f"{SI:10}{'SI: metre (newton)':<20}{RELATIVE:10}", one * 3, zero],
+        NODES: [
+            f"{node:10}{0:10}{0:10}{0:10}{x:13.5E}{y:13.5E}{0:13.5E}"
+            for node, (x, y) in enumerate(position.tolist(), start=1)
+        ],
+    }
+    lines = [["    -1", f"{kind:6}", *records, "    -1"] for kind, records in rows.items()]
+    return "".join(f"{line}\n" for records in lines for line in records)
 
 
 def third_octave_rows(

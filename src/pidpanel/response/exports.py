@@ -59,7 +59,7 @@ def write_exports(
     bands = bands.join(model_error, on=["reading", "scenario", "point"])
     write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
     write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
-    write_uff58(folder / "psd.uff", frequency, curves, title)
+    write_uff58(folder / "psd.uff", frequency, curves, title, basis.point_position)
     modes, ratios = modal_damping(basis, damping_ratio, scenarios, models, psd)
     write_tabdmp1(folder / "tabdmp1.bdf", modes, ratios, title)
 
