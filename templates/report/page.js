@@ -24,6 +24,18 @@ addEventListener("beforeprint", () => {
 });
 addEventListener("afterprint", () => closed.forEach(one => { one.open = false; }));
 
+// a point of a drawing shows what belongs to it
+function choose(link) {
+  const box = link.closest(".choice"), name = link.getAttribute("href").slice(1);
+  box.querySelectorAll(".option").forEach(part => part.classList.toggle("chosen", part.id === name));
+  box.querySelectorAll("a").forEach(a => a.classList.toggle("chosen", a.getAttribute("href") === "#" + name));
+}
+document.querySelectorAll(".choice").forEach(box => {
+  const links = box.querySelectorAll('svg a, .picks a');
+  links.forEach(link => link.addEventListener("click", event => { event.preventDefault(); choose(link); }));
+  if (links.length) choose(box.querySelector(".picks a"));
+});
+
 function shortNumber(value) {
   if (value == null) return "";
   if (value !== 0 && (value < 1e-3 || value >= 1e5)) return value.toExponential(2).replace("-", "−");

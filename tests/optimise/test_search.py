@@ -1,21 +1,24 @@
 """Searches within limits against all layouts, and the gap that they state."""
 
 import numpy as np
-import pytest
 from random_panels import RandomPanel, exhaustive
 
 from pidpanel.optimise.search import branch_and_bound, greedy, sample_property
 
+PANELS = 20
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("is_largest", [True, False])
-def test_the_best_layout_is_within_1_percent_and_the_gap_holds(seed, is_largest):
-    problem = RandomPanel(seed).problem(most=2, is_largest=is_largest)
-    optimum = exhaustive(RandomPanel(seed).problem(most=2, is_largest=is_largest))
-    sampling = sample_property(problem)
-    proof = branch_and_bound(problem, greedy(problem), sampling.ratio, nodes=200)
-    assert proof.value <= 1.01 * optimum
-    assert proof.bound <= optimum * (1 + 1e-5)  # single precision
+
+def test_the_best_layout_is_within_1_percent_and_the_gap_holds_on_20_random_panels():
+    optimal = bounded = 0
+    for seed in range(PANELS):
+        panel, is_largest = RandomPanel(seed, heavy=seed % 4 == 3), seed % 2 == 0
+        problem, whole = (panel.problem(most=2, is_largest=is_largest) for _ in range(2))
+        optimum = exhaustive(whole)
+        sampling = sample_property(problem)
+        proof = branch_and_bound(problem, greedy(problem), sampling.ratio, nodes=100)
+        optimal += proof.value <= 1.01 * optimum
+        bounded += proof.bound <= optimum * (1 + 1e-5)  # single precision
+    assert (optimal, bounded) == (PANELS, PANELS)
 
 
 def test_a_search_that_is_cut_short_states_a_larger_gap():

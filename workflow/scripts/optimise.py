@@ -10,7 +10,7 @@ def main(job: Job) -> None:
     """From panel, sound and damping."""
     read, made = job.input, job.output
     files = PanelFiles(read.modes, read.modal_force, read.get("air"))
-    output = ProposalFiles(made.layouts, made.front, made.summary, made.search)
+    output = ProposalFiles(made.layouts, made.front, made.summary, made.search, made.psd)
     write_proposal(load_study(job.study), files, read.plate, job.optional_folder("damping"), output)
 
 

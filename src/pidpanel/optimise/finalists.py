@@ -19,7 +19,7 @@ from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.basis_error import basis_shapes
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.model import ResponseError
+from pidpanel.solve.model import PanelResponse, ResponseError
 
 STATIC_TOLERANCE = 1e-2
 """Share of the largest static response to a patch below which a direction is left out."""
@@ -31,8 +31,8 @@ class Finalist:
 
     Attributes
     ----------
-    acceleration_rms, bare_rms, dead_weight_rms
-        (n_points,) [m/s²].
+    response, bare, dead_weight
+        With the dampers, without them, and with their mass alone.
     log_rms_error
         (n_points,) standard error of ln of the rms acceleration; 0 where none is known.
     acceleration_g
@@ -41,9 +41,9 @@ class Finalist:
         Largest relative error of a PSD [1].
     """
 
-    acceleration_rms: Array
-    bare_rms: Array
-    dead_weight_rms: Array
+    response: PanelResponse
+    bare: PanelResponse
+    dead_weight: PanelResponse
     log_rms_error: Array
     acceleration_g: Array
     basis_error: float
@@ -98,9 +98,9 @@ def _finalist(case: SolvedCase, basis_error: float) -> Finalist:
     after, bare = response.response, case.bare.response
     dead = bare if case.dead_weight is None else case.dead_weight.response
     return Finalist(
-        after.acceleration_rms,
-        bare.acceleration_rms,
-        dead.acceleration_rms,
+        after,
+        bare,
+        dead,
         np.zeros(after.acceleration_rms.shape) if errors is None else errors.log_rms,
         response.acceleration_g,
         basis_error,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +14,7 @@ import shapely
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.damping.readings import DampingReading
+from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.finalists import confirm
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.placed import PlacedPanel, placed
@@ -29,6 +30,7 @@ from pidpanel.response.dampers import PatchDamper, PatchFilling
 from pidpanel.response.from_study import PanelFiles, read_response_panel
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
@@ -50,6 +52,7 @@ class ProposalFiles(NamedTuple):
     front_csv: Path
     summary_csv: Path
     search_csv: Path
+    psd_csv: Path
 
 
 def section_of(study: Study) -> Optimise:
@@ -112,7 +115,11 @@ def _at(damper: PatchDamper, gamma: float) -> DampingOfMotion:
 
 def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     """Yield limits that no layout meets, places that are not there, dampers without a mass."""
-    section = section_of(study)
+    section, area = section_of(study), StudiedPanel(study.panel).area
+    for name, forbidden in section.forbidden.items():
+        shape = forbidden.shape
+        if shape is not None and not shapely.Polygon(shape.corners).intersects(area):
+            yield Mistake(("optimise", "forbidden", name), "lies off the panel")
     try:
         places = places_of(study)
     except NoPlace as error:
@@ -134,8 +141,10 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         yield Mistake(("optimise", "mass_kg"), says)
 
 
-def _reduced(panel: PlacedPanel, counted: Index) -> ReducedPanel:
-    """Return the panel of a search, with the points that count."""
+def _reduced(
+    panel: PlacedPanel, counted: Index, modal: ModalBasis | None = None, rank: int = RANK
+) -> ReducedPanel:
+    """Return the panel of a search, with the points that count; with other modes where given."""
     settings = panel.settings
     lines = frequency_grid(
         *settings.frequency_range,
@@ -143,9 +152,35 @@ def _reduced(panel: PlacedPanel, counted: Index) -> ReducedPanel:
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
     return reduced_panel(
-        lines, panel.modal, panel.patches, panel.deflection_at_points[counted, 0],
-        panel.excitation, panel.air, rank=RANK,
+        lines, modal or panel.modal, panel.patches, panel.deflection_at_points[counted, 0],
+        panel.excitation, panel.air, rank=rank,
     )  # fmt: skip
+
+
+def _alternatives(
+    study: Study, panel: PlacedPanel, counted: Index, problem: Problem
+) -> Callable[[float], tuple[float, float]]:
+    """Return what a mass [kg] on the panel itself reduces [dB]; see `alternatives`."""
+    layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
+
+    def reduction(modal: ModalBasis) -> float:
+        bare, other = (
+            float(problem.objective(_reduced(panel, counted, basis, rank=1).bare))
+            for basis in (None, modal)
+        )
+        return float(10 * np.log10(bare / other))
+
+    def alternatives(mass: float) -> tuple[float, float]:
+        faces, damped = np.nan, np.nan
+        share = mass / area / panel.mass_per_area
+        if study.panel.section.kind == "thin":
+            faces = reduction(thicker_faces(panel.modal, share))
+        if layer is not None:
+            loss_factor = layer.loss_factor * mass / area / layer.mass_per_area_kg_m2
+            damped = reduction(damped_by_layer(panel.modal, share, loss_factor))
+        return faces, damped
+
+    return alternatives
 
 
 def _name(place: int) -> str:
@@ -201,8 +236,10 @@ def write_proposal(
 
     few = replace(few, panel=panel_with(1.0))
     variants = reductions(few, fillings, layouts_of_few, panel_with)
-    proposals = Proposals(problem, fillings, layouts, finalists, counted, variants)
+    others = _alternatives(study, of_finalists, counted, problem)
+    proposals = Proposals(problem, fillings, layouts, finalists, counted, variants, others)
     front = proposals.front_table()
+    proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
     facts = search_table(problem, proof, sampling, front, area_error)
     print(
         f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "

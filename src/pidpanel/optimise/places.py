@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -48,7 +49,7 @@ class Places:
         """(n_places, 2) [m]."""
         return self.lower + np.array(self.size) / 2
 
-    @property
+    @cached_property
     def overlap(self) -> Flags:
         """(n_places, n_places) whether two places have cells in common."""
         distance = np.abs(self.lower[:, None] - self.lower)

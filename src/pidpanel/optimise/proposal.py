@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +55,9 @@ class Proposals:
         (n,) points that count.
     variants_db
         (n_layouts, n_variants) reductions of `variants` [dB].
+    alternatives_db
+        Mass [kg] → reductions of thicker face sheets and of a damping layer of that mass [dB]; NaN
+        where the study does not tell.
     """
 
     problem: Problem
@@ -63,6 +66,7 @@ class Proposals:
     finalists: Sequence[Finalist]
     counted: Index
     variants_db: Array
+    alternatives_db: Callable[[float], tuple[float, float]]
 
     def reduction(self, bare: Array, rms: Array) -> float:
         """Return the reduction [dB] of what counts of rms values (n_points,)."""
@@ -72,7 +76,7 @@ class Proposals:
 
     def error(self, finalist: Finalist) -> float:
         """Return the standard error of the reduction [dB], with errors that all points share."""
-        square = finalist.acceleration_rms[self.counted] ** 2
+        square = finalist.response.acceleration_rms[self.counted] ** 2
         error = finalist.log_rms_error[self.counted]
         if self.problem.is_largest:
             share = np.arange(square.size) == np.argmax(square)
@@ -86,10 +90,11 @@ class Proposals:
         names = [f"{name}_reduction_db" for name in VARIANTS]
         rows = []
         for number, (layout, finalist) in enumerate(zip(self.layouts, self.finalists, strict=True)):
-            bare = finalist.bare_rms
+            bare = finalist.bare.acceleration_rms
             variants = dict(zip(names, self.variants_db[number].tolist(), strict=True))
-            dead = self.reduction(bare, finalist.dead_weight_rms)
-            reduction = self.reduction(bare, finalist.acceleration_rms)
+            faces, layer = self.alternatives_db(self.problem.mass(layout))
+            dead = self.reduction(bare, finalist.dead_weight.acceleration_rms)
+            reduction = self.reduction(bare, finalist.response.acceleration_rms)
             rows.append(
                 {
                     "confirmed": number,
@@ -100,6 +105,8 @@ class Proposals:
                     "search_reduction_db": 10
                     * np.log10(bare_value / self.problem.evaluated[layout]),
                     "dead_weight_reduction_db": dead,
+                    "face_sheets_reduction_db": faces,
+                    "damping_layer_reduction_db": layer,
                     "loses_to_dead_weight": reduction < dead,
                     "basis_error": finalist.basis_error,
                     **variants,
@@ -145,21 +152,41 @@ class Proposals:
         for name, number in zip(front["layout"], front["confirmed"], strict=True):
             finalist = self.finalists[number]
             for index, point in enumerate(points):
-                rms = finalist.acceleration_rms[index]
+                bare, rms, dead = (
+                    float(answer.acceleration_rms[index] / STANDARD_GRAVITY)
+                    for answer in (finalist.bare, finalist.response, finalist.dead_weight)
+                )
                 rows.append(
                     {
                         "layout": name,
                         "point": point,
                         "counts": index in self.counted,
-                        "bare_rms_g": finalist.bare_rms[index] / STANDARD_GRAVITY,
-                        "acceleration_rms_g": rms / STANDARD_GRAVITY,
-                        "acceleration_rms_error_g": rms
-                        * finalist.log_rms_error[index]
-                        / STANDARD_GRAVITY,
-                        "dead_weight_rms_g": finalist.dead_weight_rms[index] / STANDARD_GRAVITY,
+                        "bare_rms_g": bare,
+                        "acceleration_rms_g": rms,
+                        "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
+                        "dead_weight_rms_g": dead,
                     }
                 )
         return pd.DataFrame(rows)
+
+    def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
+        """Return PSDs of each layout, and of the bare panel as layout 0."""
+        bare = self.finalists[0].bare
+        numbers = zip(front["layout"], front["confirmed"], strict=True)
+        answers = [(0, bare), *((name, self.finalists[n].response) for name, n in numbers)]
+        return pd.concat(
+            pd.DataFrame(
+                {
+                    "layout": name,
+                    "point": point,
+                    "frequency_hz": answer.frequency,
+                    "acceleration_psd_g2_hz": answer.acceleration_psd[:, index]
+                    / STANDARD_GRAVITY**2,
+                }
+            )
+            for name, answer in answers
+            for index, point in enumerate(points)
+        )
 
 
 def search_table(

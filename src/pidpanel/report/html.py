@@ -178,7 +178,18 @@ class Fold:
     kind: Literal["fold"] = "fold"
 
 
-Block = Paragraph | Picture | Table | Fold
+@dataclass(frozen=True)
+class Choice:
+    """A drawing whose points show blocks of their own when they are clicked."""
+
+    drawing: str  # SVG; its links lead to the names of the options
+    caption: str
+    # (name, label, blocks) of each; the first is shown
+    options: Sequence[tuple[str, str, Sequence[Paragraph | Picture | Table]]]
+    kind: Literal["choice"] = "choice"
+
+
+Block = Paragraph | Picture | Table | Fold | Choice
 
 
 @dataclass(frozen=True)
@@ -218,6 +229,9 @@ def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:
     for block in blocks:
         if isinstance(block, Fold):
             yield from block.blocks
+        elif isinstance(block, Choice):
+            for _, _, blocks in block.options:
+                yield from blocks
         else:
             yield block
 

@@ -145,6 +145,7 @@ class ProposalResults:
     front: pd.DataFrame  # ``optimise/front.csv``
     summary: pd.DataFrame  # ``optimise/summary.csv``
     search: pd.Series  # ``optimise/search.csv``, values by quantity
+    psd: pd.DataFrame  # ``optimise/psd.csv``
 
 
 @dataclass(frozen=True)

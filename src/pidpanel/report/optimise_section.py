@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,31 +10,90 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
-from pidpanel.report.html import PageSection, Paragraph, Picture, Table
+from pidpanel.report.charts import chart_of
+from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
+from pidpanel.report.html import Choice, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.text import counted, number, records, with_error
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
+from pidpanel.report.text import number, records, with_error
+
+NARROW = 5.2
+"""Width of a picture, two of which make a row [in]."""
 
 
-def optimise_section(proposal: ProposalResults, basis: PanelBasis) -> PageSection:
-    """Return the best layout, the front of mass and reduction, and the equivalent layouts."""
-    drawing, front = layout_figure(proposal, basis), front_figure(proposal.front)
+def proposal_headline(proposal: ProposalResults) -> str:
+    """Return the answer: where, how full, how heavy, how much less, and the gap."""
+    facts, best = proposal.search, proposal.front.iloc[0]
+    counted = proposal.summary[(proposal.summary["layout"] == 1) & proposal.summary["counts"]]
+    after = counted.sort_values("acceleration_rms_g").iloc[-1]
+    gap = f"No layout within the budget can be better by more than {_gap(proposal):g} dB."
+    if facts["submodularity_violations"]:
+        gap = f"Not proved to be the best; the estimated gap is {_gap(proposal):g} dB."
+    x, y = proposal.layouts[["size_x_m", "size_y_m"]].iloc[0]
+    return (
+        f"Best layout within {facts['budget_kg']:g} kg: {patches_text(proposal.layouts, 1)}, "
+        f"{x:g} m × {y:g} m{' each' if best['patches'] > 1 else ''}, {number(best['mass_kg'])} kg. "
+        f"The largest rms acceleration falls from {number(counted['bare_rms_g'].max())} to "
+        f"{_rms(after['acceleration_rms_g'], after['acceleration_rms_error_g'])} g. The reduction "
+        f"is {_decibels(best)}. {gap}"
+    )
+
+
+def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
+    """Return the front of mass and reduction, with drawing and PSD of each layout."""
+    options = []
+    for row in records(proposal.front):
+        layout = row["layout"]
+        label = f"{number(row['mass_kg'])} kg, {_decibels(row)}"
+        picture = Picture(
+            f"layout_drawing_{layout}",
+            style.png(layout_figure(proposal, basis, layout)),
+            f"{patches_text(proposal.layouts, layout)}.",
+        )
+        title = f"Layout {layout}: {label}"
+        options.append((f"layout_{layout}", title, [picture, _psd_picture(proposal, layout)]))
+    return Choice(
+        front_drawing(proposal.front),
+        "Reduction over mass; click a point or a layout below for its drawing and PSD. Filled: "
+        "equivalent to the best. Other marks: the same mass used otherwise. ±: one standard "
+        "error.",
+        options,
+    )
+
+
+def _psd_picture(proposal: ProposalResults, layout: int) -> Picture:
+    summary = proposal.summary[(proposal.summary["layout"] == layout) & proposal.summary["counts"]]
+    row = summary.sort_values("bare_rms_g").iloc[-1]
+    curves, frequency = [], np.zeros(0)
+    for number_of, name, colour in (
+        (layout, "with dampers", style.PLACES[0]),
+        (0, "bare", style.BARE),
+    ):
+        psd = proposal.psd[
+            (proposal.psd["layout"] == number_of) & (proposal.psd["point"] == row["point"])
+        ]
+        frequency = psd["frequency_hz"].to_numpy()
+        values = psd["acceleration_psd_g2_hz"].to_numpy() * STANDARD_GRAVITY**2
+        rms = row["acceleration_rms_g" if number_of else "bare_rms_g"]
+        curves.append(PsdCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
+    figure = psd_figure(frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7)
+    caption = f"Acceleration PSD at point {row['point']}, where the bare panel moves most."
+    charts = [chart_of("", frequency, curves)]
+    return Picture(f"layout_psd_{layout}", style.png(figure), caption, charts)
+
+
+def optimise_section(proposal: ProposalResults) -> PageSection:
+    """Return what the best layout does, how sure that is, and the equivalent layouts."""
     return PageSection(
         "optimise",
         "Proposed layouts",
         [
             *[Paragraph(text) for text in sentences(proposal)],
-            Picture("optimise_layout", style.png(drawing), "The best layout on the panel."),
             point_table(proposal),
-            Picture(
-                "optimise_front",
-                style.png(front),
-                "Mass against reduction. Line: no layout here is lighter and reduces more. "
-                "Filled: within the uncertainty of the best. Crosses: the same mass as dead "
-                "weight in the same cells. ±: one standard error.",
-            ),
             layout_table(proposal),
             variant_table(proposal.front),
         ],
@@ -43,54 +101,89 @@ def optimise_section(proposal: ProposalResults, basis: PanelBasis) -> PageSectio
 
 
 def sentences(proposal: ProposalResults) -> list[str]:
-    """Return what was found in words: the best layout, the gap, what cannot be told apart."""
+    """Return what was found in words: the gap, the same mass used otherwise, equivalents."""
     facts, front = proposal.search, proposal.front
     best = front.iloc[0]
-    gained = best["reduction_db"] - best["dead_weight_reduction_db"]
-    texts = [
-        f"Best layout: {patches_text(proposal.layouts, 1)}. It weighs {best['mass_kg']:.3g} kg and "
-        f"reduces the response by {_decibels(best)}, {gained:.1f} dB more than the same mass as "
-        "dead weight.",
-        gap_text(facts),
-        f"{counted(int(facts['equivalent_layouts']), 'layout')} of "
-        f"{int(facts['evaluated_layouts'])} evaluated are within "
-        f"{facts['equivalent_within_db']:.2g} dB of the best and cannot be told apart.",
+    otherwise = [
+        f"{ALTERNATIVES[name][0]} {best[f'{name}_reduction_db']:.1f} dB"
+        for name in ALTERNATIVES
+        if _is_known(front, name)
     ]
-    lightest = front[front["is_equivalent"]].sort_values(["mass_kg", "patches"]).iloc[0]
-    if lightest["layout"] != best["layout"]:
+    texts = [
+        gap_text(proposal),
+        f"The {number(best['mass_kg'])} kg of the best layout reduce by {best['reduction_db']:.1f} "
+        f"dB as dampers; used otherwise: {', '.join(otherwise)}.",
+    ]
+    if _is_known(front, "face_sheets"):
         texts.append(
-            f"The lightest of those confirmed, layout {lightest['layout']}, weighs "
-            f"{lightest['mass_kg']:.3g} kg and reduces by {_decibels(lightest)}."
+            "Thicker face sheets: mass and bending stiffness of the whole panel are scaled. Half "
+            "of the panel's mass is face sheets: 1 % more mass gives 2 % more stiffness."
+        )
+    texts.append(
+        f"{_count(facts['equivalent_layouts'])} of {_count(facts['evaluated_layouts'])} evaluated "
+        f"layouts are within {facts['equivalent_within_db']:.2g} dB of the best, one standard "
+        "error: they are equivalent."
+    )
+    lightest = front[front["is_equivalent"]].sort_values(["mass_kg", "patches"]).iloc[0]
+    if lightest["mass_kg"] < 0.999 * best["mass_kg"]:
+        texts.append(
+            f"The lightest confirmed equivalent is layout {lightest['layout']}: "
+            f"{number(lightest['mass_kg'])} kg, {_decibels(lightest)}."
         )
     steady = front[front["is_equivalent"]].sort_values("largest_regret_db").iloc[0]
     texts.append(
-        f"The most robust of them is layout {steady['layout']}: with ±6 dB of sound, half and "
-        "twice the damping ratio, and ±10 % of the damper's mass it is never more than "
-        f"{steady['largest_regret_db']:.2g} dB behind the best confirmed layout."
+        f"Robust choice: layout {steady['layout']}. With ±6 dB of sound, half and twice the "
+        f"damping ratio, and ±10 % of the damper mass, it is at most "
+        f"{steady['largest_regret_db']:.2f} dB behind the best confirmed layout."
     )
-    losing = front[front["loses_to_dead_weight"]]
-    for row in records(losing):
+    for row in records(front[front["loses_to_dead_weight"]]):
         damper = ", ".join(sorted(set(_patches(proposal.layouts, row["layout"])["damper"])))
-        texts.append(f"Layout {row['layout']} ({damper}) loses to the same mass as dead weight.")
+        texts.append(
+            f"Caution: layout {row['layout']} ({damper}) reduces less than the same mass as dead "
+            "weight."
+        )
     return texts
 
 
-def gap_text(facts: pd.Series) -> str:
+def _is_known(front: pd.DataFrame, alternative: str) -> bool:
+    return bool(np.isfinite(front[f"{alternative}_reduction_db"]).any())
+
+
+def _count(value: float) -> str:
+    return f"{int(value):,}".replace(",", " ")
+
+
+def _drift(front: pd.DataFrame) -> float:
+    """Return by how much the search differs from the consistent motion [dB]."""
+    return float((front["search_reduction_db"] - front["reduction_db"]).abs().max())
+
+
+def _gap(proposal: ProposalResults) -> float:
+    """Return the gap [dB] of the search, with its error for two layouts, rounded up."""
+    return float(np.ceil(20 * (proposal.search["gap_db"] + 2 * _drift(proposal.front))) / 20)
+
+
+def _rms(value: float, error: float) -> str:
+    return with_error(value, error) if error > 0 else number(value)
+
+
+def gap_text(proposal: ProposalResults) -> str:
     """Return how much better another layout can be, and how far that is proved."""
-    checks = int(facts["submodularity_checks"])
-    gap = max(0.01, np.ceil(100 * facts["gap_db"]) / 100)
-    limits = "of these places and fill fractions, at frozen damping,"
-    if facts["submodularity_violations"]:
-        return (
-            f"Not proved: the property behind the bound is violated in "
-            f"{int(facts['submodularity_violations'])} of {checks} checks. With the bound enlarged "
-            f"by the largest ratio that was found, {facts['bound_factor']:.3g}, no layout {limits} "
-            f"is better by more than {gap:.2g} dB."
-        )
-    return (
-        f"No layout {limits} is better by more than {gap:.2g} dB (the property behind the bound "
-        f"held in all of {checks} checks)."
+    facts = proposal.search
+    checks, violations = (int(facts[f"submodularity_{name}"]) for name in ("checks", "violations"))
+    text = (
+        f"Gap among the places and fill fractions of the study: branch and bound leaves "
+        f"{facts['gap_db']:.2f} dB, with the damping frozen at the motion of each damper alone. "
+        "The confirmed layouts, whose damping follows their own "
+        f"motion, differ by up to {_drift(proposal.front):.2f} dB; twice that is added. The bound "
+        "assumes that a damper removes less beside others, "
     )
+    if violations:
+        return (
+            f"{text}which fails in {_count(violations)} of {_count(checks)} checks: not proved. It "
+            f"is enlarged by the largest ratio sampled, {number(facts['bound_factor'])}."
+        )
+    return f"{text}which holds in all of {_count(checks)} checks."
 
 
 def patches_text(layouts: pd.DataFrame, layout: int) -> str:
@@ -98,9 +191,10 @@ def patches_text(layouts: pd.DataFrame, layout: int) -> str:
     parts = []
     for row in records(_patches(layouts, layout)):
         fill = row["fill_fraction"]
-        filled = f" at fill fraction {fill:g}" if np.isfinite(fill) else ""
+        filled = f", {100 * fill:g} % full," if np.isfinite(fill) else ""
         parts.append(
-            f"{row['damper']}{filled} at ({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g}) m"
+            f"{row['damper']}{filled} at x = {row['centre_x_m']:.3g} m, y = "
+            f"{row['centre_y_m']:.3g} m"
         )
     return "; ".join(parts)
 
@@ -110,9 +204,7 @@ def _patches(layouts: pd.DataFrame, layout: int) -> pd.DataFrame:
 
 
 def _decibels(row: Any) -> str:
-    error = row["reduction_error_db"]
-    value = row["reduction_db"]
-    return f"{with_error(value, error) if error > 0 else number(value)} dB"
+    return f"{_rms(row['reduction_db'], row['reduction_error_db'])} dB"
 
 
 def point_table(proposal: ProposalResults) -> Table:
@@ -125,7 +217,7 @@ def point_table(proposal: ProposalResults) -> Table:
             [
                 row["point"],
                 number(row["bare_rms_g"]),
-                with_error(after, error) if error > 0 else number(after),
+                _rms(after, error),
                 number(row["dead_weight_rms_g"]),
                 "yes" if row["counts"] else "no",
             ]
@@ -136,6 +228,7 @@ def point_table(proposal: ProposalResults) -> Table:
 
 def layout_table(proposal: ProposalResults) -> Table:
     """Return the layouts that cannot be told apart first, by mass and number of patches."""
+    others = [name for name in ALTERNATIVES if _is_known(proposal.front, name)]
     order = ["is_equivalent", "mass_kg", "patches"]
     front = proposal.front.sort_values(order, ascending=[False, True, True], kind="stable")
     rows = [
@@ -145,16 +238,16 @@ def layout_table(proposal: ProposalResults) -> Table:
             number(row["mass_kg"]),
             patches_text(proposal.layouts, row["layout"]),
             _decibels(row),
-            f"{row['dead_weight_reduction_db']:.2f}",
-            f"{row['search_reduction_db']:.2f}",
+            *(f"{row[f'{name}_reduction_db']:.2f}" for name in (*others, "search")),
         ]
         for row in records(front)
     ]
     columns = ["layout", "equivalent", "mass, kg", "patches", "reduction"]
-    columns += ["dead weight, dB", "in the search, dB"]
+    columns += [f"{name.replace('_', ' ')}, dB" for name in (*others, "search")]
     return Table(
-        "Confirmed layouts, those within the uncertainty of the best first. Reduction: of what "
-        "the search makes small, at the consistent motion; in the search the damping is frozen.",
+        "Confirmed layouts by mass and number of patches, equivalents of the best first. Dead "
+        "weight, face sheets, damping layer: reduction by the same mass. Search: with frozen "
+        "damping.",
         columns,
         rows,
         title="Confirmed layouts",
@@ -181,15 +274,15 @@ def variant_table(front: pd.DataFrame) -> Table:
     )
 
 
-def layout_figure(proposal: ProposalResults, basis: PanelBasis) -> Figure:
-    """Draw the panel with the patches of the best layout."""
+def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> Figure:
+    """Draw the panel with the patches of a layout."""
     vertices = basis.vertex_position
     size = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(6.5, 5.9 * size[1] / size[0] + 0.5), layout="constrained")
+    figure = Figure(figsize=(NARROW, 0.9 * NARROW * size[1] / size[0] + 0.5), layout="constrained")
     axes = figure.subplots()
     edges = vertices[boundary_edges(basis.cells)]
     axes.add_collection(LineCollection(list(edges), colors="black", linewidths=0.9))
-    patches = records(_patches(proposal.layouts, 1))
+    patches = records(_patches(proposal.layouts, layout))
     dampers = sorted(set(proposal.layouts["damper"]))
     for row in patches:
         colour = style.place_colour(row["damper"], dampers)
@@ -203,9 +296,9 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis) -> Figure:
                 alpha=0.35,
             )
         )  # fmt: skip
-        fill = f"\nr = {row['fill_fraction']:g}" if np.isfinite(row["fill_fraction"]) else ""
+        fill = f" {100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
         axes.annotate(
-            f"{row['damper']}{fill}\n{row['mass_kg']:.3g} kg",
+            f"{row['damper']}{fill}\n{number(row['mass_kg'])} kg",
             (row["centre_x_m"], row["centre_y_m"]), ha="center", va="center", fontsize=7,
         )  # fmt: skip
     for name, (x, y) in zip(basis.point_names, basis.point_position, strict=True):
@@ -218,33 +311,3 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis) -> Figure:
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     return figure
-
-
-def front_figure(front: pd.DataFrame) -> Figure:
-    """Draw reduction over mass, with dead weight."""
-    figure = Figure(figsize=(6.5, 3.6), layout="constrained")
-    axes = figure.subplots()
-    best = front[front["is_on_front"]].sort_values("mass_kg")
-    axes.plot(best["mass_kg"], best["reduction_db"], color=style.PLACES[0], zorder=1)
-    for is_equivalent, face in ((True, style.PLACES[0]), (False, "white")):
-        part = front[front["is_equivalent"] == is_equivalent]
-        axes.errorbar(
-            part["mass_kg"], part["reduction_db"], part["reduction_error_db"], fmt="o",
-            color=style.PLACES[0], mfc=face, ms=5, elinewidth=0.6, capsize=2,
-        )  # fmt: skip
-    axes.plot(front["mass_kg"], front["dead_weight_reduction_db"], "x", color=style.PLACES[1], ms=5)
-    for row in _labelled(records(front)):
-        axes.annotate(
-            str(row["layout"]), (row["mass_kg"], row["reduction_db"]), xytext=(6, 3),
-            textcoords="offset points",
-        )  # fmt: skip
-    axes.set_xlim(left=0)
-    axes.set_ylim(bottom=min(0.0, float(front["dead_weight_reduction_db"].min()) - 0.2))
-    axes.set_xlabel("mass of the dampers, kg")
-    axes.set_ylabel("reduction, dB")
-    return figure
-
-
-def _labelled(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the layouts whose numbers stand in the figure: of one mass the best."""
-    return [row for row in rows if row["is_on_front"]]

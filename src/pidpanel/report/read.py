@@ -64,7 +64,8 @@ def read_proposal(folder: Path) -> ProposalResults:
     """Read what the optimise stage left."""
     layouts, front = (pd.read_csv(folder / f"{name}.csv") for name in ("layouts", "front"))
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
-    return ProposalResults(layouts, front, read_by_point(folder / "summary.csv"), search)
+    summary, psd = (read_by_point(folder / f"{name}.csv") for name in ("summary", "psd"))
+    return ProposalResults(layouts, front, summary, search, psd)
 
 
 def read_severity(folder: Path, quality: float, duration: float) -> SeverityResults:

@@ -26,7 +26,7 @@ from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.names import with_names
-from pidpanel.report.optimise_section import optimise_section
+from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.radiation_section import radiation_section
@@ -44,11 +44,18 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     study = inputs.study
     answer = answer_of(study, inputs.summary)
     proposal = inputs.proposal
-    proposed = [] if proposal is None else [optimise_section(proposal, inputs.basis)]
+    text = headline(answer) if answer else NOTHING_MOVES
+    blocks = answer_blocks(inputs, answer) if answer else []
+    proposed = []
+    if proposal is not None:
+        text, proposed = proposal_headline(proposal), [optimise_section(proposal)]
+        # of the bare panel alone the drawing and the PSD are with each layout
+        beside = blocks if answer is not None and answer.candidates else []
+        blocks = [proposal_choice(proposal, inputs.basis), *beside]
     return Page(
         title=study.title,
-        answer=headline(answer) if answer else NOTHING_MOVES,
-        first=answer_blocks(inputs, answer) if answer else [],
+        answer=text,
+        first=blocks,
         caveats=caveats(inputs, answer) if answer else [],
         facts=study_facts(inputs),
         assumptions=study.assumptions,

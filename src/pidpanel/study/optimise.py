@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pidpanel.study.base import Fill, SectionModel, Size, Text
 from pidpanel.study.mistakes import Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Area
-from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity, whole
 
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
 MOST_PATCHES = 6
 """Patches of a layout; the search grows steeply with them."""
+
+
+class DampingLayer(SectionModel):
+    """A damping layer over the whole panel, to which layouts of the same mass are compared."""
+
+    mass_per_area_kg_m2: Annotated[float, Quantity(1e-3, 100, units=MASS_PER_AREA)]
+    """Mass per area of the layer [kg/m²]."""
+    loss_factor: Annotated[float, Quantity(1e-5, 1, units=PERCENT)]
+    """Loss factor that it adds to all modes of the panel; a lighter layer adds less in
+    proportion."""
 
 
 class Optimise(SectionModel):
@@ -36,6 +46,8 @@ class Optimise(SectionModel):
     """Response points that count; by default all."""
     objective: Literal["largest", "mean_square"] = "largest"
     """What is to be small: the ``largest`` rms acceleration of the points, or their mean square."""
+    damping_layer: DampingLayer | None = None
+    """Damping layer to compare with; by default none."""
     forbidden: Mapping[str, Area] = {}
     """Areas without dampers, by name. Holes, supports and masses need no mention."""
 

@@ -20,7 +20,7 @@ RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
 
-PROPOSAL = ("layouts", "front", "summary", "search")
+PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 """Tables of the proposed layouts."""
 
 SEVERITY = ("oscillators", "peaks", "fatigue")
