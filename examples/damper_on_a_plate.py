@@ -12,4 +12,5 @@ plate = pidpanel.Model({
     "dampers": {"pot": {"equivalent_damping_n_s_m3": 1000, "apparent_mass_kg_m2": 2}},
     "scenarios": {"damped": {"layout": {"middle": {"damper": "pot"}}}},
 })  # fmt: skip
-print(plate.response()["acceleration_rms"].sel(point="P").to_series())
+rms = plate.response()["acceleration_rms"].sel(point="P")
+print(rms.to_series().rename(f"rms acceleration, {rms.units}"))

@@ -31,4 +31,5 @@ model = pidpanel.Model(
 cases = model.run("coupon/cases.csv").cases()
 print(cases[["fill_fraction", "frequency_hz", "acceleration_g", "equivalent_damping_n_s_m3"]])
 surface = model.damping(fill_fraction=[0.4, 0.8], frequency_hz=[100, 200], acceleration_g=[20])
+print("C_e, N s/m³ over fill fraction and frequency, Hz:")
 print(surface["equivalent_damping"].squeeze("acceleration").to_pandas())

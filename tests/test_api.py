@@ -1,5 +1,6 @@
 """A study in; damping, modes and responses out, as xarray: what notebooks and examples use."""
 
+import re
 import runpy
 from pathlib import Path
 
@@ -117,6 +118,12 @@ SAYS = {
 }
 
 
+def test_a_study_without_a_coupon_has_no_cases(model):
+    # red: "it needs LIGGGHTS runs: call run() first", which would not help
+    with pytest.raises(pidpanel.StudyError, match="damper = coupon: has no coupon"):
+        model.cases()
+
+
 def test_every_example_is_run_here():
     # red: an example more than in SAYS
     assert [path.stem for path in EXAMPLES] == sorted(SAYS)
@@ -130,4 +137,6 @@ def test_an_example_runs_and_says_what_it_should(path, capsys):
         runpy.run_path(str(path), run_name="__main__")
     said = capsys.readouterr()
     assert SAYS[path.stem] in said.out
+    # red: numbers without a unit, of m/s² or dB
+    assert re.search(r"m s-2|N s/m³|\bHz\b|\bdB\b", said.out)
     assert "Traceback" not in said.err

@@ -138,8 +138,6 @@ class Model:
             raise ResultsError(f"{self.study.name}: the run failed\n{done.stdout}{done.stderr}")
         return self
 
-    # ------------------------------------------------------------------ what comes out
-
     def damping(
         self,
         source: str | None = None,
@@ -205,6 +203,8 @@ class Model:
 
     def cases(self, damper: str = SECTION) -> pd.DataFrame:
         """Return the table of the simulated cases of a damper, ``coupon/cases.csv``."""
+        if damper not in self.study.coupons:
+            raise StudyError(f"damper = {damper}: has no coupon, so there are no cases")
         return read_cases(self._result(str(of_damper(Path("coupon"), damper, "cases.csv"))))
 
     def modes(self) -> xr.Dataset:
