@@ -67,5 +67,8 @@ def test_a_table_without_its_coverage_is_refused_with_the_cases_named(tmp_path):
     said = str(ended.value).splitlines()
     assert len(said) == 3
     assert ": RecordUnreadable: " in said[0]
-    assert said[-1] == "0.0% of the cases are ok; coupon.accuracy.coverage requires 100.0%"
+    assert (
+        said[-1]
+        == "0.0% of the cases are ok; coupon.accuracy.coverage requires 100.0%; raise coupon.accuracy.max_cycles, or lower the coverage"
+    )
     assert len((tmp_path / "cases.csv").read_text().splitlines()) == 3

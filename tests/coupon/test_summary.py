@@ -172,7 +172,7 @@ def test_a_table_of_too_few_good_cases_is_refused_with_the_others_named():
     with pytest.raises(summary.CoverageMissed) as missed:
         summary.check_coverage(table, 0.76)
     assert str(missed.value) == (
-        "c3: NotSteady: m\n75.0% of the cases are ok; coupon.accuracy.coverage requires 76.0%"
+        "c3: NotSteady: m\n75.0% of the cases are ok; coupon.accuracy.coverage requires 76.0%; raise coupon.accuracy.max_cycles, or lower the coverage"
     )
 
 

@@ -204,4 +204,4 @@ def test_a_rigid_mode_has_an_infinite_half_wave_and_no_shift():
     # red: a division by zero in `half_wave`
     section = ThinSection(3273.07, 4.0)
     assert resolution.half_wave(section, 0.0) == np.inf
-    assert resolution.frequency_shift("thin quadrilaterals", 0.05, section, 0.0, 30.0) == 0.0
+    assert resolution.frequency_shift("thin quadrilaterals", section, 0.05, 0.0, 30.0) == 0.0

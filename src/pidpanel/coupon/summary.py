@@ -289,7 +289,7 @@ def check_coverage(table: Sequence[Row], coverage: float) -> None:
                 [
                     *lines,
                     f"{good:.1%} of the cases are ok; coupon.accuracy.coverage requires "
-                    f"{coverage:.1%}",
+                    f"{coverage:.1%}; raise coupon.accuracy.max_cycles, or lower the coverage",
                 ]
             )
         )

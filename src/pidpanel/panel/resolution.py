@@ -99,7 +99,7 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
 
 
 def frequency_shift(
-    element: str, longest_edge: float, section: Section, frequency: float, added_mass: float = 0.0
+    element: str, section: Section, longest_edge: float, frequency: float, added_mass: float = 0.0
 ) -> float:
     """Return by which share a mesh raises the frequency of a resonance, about [1].
 
@@ -173,7 +173,7 @@ def check_resolution(
     error = line_error_db(element, regions, section, frequency, damping_ratio)
     if error > LINE_ERROR_DB:
         shifts = [
-            frequency_shift(element, r.longest_edge, section, frequency, r.added_mass)
+            frequency_shift(element, section, r.longest_edge, frequency, r.added_mass)
             for r in regions
         ]
         worst = regions[int(np.argmax(shifts))]
@@ -217,7 +217,7 @@ def line_error_db(
     )
     shift = np.array(
         [
-            [frequency_shift(element, r.longest_edge, section, f, r.added_mass) for r in regions]
+            [frequency_shift(element, section, r.longest_edge, f, r.added_mass) for r in regions]
             for f in tried.tolist()
         ]
     )

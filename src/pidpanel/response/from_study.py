@@ -19,7 +19,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
-from pidpanel.panel.resolution import element_sizes, frequency_shift
+from pidpanel.panel.resolution import frequency_shift
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import ResponseScenario
@@ -97,7 +97,6 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
     basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
     excitation = excitation_of(study.sound, table)
-    longest = float(element_sizes(basis.vertex_position, basis.cells).max())
     return ResponsePanel(
         Settings(
             study.response.frequency_hz,
@@ -112,7 +111,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
         StudySound(study),
         read_air(study, radiation, table, files.air),
         mass_per_area=panel.section.mass_per_area,
-        shift_of_wave=partial(frequency_shift, panel.element, longest, panel.section),
+        shift_of_wave=partial(frequency_shift, panel.element, panel.section),
     )
 
 

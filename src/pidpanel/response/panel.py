@@ -89,11 +89,12 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     return PatchElements(parts, patch)
 
 
-ShiftOfWave = Callable[[float, float], float]
-"""(frequency [Hz], added mass [kg/m²]) → share by which the mesh raises the frequency [1]."""
+ShiftOfWave = Callable[[float, float, float], float]
+"""(longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
+frequency [1]."""
 
 
-def no_shift(frequency: float, added_mass: float) -> float:
+def no_shift(longest_edge: float, frequency: float, added_mass: float) -> float:
     """Return the shift of a mesh that makes none."""
     return 0.0
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.resolution import element_sizes
 from pidpanel.response.cases import (
     CasePlan,
     ResponseScenario,
@@ -116,18 +117,21 @@ def _mesh_errors(
     panel: ResponsePanel, cases: Sequence[SolvedCase], mass: Array
 ) -> list[MeshError | None]:
     """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
-    f, overlap = panel.frequency, panel.basis.patch_overlap
+    f, basis = panel.frequency, panel.basis
+    # a patch may have shorter elements than the panel
+    sizes = element_sizes(basis.vertex_position, basis.cells)
+    edges = [float(sizes.max()), *(float(sizes[cells].max()) for cells in basis.cell_in_patch)]
     shift = {}
     for is_bare in {case.scenario.is_bare for case in cases}:
         on_patch = np.zeros_like(mass) if is_bare else mass
-        modes = loaded_modes(panel.modal, overlap, on_patch, panel.mass_per_area)
+        modes = loaded_modes(panel.modal, basis.patch_overlap, on_patch, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(
             modes.frequency[up_to], modes.damping_ratio[up_to], modes.share[:, up_to]
         )
         of_wave = [
-            [panel.shift_of_wave(one, extra) for one in modes.frequency.tolist()]
-            for extra in (0.0, *on_patch.tolist())
+            [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
+            for edge, extra in zip(edges, (0.0, *on_patch.tolist()), strict=True)
         ]
         bare, patches = np.split(np.array(of_wave), [1])
         shift[is_bare] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
