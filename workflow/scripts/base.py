@@ -1,6 +1,6 @@
 """Responses to random and sine motion of the supports, effective masses, notches."""
 
-from pidpanel.base.from_study import BaseFiles, BaseInputs, write_base
+from pidpanel.base.from_study import BaseInputs, write_base
 from pidpanel.provenance.job import Job, run
 from pidpanel.study import load_study
 
@@ -9,8 +9,7 @@ def main(job: Job) -> None:
     """From panel, response and damping."""
     read, made = job.input, job.output
     files = BaseInputs(read.modes, read.plate, read.section, read.left_out)
-    optional = ("psd", "summary", "notched", "notches", "sine", "sine_table")
-    output = BaseFiles(made.modes_table, *(made.get(name) for name in optional))
+    output = {name: getattr(made, name) for name in made.all}
     write_base(load_study(job.study), files, job.optional_folder("damping"), output)
 
 

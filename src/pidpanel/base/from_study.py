@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.base import tables
@@ -43,11 +44,10 @@ from pidpanel.response.panel import ResponsePanel, Settings
 from pidpanel.response.refinement import read_further_shapes
 from pidpanel.response.results import write_csv
 from pidpanel.solve.basis_error import MovedFace, basis_shapes, refined
-from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.moved import Matrices
 from pidpanel.sound.radiation import Air
 from pidpanel.study import Study
-from pidpanel.study.base_motion import BaseMotion
+from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.scenarios import level_suffix
 
 
@@ -58,18 +58,6 @@ class BaseInputs(NamedTuple):
     plate: Path
     section: Path
     further_shapes: Path  # ``response/left_out.nc``
-
-
-class BaseFiles(NamedTuple):
-    """The files of the stage; those of a motion that the study does not have are None."""
-
-    modes_csv: Path
-    psd_nc: Path | None
-    summary_csv: Path | None
-    notched_csv: Path | None
-    notches_csv: Path | None
-    sine_nc: Path | None
-    sine_csv: Path | None
 
 
 @dataclass(frozen=True)
@@ -138,31 +126,32 @@ def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
     """Return the limits of a study in SI, by the places of the points and then the interface."""
     if motion.limits is None:
         return []
-    g, limits = STANDARD_GRAVITY, []
+    g, force, stated = STANDARD_GRAVITY, motion.limits.force, []
     for name, limit in motion.limits.points.items():
         place = list(points).index(name)
-        if limit.psd_g2_hz is not None:
-            says = f"point {name}: {limit.psd_g2_hz:g} g²/Hz"
-            limits.append(Limit(place, says, limit.psd_g2_hz * g**2))
-        if limit.rms_g is not None:
-            says = f"point {name}: {limit.rms_g:g} g rms"
-            limits.append(Limit(place, says, limit.rms_g * g, is_rms=True))
-    force = motion.limits.force
-    if force is not None and force.psd_n2_hz is not None:
-        says = f"interface: {force.psd_n2_hz:g} N²/Hz"
-        limits.append(Limit(len(points), says, force.psd_n2_hz))
-    if force is not None and force.rms_n is not None:
-        says = f"interface: {force.rms_n:g} N rms"
-        limits.append(Limit(len(points), says, force.rms_n, is_rms=True))
-    return limits
+        stated.append((place, f"point {name}", limit.psd_g2_hz, "g²/Hz", g**2))
+        stated.append((place, f"point {name}", limit.rms_g, "g rms", g))
+    if force is not None:
+        stated.append((len(points), "interface", force.psd_n2_hz, "N²/Hz", 1.0))
+        stated.append((len(points), "interface", force.rms_n, "N rms", 1.0))
+    return [
+        Limit(place, f"{name}: {value:g} {unit}", value * factor, is_rms=unit.endswith("rms"))
+        for place, name, value, unit, factor in stated
+        if value is not None
+    ]
 
 
-def response_panel(
+def shaken_panel(
     study: Study,
     supported: SupportedPanel,
     spectrum: BaseSpectrum,
+    scenarios: Sequence[ResponseScenario],
+    models: DampingModels,
 ) -> ResponsePanel:
-    """Return the panel under a random motion of its supports [g²/Hz], in vacuum."""
+    """Return the panel under a random motion of its supports [g²/Hz], in vacuum.
+
+    Its lines resolve the resonances that the dampers of all scenarios make.
+    """
     inertia = supported.inertia
     level = replace(spectrum, psd=STANDARD_GRAVITY**2 * spectrum.psd)
     excitation = BaseExcitation.of_inertia(level, inertia)
@@ -172,16 +161,22 @@ def response_panel(
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
     basis = with_translation(supported.basis, inertia)
-    return ResponsePanel(settings, basis, excitation, Shaker(excitation))
+    panel = ResponsePanel(settings, basis, excitation, Shaker(excitation))
+    plan = plan_cases(panel, scenarios, models, dead_weight=False)
+    return resolving(panel, heaviest_dampers(panel, plan))
 
 
-def write_base(study: Study, files: BaseInputs, damping: Path | None, output: BaseFiles) -> None:
+def write_base(
+    study: Study, files: BaseInputs, damping: Path | None, output: Mapping[str, Path]
+) -> None:
     """Write responses to the motion of the supports in every scenario with every damping model.
 
     Parameters
     ----------
     damping
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
+    output
+        Files by the names of the rule: those of the parts that the study has.
 
     Raises
     ------
@@ -196,95 +191,63 @@ def write_base(study: Study, files: BaseInputs, damping: Path | None, output: Ba
         read_basis(files.modes), plate, read_further_shapes(files.further_shapes),
         study.response.frequency_hz[1], read_panel_mass(study, files.section),
     )  # fmt: skip
-    write_csv(output.modes_csv, tables.mode_rows(supported.basis, supported.inertia))
+    write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
     models, scenarios = damping_models(study, damping), base_scenarios(study)
     if motion.random is not None:
-        _write_random(study, motion, supported, scenarios, models, output)
-    if motion.sine is not None and output.sine_nc and output.sine_csv:
-        cases = _sine_cases(study, supported, scenarios, models)
+        spectrum = read_base_table(motion.random.spectrum).between(*study.response.frequency_hz)
+        panel = shaken_panel(study, supported, spectrum, scenarios, models)
+        points, limits = panel.basis.point_names, limits_of(motion, panel.basis.point_names)
+        observed = observed_motions(panel.basis, supported.inertia)
+        random = random_cases(panel, observed, scenarios, models, limits)
         labels = [scenario.label for scenario in scenarios]
-        points = supported.basis.point_names
-        rows = tables.sine_rows(cases, points, motion.sine.acceleration_g)
-        write_csv(output.sine_csv, rows)
-        curves = tables.sine_dataset(cases, models.names, labels, points)
-        attributes = {**stamp(study), "acceleration_g": motion.sine.acceleration_g}
-        curves.assign_attrs(attributes).to_netcdf(output.sine_nc, engine="scipy")
+        psds = tables.random_dataset(random, models.names, labels, points)
+        write_csv(output["summary"], tables.summary_rows(psds))
+        psds.assign_attrs(stamp(study)).to_netcdf(output["psd"], engine="scipy")
+        if limits:
+            write_csv(output["notched"], tables.input_rows(random, limits))
+    if motion.sine is not None:
+        curves = _sweeps(study, motion.sine, supported, scenarios, models)
+        level = motion.sine.acceleration_g
+        write_csv(output["sine_table"], tables.peak_rows(curves, level))
+        attributes = {**stamp(study), "acceleration_g": level}
+        curves.assign_attrs(attributes).to_netcdf(output["sine"], engine="scipy")
 
 
-def _write_random(
+def _sweeps(
     study: Study,
-    motion: BaseMotion,
+    sine: SineMotion,
     supported: SupportedPanel,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
-    output: BaseFiles,
-) -> None:
-    if motion.random is None or output.psd_nc is None or output.summary_csv is None:
-        raise ValueError(f"{study.name}: no files for base.random")
-    spectrum = read_base_table(motion.random.spectrum).between(*study.response.frequency_hz)
-    panel = response_panel(study, supported, spectrum)
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    panel = resolving(panel, heaviest_dampers(panel, plan))
-    points = list(supported.basis.point_names)
-    limits = limits_of(motion, points)
-    observed = observed_motions(panel.basis, supported.inertia)
-    cases = random_cases(panel, observed, scenarios, models, limits)
-    write_csv(output.summary_csv, tables.summary_rows(cases, points))
-    labels = [scenario.label for scenario in scenarios]
-    curves = tables.random_dataset(cases, models.names, labels, points)
-    curves.assign_attrs(stamp(study)).to_netcdf(output.psd_nc, engine="scipy")
-    if limits and output.notched_csv and output.notches_csv:
-        write_csv(output.notched_csv, tables.input_rows(cases, limits))
-        write_csv(output.notches_csv, tables.notch_rows(cases, limits))
-
-
-def _sine_cases(
-    study: Study,
-    supported: SupportedPanel,
-    scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
-) -> list[tables.SineCase]:
+) -> xr.Dataset:
     """Return every scenario with every damping model in a sweep up and one down."""
-    sine = study.base.sine if study.base else None
-    if sine is None:
-        return []
-    low, high = sine.frequency_hz
-    flat = BaseSpectrum(np.array([low, high]), np.ones(2))
-    panel = response_panel(study, supported, flat)
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    panel = resolving(panel, heaviest_dampers(panel, plan))
+    flat = BaseSpectrum(np.array(sine.frequency_hz), np.ones(2))
+    panel = shaken_panel(study, supported, flat, scenarios, models)
     observed = observed_motions(panel.basis, supported.inertia)
     force = BaseExcitation.of_inertia(flat, supported.inertia).force
-    modes = panel.basis.natural_frequency[~panel.basis.is_residual]
-    f = frequency_grid(low, high, panel.resolved_ratio, modes)
-    amplitude = sine.acceleration_g * STANDARD_GRAVITY
-    cases = []
-    for scenario, model, dampers in plan.rows:
-        loads = [damper.load for damper in dampers]
+    f, basis = panel.frequency, panel.basis
+    amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
+    parts = []
+    for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
         patches = [damper.carrier for damper in dampers]
         transfer = Transfer.of_panel(
             f, panel.modal, panel.patches.subset(patches), force,
             observed.reshape(-1, observed.shape[2]),
         )  # fmt: skip
-        sweeps = [
-            sweep(
-                transfer, loads, sine.acceleration_g, study.damping.level.acceleration_g, down=down
-            )
-            for down in (False, True)
-        ]
-        motion = np.array([each.motion.reshape(f.size, *observed.shape[:2]) for each in sweeps])
-        pull = [
-            interface_force(f, part[:, -1], patches, each.stiffness)
-            for part, each in zip(motion, sweeps, strict=True)
-        ]
-        omega = 2 * np.pi * f[:, None]
-        cases.append(
-            tables.SineCase(
-                scenario.label, model, f,
-                amplitude * omega**2 * np.abs(motion[:, :, :-1, 0]),
-                amplitude * np.abs(motion[:, :, :-1, 1]),
-                amplitude * np.abs(np.array(pull)),
-                                max(float(each.residual.max()) for each in sweeps),
-            )
-        )  # fmt: skip
-    return cases
+        for direction in tables.DIRECTIONS:
+            run = sweep(
+                transfer, [damper.load for damper in dampers], sine.acceleration_g,
+                study.damping.level.acceleration_g, down=direction == "down",
+            )  # fmt: skip
+            motion = run.motion.reshape(f.size, *observed.shape[:2])
+            pull = interface_force(f, motion[:, -1], patches, run.stiffness)
+            values: dict[str, Array | float] = {
+                "acceleration": amplitude * omega**2 * np.abs(motion[:, :-1, 0]),
+                "relative_displacement": amplitude * np.abs(motion[:, :-1, 1]),
+                "interface_force": amplitude * np.abs(pull),
+                "motion_residual": float(run.residual.max()),
+            }
+            place = {"reading": model, "scenario": scenario.label, "direction": direction}
+            parts.append(tables.case_dataset(f, basis.point_names, values, place))
+    labels = [scenario.label for scenario in scenarios]
+    return tables.merged(parts, reading=models.names, scenario=labels, direction=tables.DIRECTIONS)

@@ -51,17 +51,6 @@ class NotchedInput:
     reason: Index
 
 
-@dataclass(frozen=True)
-class Notch:
-    """A band in which one limit lowers the input."""
-
-    lower_hz: float
-    upper_hz: float
-    deepest_hz: float
-    depth_db: float
-    reason: str
-
-
 def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
     """Return the input that keeps all limits.
 
@@ -98,25 +87,3 @@ def _cap(frequency: Array, psd: Array, rms: float) -> float:
         else:
             low = middle
     return low
-
-
-def notches(
-    frequency: Array, stated: Array, lowered: NotchedInput, limits: Sequence[Limit]
-) -> list[Notch]:
-    """Return the bands of an input that is lower than stated, each with its limit."""
-    depth = 10 * np.log10(stated / lowered.psd)
-    starts = np.flatnonzero(np.diff(lowered.reason, prepend=-1))
-    ends = np.append(starts[1:], frequency.size) if starts.size else starts
-    bands = []
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        reason = int(lowered.reason[start])
-        if reason < 0:
-            continue
-        deepest = start + int(np.argmax(depth[start:end]))
-        bands.append(
-            Notch(
-                float(frequency[start]), float(frequency[end - 1]), float(frequency[deepest]),
-                float(depth[deepest]), limits[reason].reason,
-            )
-        )  # fmt: skip
-    return bands

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -106,7 +105,6 @@ class BaseExcitation:
 
     level: Callable[[Array], Array]
     force: Array
-    support_psd: ClassVar[None] = None
 
     @classmethod
     def of_inertia(cls, level: Callable[[Array], Array], inertia: Inertia) -> BaseExcitation:

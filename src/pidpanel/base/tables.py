@@ -1,53 +1,40 @@
-"""Tables and datasets of the stage."""
+"""Curves of all cases as datasets, and tables of their rms values and peaks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.base.notching import Limit, Notch, notches
-from pidpanel.base.random import RandomCase, RandomResponse
+from pidpanel.base.notching import Limit
+from pidpanel.base.random import RandomCase
 from pidpanel.base.supports import Inertia
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.solve.bands import reduction
-from pidpanel.solve.lines import root_mean_square
-
-INTERFACE = "interface"
-"""Name of the interface in columns of points."""
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
+VARIABLES = {
+    "input_psd": ("m2 s-4 Hz-1", "one-sided PSD of the acceleration of the supports"),
+    "absolute_acceleration_psd": ("m2 s-4 Hz-1", "one-sided PSD of the absolute acceleration"),
+    "relative_displacement_psd": ("m2 Hz-1", "one-sided PSD relative to the supports"),
+    "interface_force_psd": ("N2 Hz-1", "one-sided PSD of the force of all supports"),
+    "log_error": ("1", "standard error of ln of the absolute acceleration PSD"),
+    "log_rms_error": ("1", "standard error of ln of the rms absolute acceleration"),
+    "outside_share": ("1", "share of the lines at which the damping is outside its data"),
+    "acceleration": ("m s-2", "amplitude of the absolute acceleration"),
+    "relative_displacement": ("m", "amplitude of the deflection relative to the supports"),
+    "interface_force": ("N", "amplitude of the force of all supports"),
+    "motion_residual": ("1", "largest residual of the consistent motion of any line"),
+}
+"""Unit and long name of each variable."""
 
-@dataclass(frozen=True)
-class SineCase:
-    """A scenario with a damping model in a sweep, by direction up and down.
-
-    Attributes
-    ----------
-    acceleration
-        (2, nf, n_points) amplitude of the absolute acceleration [m/s²].
-    displacement
-        (2, nf, n_points) amplitude of the deflection relative to the supports [m].
-    force
-        (2, nf) amplitude of the interface force [N].
-    residual
-        Largest |ln(Γ_out/Γ)|.
-    """
-
-    scenario: str
-    model: str
-    frequency: Array
-    acceleration: Array
-    displacement: Array
-    force: Array
-    residual: float
+BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
+BY_POINT |= {"acceleration"}
+BY_LINE = set(VARIABLES) - {"log_rms_error", "outside_share", "motion_residual"}
 
 
 def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:
@@ -67,85 +54,35 @@ def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:
     )
 
 
-def _responses(cases: Sequence[RandomCase]) -> Iterator[tuple[RandomCase, str, RandomResponse]]:
-    """Yield the responses of each case with the name of the input."""
-    for case in cases:
-        for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
-            if part is not None:
-                yield case, name, part
-
-
-def summary_rows(cases: Sequence[RandomCase], points: Sequence[str]) -> pd.DataFrame:
-    """Return a row per case, input and point, and one for the interface force."""
-    bare = {(c.model, name): part for c, name, part in _responses(cases) if c.scenario.is_bare}
-    rows: list[dict[str, Any]] = []
-    for case, name, part in _responses(cases):
-        head = {"reading": case.model, "scenario": case.scenario.label, "input": name}
-        rows += [
-            {**head, "status": "ok", **row}
-            for row in _rows(case.frequency, part, bare[case.model, name], points)
-        ]
-    for case in cases:
-        if case.stated is None:
-            head = {"reading": case.model, "scenario": case.scenario.label, "input": INPUTS[0]}
-            rows += [{**head, "status": "unstable", "point": point} for point in points]
-    return pd.DataFrame(rows)
-
-
-def _rows(
-    f: Array, part: RandomResponse, bare: RandomResponse, points: Sequence[str]
-) -> Iterator[dict[str, Any]]:
-    """Yield a row per point, and one for the interface."""
-
-    def rms(psd: Array) -> Array:
-        return root_mean_square(f, psd)
-
-    g = STANDARD_GRAVITY
-    acceleration, error = rms(part.absolute) / g, np.full(len(points), np.nan)
-    if part.errors is not None:
-        error = part.errors.log_rms[: len(points)] * acceleration
-    gain = np.sqrt(part.absolute / part.input[:, None])
-    columns = {
-        "point": list(points),
-        "acceleration_rms_g": acceleration,
-        "acceleration_rms_error_g": error,
-        "reduction_db": reduction(rms(bare.absolute) / g, acceleration),
-        "relative_displacement_rms_mm": 1e3 * rms(part.relative),
-        "peak_transmissibility": gain.max(axis=0),
-        "peak_frequency_hz": f[gain.argmax(axis=0)],
-    }
-    head = {
-        "input_rms_g": float(rms(part.input)) / g,
-        "outside_run_points_share": part.outside_share,
-    }
-    for values in zip(*columns.values(), strict=True):
-        yield {**head, **dict(zip(columns, values, strict=True))}
-    mass = np.sqrt(part.force / part.input)
-    yield {
-        **head,
-        "point": INTERFACE,
-        "force_rms_n": float(rms(part.force)),
-        "reduction_db": float(reduction(rms(bare.force), rms(part.force))),
-        "peak_dynamic_mass_kg": mass.max(),
-        "peak_frequency_hz": f[mass.argmax()],
-    }
-
-
-Variables = Mapping[str, tuple[Array, str, str]]
-"""Values (nf,) or (nf, n_points), unit and long name by name."""
-
-
-def _dataset(
-    frequency: Array, points: Sequence[str], variables: Variables, **place: str
+def case_dataset(
+    frequency: Array,
+    points: Sequence[str],
+    values: Mapping[str, Array | float],
+    place: Mapping[str, str],
 ) -> xr.Dataset:
-    """Return the curves of one case at its place among all."""
+    """Return the results of one case at its place among all.
+
+    Parameters
+    ----------
+    values
+        By names of `VARIABLES`: (nf,), (nf, n_points), (n_points,) or a number.
+    place
+        Coordinates of the case, such as its scenario.
+    """
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
-    curves = {
-        name: (("frequency", "point")[: values.ndim], values, {"units": unit, "long_name": text})
-        for name, (values, unit, text) in variables.items()
-    }
-    dataset = xr.Dataset(curves, coords={"frequency": axis, "point": list(points)})
+    variables = {}
+    for name, value in values.items():
+        dims = ["frequency"] * (name in BY_LINE) + ["point"] * (name in BY_POINT)
+        unit, text = VARIABLES[name]
+        variables[name] = (dims, value, {"units": unit, "long_name": text})
+    dataset = xr.Dataset(variables, coords={"frequency": axis, "point": list(points)})
     return dataset.expand_dims({name: [value] for name, value in place.items()})
+
+
+def merged(parts: Sequence[xr.Dataset], **order: Sequence[str]) -> xr.Dataset:
+    """Return all cases in the order of their coordinates; NaN where there is none."""
+    together = xr.merge(parts, join="outer", compat="no_conflicts")
+    return together.reindex({name: list(values) for name, values in order.items()})
 
 
 def random_dataset(
@@ -153,57 +90,52 @@ def random_dataset(
 ) -> xr.Dataset:
     """Return PSDs of input, points and interface under the stated and the notched input."""
     parts = []
-    for case, name, part in _responses(cases):
-        error = np.full(part.absolute.shape, np.nan)
-        if part.errors is not None:
-            error = part.errors.log_psd[:, : len(points)]
-        acceleration, psd = "m2 s-4 Hz-1", "one-sided PSD of the"
-        variables = {
-            "input_psd": (part.input, acceleration, f"{psd} acceleration of the supports"),
-            "absolute_acceleration_psd": (
-                part.absolute, acceleration, f"{psd} absolute acceleration"
-            ),
-            "log_error": (error, "1", "standard error of ln of the absolute acceleration PSD"),
-            "relative_displacement_psd": (
-                part.relative, "m2 Hz-1", f"{psd} deflection relative to the supports"
-            ),
-            "interface_force_psd": (part.force, "N2 Hz-1", f"{psd} force of all supports"),
-        }  # fmt: skip
-        place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
-        parts.append(_dataset(case.frequency, points, variables, **place))
-    return _merged(parts, models, labels).reindex(input=list(INPUTS))
-
-
-def sine_dataset(
-    cases: Sequence[SineCase], models: Sequence[str], labels: Sequence[str], points: Sequence[str]
-) -> xr.Dataset:
-    """Return amplitudes over the sweeps."""
-    parts = []
     for case in cases:
-        for number, direction in enumerate(DIRECTIONS):
-            variables = {
-                "acceleration": (
-                    case.acceleration[number], "m s-2", "amplitude of the absolute acceleration"
-                ),
-                "relative_displacement": (
-                    case.displacement[number], "m",
-                    "amplitude of the deflection relative to the supports",
-                ),
-                "interface_force": (
-                    case.force[number], "N", "amplitude of the force of all supports"
-                ),
-            }  # fmt: skip
-            place = {"reading": case.model, "scenario": case.scenario, "direction": direction}
-            parts.append(_dataset(case.frequency, points, variables, **place))
-    return _merged(parts, models, labels).reindex(direction=list(DIRECTIONS))
+        for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
+            if part is None:
+                continue
+            values: dict[str, Array | float] = {
+                "input_psd": part.input,
+                "absolute_acceleration_psd": part.absolute,
+                "relative_displacement_psd": part.relative,
+                "interface_force_psd": part.force,
+                "outside_share": part.outside_share,
+                "log_error": np.full(part.absolute.shape, np.nan),
+                "log_rms_error": np.full(len(points), np.nan),
+            }
+            if part.errors is not None:
+                values["log_error"] = part.errors.log_psd[:, :-1]
+                values["log_rms_error"] = part.errors.log_rms[:-1]
+            place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
+            parts.append(case_dataset(case.frequency, points, values, place))
+    return merged(parts, reading=models, scenario=labels, input=INPUTS)
 
 
-def _merged(
-    parts: Sequence[xr.Dataset], models: Sequence[str], labels: Sequence[str]
-) -> xr.Dataset:
-    """Return all cases in their order; NaN where there is none."""
-    merged = xr.merge(parts, join="outer", compat="no_conflicts")
-    return merged.reindex(reading=list(models), scenario=list(labels))
+def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
+    """Return a row per case, input and point of a `random_dataset`."""
+    rms = curves.fillna(0.0).integrate("frequency").where(curves["outside_share"] >= 0) ** 0.5
+    acceleration = rms["absolute_acceleration_psd"] / STANDARD_GRAVITY
+    bare = acceleration.isel(scenario=0)
+    gain = ((curves["absolute_acceleration_psd"] / curves["input_psd"]) ** 0.5).fillna(0.0)
+    mass = (curves["interface_force_psd"] / curves["input_psd"]) ** 0.5
+    table = xr.Dataset(
+        {
+            "input_rms_g": rms["input_psd"] / STANDARD_GRAVITY,
+            "acceleration_rms_g": acceleration,
+            "acceleration_rms_error_g": acceleration * curves["log_rms_error"],
+            "reduction_db": 20 * np.log10(bare / acceleration),
+            "relative_displacement_rms_mm": 1e3 * rms["relative_displacement_psd"],
+            "peak_transmissibility": gain.max("frequency"),
+            "peak_frequency_hz": gain.idxmax("frequency"),
+            "interface_force_rms_n": rms["interface_force_psd"],
+            "peak_dynamic_mass_kg": mass.max("frequency"),
+            "outside_run_points_share": curves["outside_share"],
+        }
+    )
+    rows = table.to_dataframe(["reading", "scenario", "input", "point"]).reset_index()
+    unstable = rows["acceleration_rms_g"].isna()
+    rows.insert(4, "status", np.where(unstable, "unstable", "ok"))
+    return rows[~unstable | (rows["input"] == INPUTS[0])]
 
 
 def input_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataFrame:
@@ -227,47 +159,17 @@ def input_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataF
     return pd.concat(parts, ignore_index=True)
 
 
-def notch_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataFrame:
-    """Return a row per notch of each case."""
-    rows = [
-        {"reading": case.model, "scenario": case.scenario.label, **asdict(notch)}
-        for case in cases
-        if case.notches is not None and case.stated is not None
-        for notch in notches(case.frequency, case.stated.input, case.notches, limits)
-    ]
-    columns = ["reading", "scenario", *Notch.__dataclass_fields__]
-    return pd.DataFrame(rows, columns=columns)
-
-
-def sine_rows(cases: Sequence[SineCase], points: Sequence[str], level_g: float) -> pd.DataFrame:
-    """Return the peaks of each sweep, a row per direction and point."""
-    rows: list[dict[str, Any]] = []
-    for case in cases:
-        for number, direction in enumerate(DIRECTIONS):
-            head = {
-                "reading": case.model,
-                "scenario": case.scenario,
-                "direction": direction,
-                "motion_residual": case.residual,
-            }
-            acceleration = case.acceleration[number] / STANDARD_GRAVITY
-            displacement, force = case.displacement[number], case.force[number]
-            rows += [
-                {
-                    **head,
-                    "point": point,
-                    "peak_acceleration_g": curve.max(),
-                    "peak_frequency_hz": case.frequency[curve.argmax()],
-                    "peak_transmissibility": curve.max() / level_g,
-                    "peak_relative_displacement_mm": 1e3 * deflection.max(),
-                }
-                for point, curve, deflection in zip(
-                    points, acceleration.T, displacement.T, strict=True
-                )
-            ]
-            peak = {
-                "peak_force_n": force.max(),
-                "peak_frequency_hz": case.frequency[force.argmax()],
-            }
-            rows.append({**head, "point": INTERFACE, **peak})
-    return pd.DataFrame(rows)
+def peak_rows(curves: xr.Dataset, level_g: float) -> pd.DataFrame:
+    """Return the peaks of sweeps at a level [g], a row per case, direction and point."""
+    acceleration, force = curves["acceleration"] / STANDARD_GRAVITY, curves["interface_force"]
+    peaks = xr.Dataset(
+        {
+            "peak_acceleration_g": acceleration.max("frequency"),
+            "peak_frequency_hz": acceleration.idxmax("frequency"),
+            "peak_transmissibility": acceleration.max("frequency") / level_g,
+            "peak_relative_displacement_mm": 1e3 * curves["relative_displacement"].max("frequency"),
+            "peak_interface_force_n": force.max("frequency"),
+            "motion_residual": curves["motion_residual"],
+        }
+    )
+    return peaks.to_dataframe(["reading", "scenario", "direction", "point"]).reset_index()

@@ -125,7 +125,6 @@ class ExcitedPanel:
             excitation=ModalForce(
                 lambda frequency: scenario.factor * excitation.spectrum(frequency),
                 lambda frequency: shapes.square(excitation(frequency)),
-                excitation.support_psd,
             ),
         )
 

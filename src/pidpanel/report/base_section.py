@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from pidpanel.report import style
 from pidpanel.report.base_figures import charts_figure
 from pidpanel.report.html import (
     Block,
+    Cell,
     Chart,
     Fold,
     PageCurve,
@@ -36,29 +37,35 @@ SAME_MOTION = 0.01
 Names = Mapping[str, str]
 """Names of the scenarios by label, without a sound level."""
 
+SCENARIO: Mapping[str, Cell] = {
+    "scenario": lambda row: row["name"],
+    "damping model": lambda row: READINGS[row["reading"]],
+}
+"""First columns of the tables."""
+
 
 def base_section(base: BaseResults, names: Names, points: Sequence[str]) -> PageSection:
     """Return the section of base motion."""
     blocks: list[Block] = []
     if base.summary is not None and base.psd is not None:
         good = base.summary[base.summary["status"] == "ok"]
-        blocks += [Paragraph(_of_random(base, good)), _summary_table(good, names)]
-        blocks += _random_pictures(base.psd, names, points)
-    if base.notches is not None:
-        blocks.append(_notch_table(base.notches, names))
+        blocks += [Paragraph(_of_random(base, good)), _summary_table(good, names, points)]
+        blocks += _folded(_random_pictures(base.psd, names, points))
+    if base.notched is not None:
+        blocks.append(_notch_table(base.notched, names))
     if base.sine is not None and base.peaks is not None:
         blocks += [Paragraph(_of_sine(base.sine, names)), _peak_table(base.peaks, names)]
-        blocks += _sine_pictures(base.sine, names, points)
+        blocks += _folded(_sine_pictures(base.sine, names, points))
     return PageSection("base", "Base motion", [*blocks, _mode_table(base.modes)])
 
 
 def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
-    level = good[good["input"] == "stated"]["input_rms_g"].iloc[0]
+    level = good["input_rms_g"].max()
     text = (
         f"All supports move along the normal with {level:.3g} g rms, the panel in vacuum. "
         "Accelerations are absolute, displacements relative to the supports."
     )
-    if base.notches is not None:
+    if base.notched is not None:
         text += (
             " The notched input keeps all limits at the motion it leads to. Each scenario has its "
             "own, line by line in base/notched.csv."
@@ -66,103 +73,117 @@ def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
     return text
 
 
-def _summary_table(good: pd.DataFrame, names: Names) -> Table:
+def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> Table:
     """Return g rms, displacement and force of each scenario, by input."""
     decimals = common_decimals(good["acceleration_rms_error_g"])
-    points = list(dict.fromkeys(good["point"]))[:-1]
+
+    def acceleration(point: str) -> Cell:
+        value, error = "acceleration_rms_g", "acceleration_rms_error_g"
+        return lambda row: value_text(row[point][value], row[point][error], decimals)
+
     rows = []
     for (reading, scenario, level), group in good.groupby(
         ["reading", "scenario", "input"], sort=False
     ):
-        *cells, interface = records(group)
-        beyond = " ‡" * bool(interface["outside_run_points_share"] > 0)
-        row = [names[str(scenario)] + beyond, READINGS[str(reading)]]
-        row.append(f"{level}, {interface['input_rms_g']:.2f}")
-        row += [
-            value_text(cell["acceleration_rms_g"], cell["acceleration_rms_error_g"], decimals)
-            for cell in cells
-        ]
-        row.append(number(max(cell["relative_displacement_rms_mm"] for cell in cells)))
-        rows.append([*row, number(interface["force_rms_n"])])
-    return Table(
+        by_point: dict[str, Any] = {row["point"]: row for row in records(group)}
+        first = by_point[points[0]]
+        beyond = " ‡" * bool(first["outside_run_points_share"] > 0)
+        about = {"name": names[str(scenario)] + beyond, "reading": reading, "input": level}
+        displacement = group["relative_displacement_rms_mm"].max()
+        rows.append({**first, **by_point, **about, "displacement": displacement})
+    return table_of(
+        rows,
         "Random base motion: rms of the absolute acceleration at the points, the largest of their "
         "relative displacements, and the force of all supports. ±: one standard error from the "
         "damping. ‡ partly outside the range of the damping's data.",
-        [
-            "scenario", "damping model", "input, g rms", *(f"{p}: g rms" for p in points),
-            "displacement, mm rms", "interface force, N rms",
-        ],
-        rows,
-    )  # fmt: skip
+        {
+            **SCENARIO,
+            "input, g rms": lambda row: f"{row['input']}, {row['input_rms_g']:.2f}",
+            **{f"{point}: g rms": acceleration(point) for point in points},
+            "displacement, mm rms": lambda row: number(row["displacement"]),
+            "interface force, N rms": lambda row: number(row["interface_force_rms_n"]),
+        },
+    )
 
 
-def _curves(values: xr.DataArray, names: Names, error: xr.DataArray | None = None) -> list[Any]:
-    """Return a curve (n_lines,) per scenario: the bare panel black, the others in colours."""
+def _curves(
+    values: xr.DataArray, names: Names, error: xr.DataArray | None = None
+) -> list[PageCurve]:
+    """Return a curve (n_lines,) per scenario: the bare panel black, others in colours."""
     curves = []
     for index, label in enumerate(values["scenario"].to_numpy().tolist()):
         curve = values.sel(scenario=label).to_numpy()
         if not np.isfinite(curve).all():  # C_e is negative
             continue
-        log_error = None if error is None else error.sel(scenario=label).to_numpy()
-        if log_error is not None and not np.isfinite(log_error).all():
-            log_error = None
         colour = style.PLACES[(index - 1) % len(style.PLACES)] if index else style.BARE
-        curves.append(PageCurve(names[label], curve, colour, log_error=log_error))
+        drawn = PageCurve(names[label], curve, colour)
+        if error is not None and bool(error.sel(scenario=label).notnull().all()):
+            drawn = replace(drawn, log_error=error.sel(scenario=label).to_numpy())
+        curves.append(drawn)
     return curves
 
 
-def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> list[Block]:
-    """Return transmissibility and PSD by point, then interface force and input."""
+def _picture(name: str, caption: str, charts: Sequence[Chart]) -> Picture:
+    return Picture(f"base_{name}", style.png(charts_figure(charts)), caption, charts)
+
+
+def _folded(pictures: Iterator[Picture]) -> list[Block]:
+    """Return the first picture, and the others behind a title."""
+    first, *others = pictures
+    return [first, Fold("Further points and the interface", others)]
+
+
+def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[Picture]:
+    """Yield transmissibility and PSD by point, then interface force and input."""
     f, reading = psd["frequency"].to_numpy(), str(psd["reading"].to_numpy()[0])
-    stated, lowered = (psd.sel(reading=reading, input=name) for name in ("stated", "notched"))
-    model, square_g = READINGS[reading], STANDARD_GRAVITY**2
-    pictures = []
+    shown = psd.sel(reading=reading)
+    stated, square_g = shown.sel(input="stated"), STANDARD_GRAVITY**2
     for point in points:
         response = stated["absolute_acceleration_psd"].sel(point=point)
         error = stated["log_error"].sel(point=point)
-        gain = (response / stated["input_psd"]) ** 0.5
+        gain = _curves((response / stated["input_psd"]) ** 0.5, names)
+        densities = _curves(response / square_g, names, error)
         charts = [
-            Chart("transmissibility", f, "|a/a_base|", _curves(gain, names)),
-            Chart(
-                "absolute acceleration", f, "acceleration PSD, g²/Hz",
-                _curves(response / square_g, names, error),
-            ),
-        ]  # fmt: skip
-        caption = f"Random base motion at point {point}, stated input; {model}."
-        pictures.append(Picture(f"base_{point}", style.png(charts_figure(charts)), caption, charts))
-    inputs = _curves(lowered["input_psd"] / square_g, names)
-    level = replace(_curves(stated["input_psd"] / square_g, names)[0], label="stated input")
+            Chart("transmissibility", f, "acceleration over that of the supports", gain),
+            Chart("absolute acceleration", f, "acceleration PSD, g²/Hz", densities),
+        ]
+        caption = f"Random base motion at point {point}, stated input; {READINGS[reading]}."
+        yield _picture(point, caption, charts)
+    inputs = _curves(shown["input_psd"].sel(input="notched") / square_g, names)
+    level = _curves(stated["input_psd"] / square_g, names)[0]
+    inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
     charts = [
-        Chart(
-            "interface force", f, "force PSD, N²/Hz", _curves(stated["interface_force_psd"], names)
-        ),
-        Chart(
-            "input", f, "acceleration PSD, g²/Hz",
-            [*inputs, replace(level, colour="#777777", line="dashed")],
-        ),
-    ]  # fmt: skip
-    caption = f"Force of all supports under the stated input, and the inputs; {model}."
-    interface = Picture("base_interface", style.png(charts_figure(charts)), caption, charts)
-    first, *others = pictures
-    return [first, Fold("Further points", others), interface] if others else [first, interface]
+        Chart("force", f, "force PSD, N²/Hz", _curves(stated["interface_force_psd"], names)),
+        Chart("input", f, "acceleration PSD, g²/Hz", inputs),
+    ]
+    caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."
+    yield _picture("interface", caption, charts)
 
 
-def _notch_table(notches: pd.DataFrame, names: Names) -> Table:
+def _notch_table(notched: pd.DataFrame, names: Names) -> Table:
+    """Return the bands in which one limit lowers the input."""
+    lowered = notched[notched["reason"] != ""]
+    place = lowered[["reading", "scenario", "reason"]]
+    start = place.ne(place.shift()).any(axis=1) | (lowered.index.to_series().diff() != 1)
+    rows = []
+    for _, band in lowered.groupby(start.cumsum()):
+        deepest = max(records(band), key=lambda row: row["notch_db"])
+        lower, *_, upper = band["frequency_hz"].tolist() * 2
+        rows.append({**deepest, "lower": lower, "upper": upper, "name": names[deepest["scenario"]]})
     return table_of(
-        records(notches),
+        rows,
         "Notches: bands in which a limit lowers the input, the deepest line of each, and the "
         "limit. A limit of an overall value caps the highest peaks of the PSD there.",
         {
-            "scenario": lambda row: names[row["scenario"]],
-            "damping model": lambda row: READINGS[row["reading"]],
-            "from, Hz": lambda row: number(row["lower_hz"]),
-            "to, Hz": lambda row: number(row["upper_hz"]),
-            "deepest at, Hz": lambda row: number(row["deepest_hz"]),
-            "depth, dB": lambda row: f"{row['depth_db']:.1f}",
+            **SCENARIO,
+            "from, Hz": lambda row: number(row["lower"]),
+            "to, Hz": lambda row: number(row["upper"]),
+            "deepest at, Hz": lambda row: number(row["frequency_hz"]),
+            "depth, dB": lambda row: f"{row['notch_db']:.1f}",
             "limit": lambda row: row["reason"],
         },
         folded=True,
-        title=f"Notches ({len(notches)})",
+        title=f"Notches ({len(rows)})",
     )
 
 
@@ -189,54 +210,47 @@ def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
     """Return the peaks of the sweeps, up and down in one cell where they differ."""
     up, down = (records(peaks[peaks["direction"] == way]) for way in ("up", "down"))
 
-    def both(column: str) -> Any:
-        def text(pair: Mapping[str, Any]) -> str:
-            texts = dict.fromkeys(number(row[column]) for row in (pair["up"], pair["down"]))
-            return " / ".join(texts)
+    def both(column: str) -> Cell:
+        return lambda row: " / ".join(
+            dict.fromkeys(number(sweep[column]) for sweep in (row, row["down"]))
+        )
 
-        return text
-
+    rows = [
+        {**row, "down": returned, "name": names[row["scenario"]]}
+        for row, returned in zip(up, down, strict=True)
+    ]
     return table_of(
-        [{"up": row, "down": other} for row, other in zip(up, down, strict=True)],
+        rows,
         "Sine sweep: peaks at the points and of the interface force; up / down where they differ.",
         {
-            "scenario": lambda pair: names[pair["up"]["scenario"]],
-            "damping model": lambda pair: READINGS[pair["up"]["reading"]],
-            "point": lambda pair: pair["up"]["point"],
+            **SCENARIO,
+            "point": lambda row: row["point"],
             "peak, g": both("peak_acceleration_g"),
-            "peak force, N": both("peak_force_n"),
             "at, Hz": both("peak_frequency_hz"),
             "transmissibility": both("peak_transmissibility"),
             "displacement, mm": both("peak_relative_displacement_mm"),
+            "interface force, N": both("peak_interface_force_n"),
         },
         folded=True,
         title="Peaks of the sine sweep",
     )
 
 
-def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> list[Block]:
+def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[Picture]:
+    """Yield amplitudes at the points and of the interface force, two at a time."""
     f, reading = sine["frequency"].to_numpy(), str(sine["reading"].to_numpy()[0])
     shown, jumps = sine.sel(reading=reading), [names[label] for label in _with_jumps(sine)]
-
-    def chart(title: str, unit: str, values: xr.DataArray) -> Chart:
-        """Return the sweeps up, and those down that differ."""
-        up, down = (_curves(values.sel(direction=way), names) for way in ("up", "down"))
+    values = {f"point {p}": shown["acceleration"].sel(point=p) / STANDARD_GRAVITY for p in points}
+    charts = []
+    for title, amplitude in {**values, "interface force": shown["interface_force"]}.items():
+        up, down = (_curves(amplitude.sel(direction=way), names) for way in ("up", "down"))
         differing = [curve for curve in down if curve.label in jumps]
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
-        return Chart(title, f, unit, [*up, *dotted])
-
-    charts = [
-        chart(f"point {p}", "amplitude, g", shown["acceleration"].sel(point=p) / STANDARD_GRAVITY)
-        for p in points
-    ]
-    charts.append(chart("interface force", "amplitude, N", shown["interface_force"]))
+        unit = f"amplitude, {'g' if title in values else 'N'}"
+        charts.append(Chart(title, f, unit, [*up, *dotted]))
     caption = f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}."
-    first, *others = [
-        Picture(f"base_sine_{start}", style.png(charts_figure(pair)), caption, pair)
-        for start in range(0, len(charts), 2)
-        for pair in [charts[start : start + 2]]
-    ]
-    return [first, Fold("Further points and the interface force", others)] if others else [first]
+    for start in range(0, len(charts), 2):
+        yield _picture(f"sine_{start}", caption, charts[start : start + 2])
 
 
 def _mode_table(modes: pd.DataFrame) -> Table:

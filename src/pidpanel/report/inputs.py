@@ -166,7 +166,7 @@ class BaseResults:
     modes: pd.DataFrame  # ``base/modes.csv``
     summary: pd.DataFrame | None  # ``base/summary.csv``
     psd: xr.Dataset | None  # ``base/psd.nc``
-    notches: pd.DataFrame | None  # ``base/notches.csv``
+    notched: pd.DataFrame | None  # ``base/notched.csv``
     peaks: pd.DataFrame | None  # ``base/sine.csv``
     sine: xr.Dataset | None  # ``base/sine.nc``
 

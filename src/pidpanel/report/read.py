@@ -45,7 +45,7 @@ def read_base(folder: Path, parts: Mapping[str, bool]) -> BaseResults:
         pd.read_csv(folder / "modes.csv"),
         read_by_point(folder / "summary.csv") if random else None,
         read_dataset(folder / "psd.nc") if random else None,
-        read_by_point(folder / "notches.csv") if parts["limits"] else None,
+        read_by_point(folder / "notched.csv").fillna({"reason": ""}) if parts["limits"] else None,
         read_by_point(folder / "sine.csv") if sine else None,
         read_dataset(folder / "sine.nc") if sine else None,
     )

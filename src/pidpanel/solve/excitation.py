@@ -16,7 +16,8 @@ class Excitation(Protocol):
     """Random forces on a panel: the cross-PSD of the modal forces is S(f) G(f).
 
     Splitting it in two lets G be tabulated, and S jump from band to band. Under sound S is the PSD
-    of the pressure [Pa²/Hz] and G has the unit m⁴.
+    of the pressure [Pa²/Hz] and G has the unit m⁴; on a shaker S is the PSD of the acceleration of
+    the supports, and G has the unit kg² (`base.supports`).
     """
 
     def spectrum(self, frequency: Array) -> Array:
@@ -29,11 +30,6 @@ class Excitation(Protocol):
 
     def factors(self, frequency: Array) -> Matrices | None:
         """Return L (nf, n, r) with G = L Lᴴ; None where r is not small."""
-        ...
-
-    @property
-    def support_psd(self) -> Callable[[Array], Array] | None:
-        """PSD of the acceleration of the supports [(m/s²)²/Hz]; None where they are at rest."""
         ...
 
 
@@ -51,7 +47,6 @@ class ModalForce:
 
     spectrum: Callable[[Array], Array]
     matrix: Matrices | Callable[[Array], Matrices]
-    support_psd: Callable[[Array], Array] | None = None
 
     def __call__(self, frequency: Array) -> Matrices:
         """Return G."""
@@ -92,8 +87,3 @@ class Superposition:
     def factors(self, frequency: Array) -> Matrices | None:
         """Return None: no short form is known."""
         return None
-
-    @property
-    def support_psd(self) -> Callable[[Array], Array] | None:
-        """That of the first."""
-        return self.first.support_psd

@@ -30,7 +30,7 @@ from pidpanel.solve.modal import (
     joined,
     patch_motions_in_vacuum,
 )
-from pidpanel.solve.model import PanelResponse, Patches, ResponseError
+from pidpanel.solve.model import PanelResponse, Patches
 from pidpanel.solve.motions import Motions, ReducedMotions
 from pidpanel.solve.moved import MatrixInput, matrices_at
 from pidpanel.solve.panel import ModalPanel
@@ -95,16 +95,9 @@ class PanelSolver:
     ----------
     searched
         Result of the search for Γ by layout: it does not depend on the lines of the result.
-
-    Raises
-    ------
-    ResponseError
-        Where the excitation moves the supports.
     """
 
     def __init__(self, panel: ModalPanel, excitation: Excitation) -> None:
-        if excitation.support_psd is not None:
-            raise ResponseError("an excitation that moves the supports is not implemented")
         self.panel = panel
         self.excitation = excitation
         self.searched: dict[Hashable, Any] = {}

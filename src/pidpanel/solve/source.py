@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -70,7 +69,6 @@ class ParticleForce:
     nodes: Array  # (k,) rising [Hz]
     # (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them
     load: Array
-    support_psd: ClassVar[None] = None
 
     def spectrum(self, frequency: Array) -> Array:
         """Return 1 at every frequency."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.sound.field import wavenumber
@@ -33,7 +32,6 @@ class SoundExcitation:
     speed: float
     reference: PressureReference = "surface"
     loaded_sides: int = 1
-    support_psd: ClassVar[None] = None
 
     def spectrum(self, frequency: Array) -> Array:
         """Return S (nf,) [Pa²/Hz] at the frequencies (nf,) [Hz]."""

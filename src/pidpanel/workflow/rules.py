@@ -201,7 +201,7 @@ def _base(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
     if parts["random"]:
         names |= {"psd": "psd.nc", "summary": "summary.csv"}
     if parts["limits"]:
-        names |= {"notched": "notched.csv", "notches": "notches.csv"}
+        names |= {"notched": "notched.csv"}
     if parts["sine"]:
         names |= {"sine": "sine.nc", "sine_table": "sine.csv"}
     files = {name: panel.output[name] for name in ("modes", "plate", "section")}

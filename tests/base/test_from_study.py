@@ -1,0 +1,149 @@
+"""A small study on a shaker, from its file to the section of its page."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+from moving import HERE, shaken_study
+from reference_pages import FILES
+
+from pidpanel.base.from_study import base_scenarios
+from pidpanel.base.table import read_base_table
+from pidpanel.paths import DATA
+from pidpanel.report import style
+from pidpanel.report.base_section import base_section
+from pidpanel.report.html import Table, unfolded
+from pidpanel.report.read import read_base
+from pidpanel.study import load_study
+
+G = 9.80665
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def shaken(tmp_path_factory):
+    """Study, and the folder with its results."""
+    return shaken_study(tmp_path_factory.mktemp("shaken"))
+
+
+def read(shaken, name):
+    return pd.read_csv(shaken[1] / name, dtype={"point": str, "reason": str})
+
+
+def test_each_layout_comes_once_whatever_its_sound_level(shaken):
+    # red: scenarios of the sound as they are
+    assert [scenario.label for scenario in base_scenarios(shaken[0])] == ["bare", "PID-1_r0.5"]
+
+
+def test_the_input_is_the_table_within_the_range_of_the_response(shaken):
+    spectrum = read_base_table(DATA / "base" / "gevs_acceptance.csv").between(30, 300)
+    stated = read(shaken, "summary.csv").query("input == 'stated'")
+    np.testing.assert_allclose(stated["input_rms_g"], spectrum.rms, rtol=1e-4)
+
+
+def test_the_summary_is_the_integral_of_the_psds(shaken):
+    # red: relative displacement in m; errors of the point before
+    with xr.open_dataset(shaken[1] / "psd.nc", engine="scipy") as psd:
+        curves = psd.load()
+    for row in read(shaken, "summary.csv").itertuples():
+        case = curves.sel(reading=row.reading, scenario=row.scenario, input=row.input)
+        f, at = case["frequency"].to_numpy(), case.sel(point=row.point)
+        rms = {
+            name: np.sqrt(np.trapezoid(at[name].to_numpy(), f))
+            for name in (
+                "absolute_acceleration_psd", "relative_displacement_psd", "interface_force_psd"
+            )
+        }  # fmt: skip
+        assert row.acceleration_rms_g == pytest.approx(rms["absolute_acceleration_psd"] / G, 1e-5)
+        assert row.relative_displacement_rms_mm == pytest.approx(
+            1e3 * rms["relative_displacement_psd"], 1e-5
+        )
+        assert row.interface_force_rms_n == pytest.approx(rms["interface_force_psd"], 1e-5)
+
+
+def test_a_damper_lowers_points_and_force_and_brings_its_errors(shaken):
+    rows = read(shaken, "summary.csv").query("input == 'stated'").set_index(["scenario", "point"])
+    bare, damped = (rows.loc[(label, "centre")] for label in ("bare", "PID-1_r0.5"))
+    assert damped["acceleration_rms_g"] < bare["acceleration_rms_g"]
+    assert damped["interface_force_rms_n"] < bare["interface_force_rms_n"]
+    assert damped["acceleration_rms_error_g"] > 0 and np.isnan(bare["acceleration_rms_error_g"])
+
+
+def test_notched_inputs_keep_all_limits_and_say_which(shaken):
+    # red: notches from the stated motion alone; the limit of the force in g
+    rows = read(shaken, "summary.csv").query("input == 'notched'")
+    centre = rows[rows["point"] == "centre"]
+    # the last round leaves 0.2 % of the PSD
+    assert np.all(centre["acceleration_rms_g"] < 12 * 1.002)
+    assert np.all(centre["interface_force_rms_n"] < 150 * 1.002)
+    lines = read(shaken, "notched.csv")
+    notched = lines["notch_db"] > 1e-9
+    assert notched.any() and np.array_equal(notched, lines["reason"].notna())
+    assert set(lines["reason"].dropna()) <= {
+        "point centre: 3 g²/Hz", "point centre: 12 g rms", "interface: 150 N rms"
+    }  # fmt: skip
+    deepest = lines.groupby("scenario")["notch_db"].max()
+    assert deepest["PID-1_r0.5"] < deepest["bare"]
+
+
+def test_the_mass_of_the_modes_is_that_of_the_panel(shaken):
+    modes = read(shaken, "modes.csv")
+    mass = modes["effective_mass_kg"] / modes["effective_mass_share"]
+    np.testing.assert_allclose(mass, 1.5 * 4.0 + 0.4, rtol=1e-5)
+    assert modes["cumulative_share"].iloc[-1] < 1
+
+
+def test_the_sweep_of_the_bare_panel_is_its_transmissibility(shaken):
+    # red: rms for amplitude
+    peaks = read(shaken, "sine.csv").query("scenario == 'bare'").set_index(["direction", "point"])
+    rows = read(shaken, "summary.csv").set_index(["scenario", "input", "point"])
+    for point in ("centre", "aside"):
+        gain = rows.loc[("bare", "stated", point), "peak_transmissibility"]
+        assert peaks.loc[("up", point), "peak_transmissibility"] == pytest.approx(gain, rel=2e-3)
+        assert peaks.loc[("up", point), "peak_acceleration_g"] == pytest.approx(2 * gain, rel=2e-3)
+
+
+def test_the_page_has_tables_and_curves_of_all_parts(shaken):
+    # red: the notched input left out of the figure; names by label
+    study, folder = shaken
+    names = {"bare": "bare panel", "PID-1_r0.5": "PID-1, r = 0.5"}
+    with style.context():
+        section = base_section(read_base(folder, study.base.parts), names, ["centre", "aside"])
+    tables = [block for block in unfolded(section.blocks) if isinstance(block, Table)]
+    summary, notches, peaks, modes = tables
+    scenarios = [row[0].rstrip(" ‡") for row in summary.rows]
+    assert scenarios == 2 * ["bare panel"] + 2 * ["PID-1, r = 0.5"]
+    assert [row[2].split(",")[0] for row in summary.rows] == 2 * ["stated", "notched"]
+    assert {row[-1] for row in notches.rows} <= {
+        "point centre: 3 g²/Hz", "point centre: 12 g rms", "interface: 150 N rms"
+    }  # fmt: skip
+    assert len(peaks.rows) == 4 and len(modes.rows) > 3
+    pictures = {picture.name: picture for picture in section.pictures}
+    assert list(pictures) == [
+        "base_centre", "base_aside", "base_interface", "base_sine_0", "base_sine_2"
+    ]  # fmt: skip
+    labels = [curve.label for curve in pictures["base_interface"].charts[1].curves]
+    assert labels == ["bare panel", "PID-1, r = 0.5", "stated input"]
+
+
+def test_every_column_and_variable_is_described(shaken):
+    # red: a column of files.yaml left out
+    entries = {entry["file"]: entry for entry in yaml.safe_load(FILES.read_text("utf-8"))}
+    for path in shaken[1].iterdir():
+        entry = entries[f"base/{path.name}"]
+        if path.suffix == ".csv":
+            assert list(entry["columns"]) == list(read(shaken, path.name).columns)
+            continue
+        with xr.open_dataset(path, engine="scipy") as dataset:
+            units = {name: dataset[name].attrs["units"] for name in dataset.data_vars}
+        units |= {"frequency": "Hz"}
+        assert {name: unit for name, (unit, _) in entry["variables"].items()} == units
+
+
+def test_a_study_of_a_sine_alone_has_no_random_motion(tmp_path):
+    text = (HERE / "shaken.yaml").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith(("  random", "  limits"))]
+    path = tmp_path / "sine.yaml"
+    path.write_text("\n".join(lines))
+    assert load_study(path).base.parts == {"random": False, "limits": False, "sine": True}
