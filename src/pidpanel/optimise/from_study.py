@@ -240,7 +240,7 @@ def write_proposal(
     proposals = Proposals(problem, fillings, layouts, finalists, counted, variants, others)
     front = proposals.front_table()
     proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
-    facts = search_table(problem, proof, sampling, front, area_error)
+    facts = search_table(problem, fillings, proof, sampling, front, area_error)
     print(
         f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
         f"{sampling.largest:.2g} of the bare mean square",

@@ -189,8 +189,36 @@ class Proposals:
         )
 
 
+def damper_rows(problem: Problem, fillings: Sequence[FilledDamper]) -> dict[str, float]:
+    """Return what each damper, and its mass alone, reduces most on a single place [dB]."""
+    panel, options = problem.panel, problem.options
+    bare = float(problem.objective(panel.bare))
+    none = np.zeros((0, panel.frequency.size), np.complex64)
+    inertia = np.outer(
+        options.mass / panel.area[options.place], -((2 * np.pi * panel.frequency) ** 2)
+    )
+    rows = {}
+    for name in dict.fromkeys(filling.damper for filling in fillings):
+        used = [index for index, filling in enumerate(fillings) if filling.damper == name]
+        some = np.flatnonzero(np.isin(options.filling, used) & problem.feasible(()))
+        if not some.size:
+            continue
+        for start, stiffness in (("", options.stiffness), ("dead_weight_", inertia)):
+            added = panel.additions(
+                (), none, options.place[some], stiffness[some].astype(np.complex64)
+            )
+            least = float(problem.objective(added.mean_square).min())
+            rows[f"{start}reduction_db of {name}"] = 10 * float(np.log10(bare / least))
+    return rows
+
+
 def search_table(
-    problem: Problem, proof: Proof, sampling: Sampling, front: pd.DataFrame, area_error: float
+    problem: Problem,
+    fillings: Sequence[FilledDamper],
+    proof: Proof,
+    sampling: Sampling,
+    front: pd.DataFrame,
+    area_error: float,
 ) -> pd.DataFrame:
     """Return what the search did and what it proved, a row per quantity."""
     best = front.iloc[0]
@@ -211,5 +239,6 @@ def search_table(
         "largest_violation": sampling.largest,
         "bound_factor": sampling.ratio,
         "area_error": area_error,
+        **damper_rows(problem, fillings),
     }
     return pd.DataFrame({"quantity": list(rows), "value": list(rows.values())})

@@ -220,7 +220,9 @@ class Proof:
 
     @property
     def gap_db(self) -> float:
-        """How much lower any other layout can be [dB]."""
+        """How much lower any other layout can be [dB]; ∞ where the bound leaves nothing."""
+        if self.bound <= 0:
+            return float("inf")
         return float(10 * np.log10(self.value / min(self.bound, self.value)))
 
 

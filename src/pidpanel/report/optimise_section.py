@@ -31,7 +31,9 @@ def proposal_headline(proposal: ProposalResults) -> str:
     counted = proposal.summary[(proposal.summary["layout"] == 1) & proposal.summary["counts"]]
     after = counted.sort_values("acceleration_rms_g").iloc[-1]
     gap = f"No layout within the budget can be better by more than {_gap(proposal):g} dB."
-    if facts["submodularity_violations"]:
+    if not np.isfinite(facts["gap_db"]):
+        gap = "Not proved to be the best."
+    elif facts["submodularity_violations"]:
         gap = f"Not proved to be the best; the estimated gap is {_gap(proposal):g} dB."
     x, y = proposal.layouts[["size_x_m", "size_y_m"]].iloc[0]
     return (
@@ -136,12 +138,15 @@ def sentences(proposal: ProposalResults) -> list[str]:
         f"damping ratio, and ±10 % of the damper mass, it is at most "
         f"{steady['largest_regret_db']:.2f} dB behind the best confirmed layout."
     )
-    for row in records(front[front["loses_to_dead_weight"]]):
-        damper = ", ".join(sorted(set(_patches(proposal.layouts, row["layout"])["damper"])))
-        texts.append(
-            f"Caution: layout {row['layout']} ({damper}) reduces less than the same mass as dead "
-            "weight."
-        )
+    for damper in dict.fromkeys(name.partition(" of ")[2] for name in facts.index):
+        if (
+            damper
+            and facts[f"reduction_db of {damper}"] < facts[f"dead_weight_reduction_db of {damper}"]
+        ):
+            texts.append(f"Caution: damper {damper} loses to dead weight of its mass.")
+    losing = front.loc[front["loses_to_dead_weight"], "layout"].astype(str)
+    if len(losing):
+        texts.append(f"Caution: layouts that lose to dead weight: {', '.join(losing)}.")
     return texts
 
 
@@ -172,12 +177,14 @@ def gap_text(proposal: ProposalResults) -> str:
     facts = proposal.search
     checks, violations = (int(facts[f"submodularity_{name}"]) for name in ("checks", "violations"))
     text = (
-        f"Gap among the places and fill fractions of the study: branch and bound leaves "
+        "Branch and bound stopped without a useful bound. "
+        if not np.isfinite(facts["gap_db"])
+        else f"Gap among the places and fill fractions of the study: branch and bound leaves "
         f"{facts['gap_db']:.2f} dB, with the damping frozen at the motion of each damper alone. "
-        "The confirmed layouts, whose damping follows their own "
-        f"motion, differ by up to {_drift(proposal.front):.2f} dB; twice that is added. The bound "
-        "assumes that a damper removes less beside others, "
+        "The confirmed layouts, whose damping follows their own motion, differ by up to "
+        f"{_drift(proposal.front):.2f} dB; twice that is added. "
     )
+    text += "The bound assumes that a damper removes less beside others, "
     if violations:
         return (
             f"{text}which fails in {_count(violations)} of {_count(checks)} checks: not proved. It "
@@ -187,16 +194,14 @@ def gap_text(proposal: ProposalResults) -> str:
 
 
 def patches_text(layouts: pd.DataFrame, layout: int) -> str:
-    """Return the patches of a layout in words."""
-    parts = []
+    """Return the patches of a layout in words, those of one filling together."""
+    fillings: dict[str, list[str]] = {}
     for row in records(_patches(layouts, layout)):
         fill = row["fill_fraction"]
-        filled = f", {100 * fill:g} % full," if np.isfinite(fill) else ""
-        parts.append(
-            f"{row['damper']}{filled} at x = {row['centre_x_m']:.3g} m, y = "
-            f"{row['centre_y_m']:.3g} m"
-        )
-    return "; ".join(parts)
+        name = f"{row['damper']}, {100 * fill:g} % full," if np.isfinite(fill) else row["damper"]
+        place = f"({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g})"
+        fillings.setdefault(name, []).append(place)
+    return "; ".join(f"{name} at {', '.join(places)} m" for name, places in fillings.items())
 
 
 def _patches(layouts: pd.DataFrame, layout: int) -> pd.DataFrame:
