@@ -88,6 +88,7 @@ def law_values():
 def _written(folder: Path, name: str, values) -> Path:
     folder.mkdir(exist_ok=True)
     (folder / "lab.csv").write_text("\n".join(TABLE_ROWS) + "\n")
+    (folder / "limit.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n40,0.5\n150,0.5\n")
     path = folder / f"{name}.yaml"
     path.write_text(yaml.safe_dump(values, sort_keys=False))
     return path
@@ -107,7 +108,14 @@ def table_values(law_values):
         found = law_values()
         found["damping"] = {"readings": ["table"], "table": "lab.csv"}
         found["response"]["radiation_beside"] = "one_side"
-        found["severity"] = {"fatigue": {"stress_mpa": 100, "exponent": 6}}
+        strength = dict.fromkeys(("tension_1", "compression_1", "tension_2", "compression_2"), 300)
+        found["severity"] = {
+            "fatigue": {"stress_mpa": 100, "exponent": 6},
+            "strength": {
+                "layers": {f"{key}_mpa": value for key, value in {**strength, "shear": 170}.items()}
+            },
+            "limits": {"centre": "limit.csv"},
+        }
         return found
 
     return values

@@ -33,7 +33,7 @@ ALLOWED = {
     "base": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response"},
-    "severity": UPSTREAM | {"response"},
+    "severity": UPSTREAM | {"response", "base"},
     "report": UPSTREAM | {"response", "sampling", "base", "coupled", "optimise", "severity"},
     "verification": UPSTREAM | {"response", "report"},
 }

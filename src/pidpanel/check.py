@@ -27,6 +27,7 @@ from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel, named_place
 from pidpanel.study.reading import good_sections, partial_study, validated
 from pidpanel.study.response import LEAST_SPAN, Response
+from pidpanel.study.severity import Severity
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
@@ -161,6 +162,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study.base.random, study.response)
+    if study.severity is not None:
+        yield from _check_limits(study.severity)
     mistakes = list(
         check_sections(study.panel, study.sound, study.response, resolved_masses(study))
     )
@@ -281,6 +284,17 @@ def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), says)
+
+
+def _check_limits(severity: Severity) -> Iterator[Mistake]:
+    """Yield what is wrong with the tables of limits."""
+    from pidpanel.base.table import read_base_table
+
+    for point, path in severity.limits.items():
+        try:
+            read_base_table(path)
+        except ColumnsError as error:
+            yield from (Mistake(("severity", "limits", point), fault) for fault in error.faults)
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:

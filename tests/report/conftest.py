@@ -287,7 +287,7 @@ def table(tmp_path_factory, write_study, table_values):
     read = upstream | {"left_out": response["left_out"], "psd": response["psd"]}
     call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))
     (folder / "severity").mkdir()
-    names = ("oscillators", "peaks", "fatigue")
+    names = ("oscillators", "peaks", "fatigue", "strength", "margins")
     severity = within(folder / "severity", {name: f"{name}.csv" for name in names})
     read = {name: response[name] for name in ("psd", "summary", "stress", "stress_table")}
     call("severity", study, read, severity)

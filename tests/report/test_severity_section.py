@@ -19,6 +19,8 @@ def tables(table):
             "severity/oscillators.csv",
             "severity/peaks.csv",
             "severity/fatigue.csv",
+            "severity/strength.csv",
+            "severity/margins.csv",
             "response/summary.csv",
             "response/stress.csv",
         )
@@ -60,6 +62,39 @@ def test_errors_of_stresses_are_of_the_size_of_those_of_accelerations(tables):
     assert 0 < stress["relative_error"].max() < 3 * largest
 
 
+def test_margins_are_those_of_the_mean_psd_of_each_band(tables):
+    # red: 20 lg; the limit over the response turned over; another point
+    margins = tables["severity/margins.csv"]
+    assert set(margins["point"]) == {"centre"} and len(margins)
+    np.testing.assert_allclose(margins["limit_g2_hz"], 0.5, rtol=1e-9)
+    ratio = 10 ** (margins["margin_db"] / 10) * margins["acceleration_psd_g2_hz"]
+    np.testing.assert_allclose(ratio, 0.5, rtol=1e-3)
+    # bands that adjoin hold the whole mean square
+    summary = tables["response/summary.csv"].set_index(["reading", "scenario", "point"])
+    for where, rows in margins.groupby(["reading", "scenario", "point"]):
+        width = rows["center_hz"] * (10**0.05 - 10**-0.05)
+        square = (rows["acceleration_psd_g2_hz"] * width).sum()
+        assert square <= 1.05 * summary.loc[where, "acceleration_rms_g"] ** 2
+
+
+def test_failure_indices_are_those_of_three_sigma(tables):
+    # red: rms in place of 3σ; the yield stress of another direction
+    stress = tables["response/stress.csv"]
+    keys = ["reading", "scenario", "point", "layer"]
+    wide = stress.pivot(index=keys, columns="quantity", values="three_sigma")
+    index = tables["severity/strength.csv"].set_index(keys)
+    assert len(index) and len(index) == len(wide)
+    wide = wide.loc[index.index]
+    expected = np.max(
+        wide[["stress_xx", "stress_yy", "stress_xy"]].to_numpy() / [300, 300, 170], axis=1
+    )
+    np.testing.assert_allclose(index["maximum_stress_index"], expected, rtol=1e-4)
+    # with equal strengths the worst signs of Tsai and Wu are von Mises' of opposite ones
+    x, y, t = wide[["stress_xx", "stress_yy", "stress_xy"]].to_numpy().T
+    mises = np.sqrt((x / 300) ** 2 + (y / 300) ** 2 + x * y / 300**2 + (t / 170) ** 2)
+    np.testing.assert_allclose(index["tsai_wu_index"], mises, rtol=1e-4)
+
+
 def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(table, tables):
     # red: the bare panel of another level
     (model, bare), (again, best) = drawn_scenarios(tables["response/summary.csv"])
@@ -70,4 +105,4 @@ def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(tab
     )
     assert summary.loc[bare, "oaspl_db"].iloc[0] == summary.loc[best, "oaspl_db"].iloc[0]
     text = (table[1] / "report.html").read_text()
-    assert "Peaks and fatigue" in text and "No point fails." in text
+    assert "Peaks, margins and fatigue" in text and "No point fails." in text

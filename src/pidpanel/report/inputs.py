@@ -155,6 +155,8 @@ class SeverityResults:
     oscillators: pd.DataFrame  # ``severity/oscillators.csv``
     peaks: pd.DataFrame  # ``severity/peaks.csv``
     fatigue: pd.DataFrame  # ``severity/fatigue.csv``
+    strength: pd.DataFrame  # ``severity/strength.csv``
+    margins: pd.DataFrame  # ``severity/margins.csv``
     quality: float  # Q of the oscillators [1]
     duration: float  # of the sound [s]
 

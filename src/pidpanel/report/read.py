@@ -70,10 +70,11 @@ def read_proposal(folder: Path) -> ProposalResults:
 
 def read_severity(folder: Path, quality: float, duration: float) -> SeverityResults:
     """Read what the severity stage left, of oscillators of this Q and a duration [s]."""
-    oscillators, peaks, fatigue = (
-        read_by_point(folder / f"{name}.csv") for name in ("oscillators", "peaks", "fatigue")
+    oscillators, peaks, fatigue, strength, margins = (
+        read_by_point(folder / f"{name}.csv")
+        for name in ("oscillators", "peaks", "fatigue", "strength", "margins")
     )
-    return SeverityResults(oscillators, peaks, fatigue, quality, duration)
+    return SeverityResults(oscillators, peaks, fatigue, strength, margins, quality, duration)
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:

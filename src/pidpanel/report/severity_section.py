@@ -13,7 +13,7 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import SeverityResults
 from pidpanel.report.layout import WIDTH, frequency_axis
-from pidpanel.report.text import READINGS, number, records, with_error
+from pidpanel.report.text import READINGS, number, percent, records, with_error
 
 ACROSS = 3
 POINTS = 6
@@ -35,8 +35,8 @@ def severity_section(
         Of the scenarios by label.
     """
     spectra, peaks = _oscillators(severity, summary, names), _peaks(severity, names)
-    fatigue = _fatigue(severity, names)
-    return PageSection("severity", "Peaks and fatigue", [spectra, peaks, *fatigue])
+    blocks = [*_margins(severity, names), *_strength(severity, names), *_fatigue(severity, names)]
+    return PageSection("severity", "Peaks, margins and fatigue", [spectra, peaks, *blocks])
 
 
 def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
@@ -128,6 +128,74 @@ def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> Table:
         folded=True,
         title="Peak accelerations",
     )
+
+
+def _margins(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+    """Return the third octave with the smallest margin at each point with a limit."""
+    table = severity.margins
+    if table.empty:
+        return []
+    place = ["reading", "scenario", "point"]
+    smallest = table.loc[table.groupby(place, sort=False)["margin_db"].idxmin()]
+    rows = records(smallest)
+    over = [row for row in rows if row["margin_db"] < 0]
+    text = f"Limits of the acceleration PSD are exceeded in {len(over)} of {len(rows)} cases."
+    cells = table_of(
+        rows,
+        "Third octave with the smallest margin between the mean PSD and the mean limit. A "
+        "negative margin exceeds the limit. severity/margins.csv has all bands.",
+        {
+            "damping model": lambda row: READINGS[row["reading"]],
+            "scenario": lambda row: names[row["scenario"]],
+            "point": lambda row: row["point"],
+            "band, Hz": lambda row: number(row["center_hz"]),
+            "PSD, g²/Hz": lambda row: number(row["acceleration_psd_g2_hz"]),
+            "limit, g²/Hz": lambda row: number(row["limit_g2_hz"]),
+            "margin, dB": lambda row: with_error(row["margin_db"], row["margin_error_db"]),
+        },
+        folded=True,
+        title="Margins to the limits",
+    )
+    return [Paragraph(text), cells]
+
+
+def _strength(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+    """Return the layer with the highest failure index at each point."""
+    table = severity.strength
+    if table.empty:
+        return []
+    index = table[["maximum_stress_index", "tsai_wu_index"]].max(axis=1)
+    place = ["reading", "scenario", "point"]
+    worst = table.assign(index=index).loc[lambda t: t.groupby(place, sort=False)["index"].idxmax()]
+    rows = records(worst)
+    failed = [row for row in rows if row["index"] >= 1]
+    text = (
+        f"At 3σ the strength is exceeded in {len(failed)} of {len(rows)} cases."
+        if failed
+        else "At 3σ no strength is exceeded at the response points."
+    )
+    cells = table_of(
+        rows,
+        "Layer with the highest failure index at each point, for stresses of 3σ with the worst "
+        "signs; 1 is failure. The margin of safety is 1/index − 1.",
+        {
+            "damping model": lambda row: READINGS[row["reading"]],
+            "scenario": lambda row: names[row["scenario"]],
+            "point": lambda row: row["point"],
+            "layer": lambda row: row["layer"],
+            "maximum stress": lambda row: number(row["maximum_stress_index"]),
+            "Tsai–Wu": lambda row: number(row["tsai_wu_index"]),
+            "margin of safety": lambda row: number(1 / row["index"] - 1),
+            "error": lambda row: (
+                f"±{percent(row['relative_error'])}"
+                if math.isfinite(row["relative_error"])
+                else "–"
+            ),
+        },
+        folded=True,
+        title="Failure indices at 3σ",
+    )
+    return [Paragraph(text), cells]
 
 
 def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:

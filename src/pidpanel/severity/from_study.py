@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.base.table import read_base_table
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.results import write_csv
-from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
-from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
+from pidpanel.severity.fatigue import FatigueLine
 from pidpanel.severity.oscillators import miles, natural_frequencies, response_spectrum
+from pidpanel.severity.strength import PlyStrength
+from pidpanel.severity.tables import (
+    FATIGUE_COLUMNS,
+    MARGIN_COLUMNS,
+    STRENGTH_COLUMNS,
+    fatigue_rows,
+    margin_rows,
+    peak_rows,
+    strength_rows,
+)
 from pidpanel.study import Study, StudyError
+from pidpanel.study.severity import Fatigue, Strengths
 
 NAMES = {"reading": str, "scenario": str, "point": str}
-STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
 
 
 class SeverityFiles(NamedTuple):
-    """The files of the stage; ``fatigue_csv`` has no rows without an S-N line."""
+    """The files of the stage; the last three have no rows where the study states no values."""
 
     oscillators_csv: Path
     peaks_csv: Path
     fatigue_csv: Path
+    strength_csv: Path
+    margins_csv: Path
 
 
 class ResponseTables(NamedTuple):
@@ -67,38 +76,69 @@ def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     frequency = psd["frequency"].to_numpy()
     natural = natural_frequencies(frequency[0], frequency[-1])
+    line = fatigue_line(severity.fatigue)
+    layers, core = strengths(severity.strength)
+    limits = {point: read_base_table(path) for point, path in severity.limits.items()}
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     fatigue: list[dict[str, Any]] = []
+    strength: list[dict[str, Any]] = []
+    margins: list[dict[str, Any]] = []
     for where, case in _steady_cases(psd):
         points = [str(name) for name in case["point"].to_numpy()]
         values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
-        error = relative.loc[tuple(where.values())].reindex(points).fillna(0.0).to_numpy()
-        exact = response_spectrum(frequency, values, natural, severity.quality)
+        of_case = tuple(where.values())
+        error = relative.loc[of_case].reindex(points).fillna(0.0).to_numpy()
+        rms = response_spectrum(frequency, values, natural, severity.quality)
         approximate = miles(frequency, values, natural, severity.quality)
         for index, point in enumerate(points):
-            place = {**where, "point": point}
             columns = {
                 "natural_frequency_hz": natural,
-                "oscillator_rms_g": exact[:, index],
-                "oscillator_rms_error_g": error[index] * exact[:, index],
+                "oscillator_rms_g": rms[:, index],
+                "oscillator_rms_error_g": error[index] * rms[:, index],
                 "miles_rms_g": approximate[:, index],
             }
-            oscillators.append(pd.DataFrame({**place, **columns}))
-        peaks += _peak_rows(where, points, frequency, values, error, severity.duration_s)
-        if severity.fatigue is not None:
-            line = FatigueLine(
-                severity.fatigue.stress_mpa * 1e6,
-                severity.fatigue.cycles,
-                severity.fatigue.exponent,
-            )
-            of_stress = stress_rows["relative_error"].fillna(0.0).loc[tuple(where.values())]
-            fatigue += _fatigue_rows(
-                where, stress.sel(where), frequency, of_stress, line, severity.duration_s
+            oscillators.append(pd.DataFrame({**where, "point": point, **columns}))
+        peaks += peak_rows(where, points, frequency, values, error, severity.duration_s)
+        margins += margin_rows(where, points, frequency, values, error, limits)
+        of_stress = stress_rows.loc[of_case, :]
+        strength += strength_rows(where, of_stress, layers, core)
+        if line is not None:
+            relative_error = of_stress["relative_error"].fillna(0.0)
+            fatigue += fatigue_rows(
+                where, stress.sel(where), frequency, relative_error, line, severity.duration_s
             )
     write_csv(output.oscillators_csv, pd.concat(oscillators))
     write_csv(output.peaks_csv, pd.DataFrame(peaks))
     write_csv(output.fatigue_csv, pd.DataFrame(fatigue, columns=list(FATIGUE_COLUMNS)))
+    write_csv(output.strength_csv, pd.DataFrame(strength, columns=list(STRENGTH_COLUMNS)))
+    write_csv(output.margins_csv, pd.DataFrame(margins, columns=list(MARGIN_COLUMNS)))
+
+
+def fatigue_line(fatigue: Fatigue | None) -> FatigueLine | None:
+    """Return the S-N line of a study in SI units."""
+    if fatigue is None:
+        return None
+    return FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, fatigue.exponent)
+
+
+def strengths(section: Strengths | None) -> tuple[PlyStrength | None, tuple[float, float] | None]:
+    """Return the strengths of the layers and of the core [MPa], as ``stress.csv`` has stresses."""
+    if section is None:
+        return None, None
+    layers, core = section.layers, section.core
+    return (
+        None
+        if layers is None
+        else PlyStrength(
+            layers.tension_1_mpa,
+            layers.compression_1_mpa,
+            layers.tension_2_mpa,
+            layers.compression_2_mpa,
+            layers.shear_mpa,
+        ),
+        None if core is None else (core.shear_xz_mpa, core.shear_yz_mpa),
+    )
 
 
 def _steady_cases(psd: xr.Dataset) -> Iterator[tuple[dict[str, str], xr.Dataset]]:
@@ -108,72 +148,3 @@ def _steady_cases(psd: xr.Dataset) -> Iterator[tuple[dict[str, str], xr.Dataset]
             if is_steady(psd, reading, scenario):
                 where = {"reading": str(reading), "scenario": str(scenario)}
                 yield where, psd.sel(where)
-
-
-def _peak_rows(
-    where: dict[str, str],
-    points: list[str],
-    frequency: Array,
-    psd: Array,
-    error: Array,
-    duration: float,
-) -> Iterator[dict[str, Any]]:
-    rate = zero_crossing_rate(frequency, psd)
-    factor = peak_factor(rate, duration)
-    rms = np.sqrt(spectral_moment(frequency, psd, 0))
-    for index, point in enumerate(points):
-        if rms[index] > 0:
-            yield {
-                **where,
-                "point": point,
-                "acceleration_rms_g": rms[index],
-                "three_sigma_g": 3 * rms[index],
-                "zero_crossings_hz": rate[index],
-                "peak_g": factor[index] * rms[index],
-                "peak_error_g": factor[index] * rms[index] * error[index],
-            }
-
-
-FATIGUE_COLUMNS = (
-    "reading",
-    "scenario",
-    "point",
-    "layer",
-    "quantity",
-    "stress_rms_mpa",
-    "zero_crossings_hz",
-    "damage_dirlik",
-    "damage_narrow_band",
-    "damage_log_error",
-)
-
-
-def _fatigue_rows(
-    where: dict[str, str],
-    stress: xr.Dataset,
-    frequency: Array,
-    relative_error: pd.Series,
-    line: FatigueLine,
-    duration: float,
-) -> Iterator[dict[str, Any]]:
-    """Yield a row per point, layer and stress; errors by point, layer and stress."""
-    for quantity in STRESSES:
-        psd = stress[f"{quantity}_psd"].transpose("frequency", "point", "layer").to_numpy()
-        rms = np.sqrt(spectral_moment(frequency, psd, 0)) / 1e6
-        rate = zero_crossing_rate(frequency, psd)
-        dirlik = dirlik_damage_rate(frequency, psd, line)
-        narrow_band = narrow_band_damage_rate(frequency, psd, line)
-        for (p, point), (n, layer) in _pairs(stress):
-            if rms[p, n] > 0:
-                values = (rms, rate, duration * dirlik, duration * narrow_band)
-                numbers = [float(value[p, n]) for value in values]
-                error = line.exponent * math.log1p(relative_error[point, layer, quantity])
-                row = (*where.values(), point, layer, quantity, *numbers, error)
-                yield dict(zip(FATIGUE_COLUMNS, row, strict=True))
-
-
-def _pairs(stress: xr.Dataset) -> Iterator[tuple[tuple[int, str], tuple[int, str]]]:
-    points, layers = (stress[axis].to_numpy().astype(str) for axis in ("point", "layer"))
-    for point in enumerate(points.tolist()):
-        for layer in enumerate(layers.tolist()):
-            yield point, layer

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from pidpanel.study.base import SectionModel
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.base import SectionModel, Text
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import MEGAPASCAL, Quantity
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
 
 LEAST_CYCLES = 100.0
 """Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
@@ -25,8 +30,50 @@ class Fatigue(SectionModel):
     """b of the line: 4 to 10 for metals."""
 
 
+Strength = Annotated[float, Quantity(0.01, 1e5, units=MEGAPASCAL)]
+"""[MPa]"""
+
+
+class PlyStrength(SectionModel):
+    """Strength of a ply or of an isotropic layer, along (1) and across (2) its fibres."""
+
+    tension_1_mpa: Strength
+    """X_t [MPa]."""
+    compression_1_mpa: Strength
+    """X_c, positive [MPa]."""
+    tension_2_mpa: Strength
+    """Y_t [MPa]."""
+    compression_2_mpa: Strength
+    """Y_c, positive [MPa]."""
+    shear_mpa: Strength
+    """S [MPa]."""
+
+
+class CoreStrength(SectionModel):
+    """Shear strength of the core."""
+
+    shear_xz_mpa: Strength
+    """In planes normal to x [MPa]."""
+    shear_yz_mpa: Strength
+    """In planes normal to y [MPa]."""
+
+
+class Strengths(SectionModel):
+    """Strengths that 3σ stresses at the points are compared with."""
+
+    layers: PlyStrength | None = None
+    """Of all layers but the core."""
+    core: CoreStrength | None = None
+    """Of the core of a sandwich."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield a section without a strength."""
+        if self.layers is None and self.core is None:
+            yield Mistake(("layers",), "missing; required unless core is given")
+
+
 class Severity(SectionModel):
-    """Oscillator spectra, peaks in a duration, fatigue."""
+    """Oscillator spectra, peaks in a duration, fatigue, failure indices, limits."""
 
     quality: Annotated[float, Quantity(1, 1000)] = 10.0
     """Q of the oscillators of the vibration response spectrum, 1/2ζ."""
@@ -34,13 +81,32 @@ class Severity(SectionModel):
     """Duration of the sound at its level, for peaks and damage [s]."""
     fatigue: Fatigue | None = None
     """S-N line of the stresses at the points; without it, no damage is computed."""
+    strength: Strengths | None = None
+    """Strengths of layers and core; without them, no failure index is computed."""
+    limits: Mapping[Text, Annotated[Path, file_in()]] = {}
+    """CSV table of the largest acceleration PSD allowed at a point, by its name: ``frequency_hz``,
+    ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave``."""
 
 
-def mistakes_of_severity(severity: Severity | None, lowest: float) -> Iterator[Mistake]:
-    """Yield a duration of too few cycles of the lowest frequency [Hz]."""
-    if severity is not None and severity.duration_s * lowest < LEAST_CYCLES:
+def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
+    """Yield too few cycles, limits of no point, a strength of no core."""
+    severity = study.severity
+    if severity is None:
+        return
+    lowest = study.response.frequency_hz[0]
+    if severity.duration_s * lowest < LEAST_CYCLES:
         yield Mistake(
             ("severity", "duration_s"),
             f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the lowest "
             "frequency of the response",
         )
+    for point in severity.limits:
+        if point not in study.panel.points:
+            yield Mistake(
+                ("severity", "limits", point),
+                not_among("panel.points", point, tuple(study.panel.points)),
+            )
+    strength = severity.strength
+    if strength is not None and strength.core is not None:
+        if study.panel.section.kind != "sandwich":
+            yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")

@@ -65,7 +65,7 @@ class Study(CouponStudy):
         yield from super().mistakes()
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
-        yield from mistakes_of_severity(self.severity, self.response.frequency_hz[0])
+        yield from mistakes_of_severity(self)
         yield from mistakes_of_base(self)
         yield from mistakes_of_names("scenarios", self.scenarios)
         mistakes = list(self.mistakes_of_scenarios())

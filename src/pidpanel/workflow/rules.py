@@ -23,7 +23,7 @@ NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 """Tables of the proposed layouts."""
 
-SEVERITY = ("oscillators", "peaks", "fatigue")
+SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
 """Tables of the severity of the responses."""
 
 

@@ -1,0 +1,197 @@
+"""Rows of a case in the tables of the stage.
+
+``where`` are the damping model and the label of its scenario.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array
+from pidpanel.base.spectrum import BaseSpectrum
+from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
+from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
+from pidpanel.severity.strength import PlyStrength, maximum_stress_index, tsai_wu_index
+from pidpanel.solve.bands import band_rms, third_octaves
+
+STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
+CORE = "core"
+
+
+def peak_rows(
+    where: dict[str, str],
+    points: list[str],
+    frequency: Array,
+    psd: Array,
+    error: Array,
+    duration: float,
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per point that moves.
+
+    Parameters
+    ----------
+    psd
+        (nf, n_points) [g²/Hz].
+    error
+        (n_points,) relative standard error of the rms accelerations.
+    duration
+        [s].
+    """
+    rate = zero_crossing_rate(frequency, psd)
+    factor = peak_factor(rate, duration)
+    rms = np.sqrt(spectral_moment(frequency, psd, 0))
+    for index, point in enumerate(points):
+        if rms[index] > 0:
+            yield {
+                **where,
+                "point": point,
+                "acceleration_rms_g": rms[index],
+                "three_sigma_g": 3 * rms[index],
+                "zero_crossings_hz": rate[index],
+                "peak_g": factor[index] * rms[index],
+                "peak_error_g": factor[index] * rms[index] * error[index],
+            }
+
+
+FATIGUE_COLUMNS = (
+    "reading",
+    "scenario",
+    "point",
+    "layer",
+    "quantity",
+    "stress_rms_mpa",
+    "zero_crossings_hz",
+    "damage_dirlik",
+    "damage_narrow_band",
+    "damage_log_error",
+)
+
+
+def fatigue_rows(
+    where: dict[str, str],
+    stress: xr.Dataset,
+    frequency: Array,
+    relative_error: pd.Series,
+    line: FatigueLine,
+    duration: float,
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per point, layer and stress; errors by point, layer and stress."""
+    for quantity in STRESSES:
+        psd = stress[f"{quantity}_psd"].transpose("frequency", "point", "layer").to_numpy()
+        rms = np.sqrt(spectral_moment(frequency, psd, 0)) / 1e6
+        rate = zero_crossing_rate(frequency, psd)
+        dirlik = dirlik_damage_rate(frequency, psd, line)
+        narrow_band = narrow_band_damage_rate(frequency, psd, line)
+        for (p, point), (n, layer) in _pairs(stress):
+            if rms[p, n] > 0:
+                values = (rms, rate, duration * dirlik, duration * narrow_band)
+                numbers = [float(value[p, n]) for value in values]
+                error = line.exponent * math.log1p(relative_error[point, layer, quantity])
+                row = (*where.values(), point, layer, quantity, *numbers, error)
+                yield dict(zip(FATIGUE_COLUMNS, row, strict=True))
+
+
+def _pairs(stress: xr.Dataset) -> Iterator[tuple[tuple[int, str], tuple[int, str]]]:
+    points, layers = (stress[axis].to_numpy().astype(str) for axis in ("point", "layer"))
+    for point in enumerate(points.tolist()):
+        for layer in enumerate(layers.tolist()):
+            yield point, layer
+
+
+STRENGTH_COLUMNS = (
+    "reading",
+    "scenario",
+    "point",
+    "layer",
+    "maximum_stress_index",
+    "tsai_wu_index",
+    "relative_error",
+)
+
+
+def strength_rows(
+    where: dict[str, str],
+    stress: pd.DataFrame,
+    layers: PlyStrength | None,
+    core: tuple[float, float] | None,
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per point and layer with a strength, of stresses of 3σ.
+
+    Parameters
+    ----------
+    stress
+        Rows of the case in ``response/stress.csv``, by point, layer and quantity.
+    layers, core
+        Strengths of all layers but the core, and of the core along x and y [MPa].
+    """
+    for (point, layer), rows in stress.groupby(level=["point", "layer"], sort=False):
+        of_layer = rows.droplevel(["point", "layer"])
+        three_sigma = of_layer["three_sigma"]
+        wu = math.nan
+        if layer == CORE:
+            if core is None:
+                continue
+            shears = ["core_shear_xz", "core_shear_yz"]
+            maximum = float(np.max(three_sigma[shears].to_numpy() / np.array(core)))
+            error = of_layer.loc[shears, "relative_error"].max()
+        else:
+            if layers is None:
+                continue
+            amplitudes = three_sigma[list(STRESSES[:3])].to_numpy()
+            maximum = float(maximum_stress_index(amplitudes, layers))
+            wu = float(tsai_wu_index(amplitudes, layers))
+            error = of_layer.loc[list(STRESSES[:3]), "relative_error"].max()
+        row = (*where.values(), point, layer, maximum, wu, error)
+        yield dict(zip(STRENGTH_COLUMNS, row, strict=True))
+
+
+MARGIN_COLUMNS = (
+    "reading",
+    "scenario",
+    "point",
+    "center_hz",
+    "acceleration_psd_g2_hz",
+    "limit_g2_hz",
+    "margin_db",
+    "margin_error_db",
+)
+
+
+def margin_rows(
+    where: dict[str, str],
+    points: list[str],
+    frequency: Array,
+    psd: Array,
+    error: Array,
+    limits: Mapping[str, BaseSpectrum],
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per point with a limit and third octave: means of the PSD and of its limit.
+
+    Parameters
+    ----------
+    psd
+        (nf, n_points) [g²/Hz].
+    error
+        (n_points,) relative standard error of the rms accelerations.
+    limits
+        By point [g²/Hz].
+    """
+    for index, point in enumerate(points):
+        limit = limits.get(point)
+        if limit is None:
+            continue
+        low, high = max(frequency[0], limit.frequency[0]), min(frequency[-1], limit.frequency[-1])
+        centers, edges = third_octaves(low, high)
+        means = band_rms(frequency, psd[:, [index]], edges)[:, 0] ** 2 / np.diff(edges)[:, 0]
+        for center, edge, mean in zip(centers, edges, means, strict=True):
+            allowed = limit.between(*edge).rms ** 2 / (edge[1] - edge[0])
+            margin = 10 * math.log10(allowed / mean) if mean > 0 else math.inf
+            margin_error = 20 * math.log10(1 + error[index])
+            row = (*where.values(), point, center, mean, allowed, margin, margin_error)
+            yield dict(zip(MARGIN_COLUMNS, row, strict=True))
