@@ -8,6 +8,7 @@ import pytest
 import pidpanel
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.cases import resolving
+from pidpanel.solve.mesh_error import decibels
 from pidpanel.solve.model import ModalBasis, ResponseError
 
 
@@ -128,6 +129,15 @@ def test_the_stated_error_contains_that_of_triangles(panel, sizes, response, dam
         assert abs(rms[0] / rms[1] - 1) <= stated["mesh_error_rms"][point] + 1e-3
         assert abs(rms[0] / rms[1] - 1) < 5e-3
         assert error < 10**0.05 - 1
+
+
+def test_a_patch_has_the_error_of_its_own_elements():
+    # red: the longest edge of the panel for every patch: 0.8 dB, "mesh too coarse"; true 0.1 dB
+    damper = ([0.45, 0.2], [0.1, 0.12], 300, 60)
+    panel = ("sandwich", [0.7, 0.5], 0.0977, 500, "simply_supported", 0.01)
+    stated = triangles(*panel, *damper).summary().query("scenario == 's'")
+    assert decibels(stated["mesh_error"].max()) < 0.4
+    assert not stated["doubts"].str.contains("mesh too coarse").any()
 
 
 @pytest.mark.parametrize(
