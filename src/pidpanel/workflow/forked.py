@@ -85,14 +85,14 @@ def _inputs(rule: Rule) -> Iterator[str]:
 def _due(rules: Mapping[str, Rule], files: Mapping[str, str]) -> list[str]:
     """Return the rules whose output is missing or older than an input, and all after them."""
     due: list[str] = []
-    made_anew: set[str] = set()
+    updated: set[str] = set()
     for name, rule in rules.items():
-        made = [_modified(file) for file in rule.output.values()]
+        times = [_modified(file) for file in rule.output.values()]
         newest = max(_modified(file) or 0 for file in (files[name], *_inputs(rule)))
-        is_new = not made_anew.isdisjoint(_inputs(rule))
-        if is_new or None in made or newest > min(time or 0 for time in made):
+        is_new = not updated.isdisjoint(_inputs(rule))
+        if is_new or None in times or newest > min(time or 0 for time in times):
             due.append(name)
-            made_anew.update(rule.output.values())
+            updated.update(rule.output.values())
     return due
 
 
@@ -164,16 +164,16 @@ class _Calls:
         for file in rule.output.values():
             durable.discard(Path(file))
         lost = set(rule.output.values())
-        for other in list(self.waiting):
-            if not lost.isdisjoint(_inputs(self.rules[other])):
-                self.waiting.remove(other)
-                self.failed.append(other)
-                lost.update(self.rules[other].output.values())
+        for follower in list(self.waiting):
+            if not lost.isdisjoint(_inputs(self.rules[follower])):
+                self.waiting.remove(follower)
+                self.failed.append(follower)
+                lost.update(self.rules[follower].output.values())
         text = f"Error in rule {name}:\n    log: {rule.log} (check log file(s) for error details)\n"
         with log.open("a", encoding="utf-8") as stream:
             stream.write(text)
-        said = Path(rule.log).read_text(encoding="utf-8", errors="replace")
-        print(text + said, end="", file=sys.stderr)
+        messages = Path(rule.log).read_text(encoding="utf-8", errors="replace")
+        print(text + messages, end="", file=sys.stderr)
 
     def stop(self) -> None:
         """End the jobs that run, after Ctrl-C, which has reached them where it came from a key."""
