@@ -50,6 +50,20 @@ def test_all_limits_hold_together_whatever_their_order():
     assert rms(GAIN[0] * both[0]) <= 15 * (1 + 1e-9)
 
 
+def test_no_limit_takes_what_another_has_taken():
+    # red: caps in turn, each below those before; the second is then kept with room to spare
+    narrow = np.array([GAIN[0], GAIN[0] + 0.05 * GAIN[1]])
+    for limits in (
+        [Limit(0, "a", 10.0, is_rms=True), Limit(1, "b", 14.0, is_rms=True)],
+        [Limit(1, "b", 14.0, is_rms=True), Limit(0, "a", 10.0, is_rms=True)],
+    ):
+        lowered = notched(FREQUENCY, STATED, narrow, limits)
+        for index, limit in enumerate(limits):
+            reached = rms(narrow[limit.location] * lowered.psd)
+            assert reached <= limit.value * (1 + 1e-6)
+            assert reached == pytest.approx(limit.value, rel=1e-6) or index not in lowered.reason
+
+
 def test_a_limit_that_is_kept_leaves_no_notch():
     limits = [Limit(0, "a", 1e9), Limit(0, "a", 1e9, is_rms=True)]
     lowered = notched(FREQUENCY, STATED, GAIN, limits)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -239,6 +240,9 @@ def _sweeps(
                 transfer, [damper.load for damper in dampers], sine.acceleration_g,
                 study.damping.level.acceleration_g, down=direction == "down",
             )  # fmt: skip
+            if np.any(run.stiffness.imag < 0):
+                print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)
+                continue
             motion = run.motion.reshape(f.size, *observed.shape[:2])
             pull = interface_force(f, motion[:, -1], patches, run.stiffness)
             values: dict[str, Array | float] = {

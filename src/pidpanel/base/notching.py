@@ -12,6 +12,9 @@ from pidpanel.arrays import Array, Index
 HALVINGS = 80
 """Of the range of a cap on a PSD: it is then exact to rounding."""
 
+ROUNDS = 50
+"""Most rounds over the limits of overall values, each of which depends on the others."""
+
 
 @dataclass(frozen=True)
 class Limit:
@@ -55,7 +58,8 @@ def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) 
     """Return the input that keeps all limits.
 
     A limit of a PSD c allows an input of c/|H|². One of an overall value becomes the highest cap on
-    the PSD there under which the overall value is kept, so that the highest peaks are lowered.
+    the PSD there under which the overall value is kept, given all other limits: the highest peaks
+    are lowered.
 
     Parameters
     ----------
@@ -64,15 +68,19 @@ def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) 
     gain
         (n_locations, nf) |H|² of each location.
     """
-    lowest, reason = psd.copy(), np.full(psd.size, -1)
-    ordered = sorted(enumerate(limits), key=lambda entry: entry[1].is_rms)  # PSDs first
-    for index, limit in ordered:
-        response = gain[limit.location] * lowest
-        cap = _cap(frequency, response, limit.value) if limit.is_rms else limit.value
-        lowered = response > cap
-        lowest[lowered] = cap / gain[limit.location][lowered]
-        reason[lowered] = index
-    return NotchedInput(lowest, reason)
+    caps = np.array([np.inf if limit.is_rms else limit.value for limit in limits])
+    gains = gain[[limit.location for limit in limits]]
+    for _ in range(ROUNDS):
+        before = caps.copy()
+        for index in [index for index, limit in enumerate(limits) if limit.is_rms]:
+            caps[index] = np.inf
+            lowest = np.minimum(psd, (caps[:, None] / gains).min(axis=0))
+            caps[index] = _cap(frequency, gains[index] * lowest, limits[index].value)
+        if np.allclose(caps, before, rtol=1e-9, atol=0.0):
+            break
+    allowed = caps[:, None] / gains
+    lowest = np.minimum(psd, allowed.min(axis=0))
+    return NotchedInput(lowest, np.where(lowest < psd, allowed.argmin(axis=0), -1))
 
 
 def _cap(frequency: Array, psd: Array, rms: float) -> float:

@@ -113,7 +113,7 @@ def random_dataset(
 
 def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
     """Return a row per case, input and point of a `random_dataset`."""
-    rms = curves.fillna(0.0).integrate("frequency").where(curves["outside_share"] >= 0) ** 0.5
+    rms = curves.fillna(0.0).integrate("frequency") ** 0.5
     acceleration = rms["absolute_acceleration_psd"] / STANDARD_GRAVITY
     bare = acceleration.isel(scenario=0)
     gain = ((curves["absolute_acceleration_psd"] / curves["input_psd"]) ** 0.5).fillna(0.0)
@@ -132,6 +132,7 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
             "outside_run_points_share": curves["outside_share"],
         }
     )
+    table = table.where(curves["outside_share"] >= 0)
     rows = table.to_dataframe(["reading", "scenario", "input", "point"]).reset_index()
     unstable = rows["acceleration_rms_g"].isna()
     rows.insert(4, "status", np.where(unstable, "unstable", "ok"))

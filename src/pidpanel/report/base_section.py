@@ -44,9 +44,23 @@ SCENARIO: Mapping[str, Cell] = {
 """First columns of the tables."""
 
 
-def base_section(base: BaseResults, names: Names, points: Sequence[str]) -> PageSection:
-    """Return the section of base motion."""
+def base_section(
+    base: BaseResults, names: Names, points: Sequence[str], thickness_mm: float
+) -> PageSection:
+    """Return the section of base motion on a panel of a thickness [mm]."""
     blocks: list[Block] = []
+    for table, column in (
+        (base.summary, "relative_displacement_rms_mm"),
+        (base.peaks, "peak_relative_displacement_mm"),
+    ):
+        largest = 0.0 if table is None else float(table[column].max())
+        if largest > thickness_mm / 10:
+            motion = "random motion" if table is base.summary else "the sine sweep"
+            text = f"Caution: displacements reach {number(largest)} mm in {motion}. Linear plate "
+            text += (
+                f"theory holds to about {number(thickness_mm / 10)} mm, a tenth of the thickness."
+            )
+            blocks.append(Paragraph(text))
     if base.summary is not None and base.psd is not None:
         good = base.summary[base.summary["status"] == "ok"]
         blocks += [Paragraph(_of_random(base, good)), _summary_table(good, names, points)]

@@ -119,7 +119,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         )
     if inputs.base is not None:
         layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
-        sections.append(base_section(inputs.base, layouts, points))
+        sections.append(base_section(inputs.base, layouts, points, study.panel.thickness_mm))
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(summary, list(names.values()), points))
