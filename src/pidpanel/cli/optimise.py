@@ -1,14 +1,22 @@
 """Propose layouts of dampers within the mass budget of a study, and regenerate its report.
 
-The section `optimise` of the study has the budget and what may be chosen.
+The section `optimise` of the study has the budget and what may be chosen. `--write` makes a study
+of the best layouts, which computes all else of them: maps, stresses, coupled runs of particles that
+are simulated.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+from pathlib import Path
+from typing import Any
 
 from pidpanel.cli import run
 from pidpanel.cli.parser import add_directory, add_jobs, add_study
+
+WRITTEN = 3
+"""Layouts of the study that is written."""
 
 HELP = "Propose layouts of dampers within a mass budget."
 
@@ -18,6 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_study(parser)
     add_jobs(parser)
     add_directory(parser)
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="YAML file to write: a study of the best layouts"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     parser.set_defaults(dry_run=False)
 
 
@@ -29,4 +41,62 @@ def call(args: argparse.Namespace) -> int:
     study = checked_study(args.study)
     if not isinstance(study, Study) or study.optimise is None:
         raise StudyError(f"{args.study}: optimise: missing; the section has the mass budget")
-    return run.call(args)
+    if args.write is not None:
+        check_target(args.write, args.study, force=args.force)
+    status = run.call(args)
+    if status == 0 and args.write is not None:
+        table = args.directory / "results" / study.name / "optimise" / "layouts.csv"
+        write_study(args.study, table, args.write)
+        print(f"{args.write}: written; next: pidpanel check {args.write}")
+    return status
+
+
+def check_target(file: Path, study: Path, *, force: bool) -> None:
+    """Refuse a file that is there, or beside which the files of the study are not found."""
+    from pidpanel.study import StudyError
+
+    if file.suffix not in (".yaml", ".yml"):
+        raise StudyError(f"{file}: must end in .yaml")
+    if file.exists() and (not force or file.samefile(study)):
+        raise StudyError(f"{file}: exists; --force overwrites it")
+    if file.absolute().parent != study.absolute().parent:
+        raise StudyError(f"{file}: must be beside {study}: its tables are named relative to it")
+
+
+def write_study(study: Path, table: Path, file: Path) -> None:
+    """Write a study whose scenarios are the best proposed layouts.
+
+    Parameters
+    ----------
+    study, file
+        The study with the section ``optimise``, and the one to write.
+    table
+        ``optimise/layouts.csv``, the best layout first.
+    """
+    import pandas as pd
+    import yaml
+
+    from pidpanel.study.document import Document
+
+    values: dict[str, Any] = {**Document(study).data}
+    values.pop("optimise")
+    values.pop("name", None)
+    patches, scenarios = dict(values["panel"].get("patches", {})), {}
+    rows = pd.read_csv(table, dtype={"damper": str})
+    for layout in rows["layout"].unique()[:WRITTEN]:
+        filled = {}
+        for count, row in enumerate(rows[rows["layout"] == layout].to_dict("records"), start=1):
+            name = f"layout {layout} patch {count}"
+            patches[name] = {
+                "centre_m": [row["centre_x_m"], row["centre_y_m"]],
+                "size_m": [row["size_x_m"], row["size_y_m"]],
+            }
+            filled[name] = {"damper": row["damper"]}
+            if pd.notna(row["fill_fraction"]):
+                filled[name]["fill_fraction"] = row["fill_fraction"]
+        scenarios[f"layout_{layout}"] = {"layout": filled}
+    values["panel"] = {**values["panel"], "patches": patches}
+    plain = json.loads(json.dumps({**values, "scenarios": scenarios}))  # numbers know their text
+    text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
+    head = f"# The best layouts that pidpanel optimise {study.name} proposes.\n"
+    file.write_text(head + text, encoding="utf-8")

@@ -30,7 +30,9 @@ def proposal_headline(proposal: ProposalResults) -> str:
     facts, best = proposal.search, proposal.front.iloc[0]
     counted = proposal.summary[(proposal.summary["layout"] == 1) & proposal.summary["counts"]]
     after = counted.sort_values("acceleration_rms_g").iloc[-1]
-    gap = f"No layout within the budget can be better by more than {_gap(proposal):g} dB."
+    gap = (
+        f"By the bound of the search, no layout here is better by more than {_gap(proposal):g} dB."
+    )
     if not np.isfinite(facts["gap_db"]):
         gap = "Not proved to be the best."
     elif facts["submodularity_violations"]:
