@@ -136,3 +136,12 @@ def test_shapes_are_counted_by_weyl_s_law():
     )
     assert shape_count(1.5, 0.1, 0) == pytest.approx(counted, rel=0.25)
     assert shape_count(0.01, 1.0, 0) == 12
+
+
+def test_the_motions_of_the_supports_are_summed_up(tmp_path):
+    # red: the overall value that the study states
+    (line,) = lines_of(STUDIES / "shaker.yaml", tmp_path)["base"]
+    assert line == (
+        "random 10 g rms as tabulated (gevs_acceptance.csv); sine 2 g from 20 to 200 Hz, up and "
+        "down"
+    )

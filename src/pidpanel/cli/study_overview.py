@@ -14,6 +14,7 @@ from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import bulk_fraction, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.study import CouponStudy, Filling, Study
+from pidpanel.study.base_motion import BaseMotion
 
 if TYPE_CHECKING:  # slow to import, and a study of the coupon alone needs none of it
     from pidpanel.arrays import Array
@@ -137,6 +138,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         source = name or "the table"
         yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
     yield _line("sound", _of_sound(study))
+    if study.base is not None:
+        yield _line("base", "; ".join(_of_base(study.base)))
 
 
 def _of_modes(study: Study, estimate: PanelEstimate) -> str:
@@ -238,6 +241,18 @@ def _of_sound(study: Study) -> str:
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
         f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
     )
+
+
+def _of_base(base: BaseMotion) -> Iterator[str]:
+    """Yield the motions of the supports."""
+    from pidpanel.base.table import read_base_table
+
+    if base.random is not None:
+        level = read_base_table(base.random.spectrum).rms
+        yield f"random {level:.3g} g rms as tabulated ({base.random.spectrum.name})"
+    if base.sine is not None:
+        low, high = base.sine.frequency_hz
+        yield f"sine {base.sine.acceleration_g:g} g from {low:g} to {high:g} Hz, up and down"
 
 
 def all_cases(study: CouponStudy) -> list[Case]:
