@@ -43,20 +43,23 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "chebyshev third_octaves",
+    "": "break_points chebyshev damping_ratio third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "coupon": "balance contact cycles drive geometry packings rows states",
     "damping": "broadband constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides simulated_range "
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
-    "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
+    "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
     "sampling": "choice",
     "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",
     "response": "cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
+    "base": "notching random sine spectrum supports transfer",
+    "severity": "fatigue moments oscillators strength",
+    "optimise": "alternatives bound places proposal reduced search variants",
     "report": "verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""

@@ -32,7 +32,7 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
     _, folder = table
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     assert {path.stem for path in (folder / "report").iterdir()} == {
-        "panel", "answer", "reduction_mass", "mesh", "mode_shapes", "spectrum", "maps",
+        "panel", "answer", "reduction_mass", "mesh", "mode_shapes", "spectrum", "maps", "oscillators",
         *(f"steps_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"psd_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"{what}_{family}" for family in ("fill", "place", "level") for what in ("reduction", "damping")),
@@ -54,7 +54,7 @@ def test_the_page_has_its_parts_in_order(table):
     page = (table[1] / "report.html").read_text(encoding="utf-8")
     assert re.findall(r'<h2 id="([^"]+)">', page) == [
         "outcome", "limitations", "panel", "sound", "response-fill", "response-place", "response-level",
-        "radiation", "maps", "summary", "stress", "reproduce",
+        "radiation", "maps", "summary", "stress", "severity", "reproduce",
     ]  # fmt: skip
 
 

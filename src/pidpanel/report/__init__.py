@@ -14,11 +14,13 @@ paper's claims), `warnings` and `known_errors` (limitations), `facts` (what was 
 The parts of a page, each a function ``<part>_section``: `panel_section`, `sound_section`,
 `coupon_section`, `losses_section`, `varied_section`, `damping_section`, `coupled_section`,
 `layouts_section`, `response_section`, `radiation_section`, `maps_section`, `summary_section`,
-`stress_section`, and damping models against coupled runs: `verdict`, `verdict_files`,
+`stress_section`, `severity_section`, `base_section`, `optimise_section`; damping models against
+coupled runs: `verdict`, `verdict_files`,
 `verdict_section`, `verdict_bands`.
 
 Figures, from arrays and frames: `panel_figures`, `sound_figures`, `coupon_figures`,
-`damping_figures`, `response_figures`, `maps_figures`; rendered scenes: `pictures`, `films`;
+`damping_figures`, `response_figures`, `maps_figures`, `base_figures`,
+`front_drawing`; rendered scenes: `pictures`, `films`;
 `style` and `layout` (colours, PNG files, margins, legends, axes).
 
 `text`, `names`, `rms`, `psds`: numbers and units, scenarios, rms accelerations and PSDs.
