@@ -70,3 +70,10 @@ def test_the_source_distribution_has_what_the_wheel_is_made_of():
         assert f"graft {folder}" in lines
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
     assert settings["project"]["scripts"]["pidpanel"] == "pidpanel.cli:main"
+
+
+@pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="one process has all tests")
+def test_tests_that_share_results_stay_in_one_process(request):
+    # red: pytest 9.2, whose names of tests xdist 3.8 cannot change: fixtures are made twice
+    if request.config.getvalue("loadgroup"):
+        assert request.node.nodeid.endswith("@" + str(request.node.path))
