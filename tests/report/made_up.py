@@ -46,6 +46,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "extrapolated_share": 0.0 if scenario.patch is None else 1 - inside,
                         "data_missing": "" if scenario.patch is None else "dem to 61 g",
                         "levels": 1,
+                        "doubts": "",
                         "beyond_linear_plate": False,
                         "power_balance_error": 1e-9,
                         "basis_error": 1e-3,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from coupled_study import coupled_results
 
-from pidpanel.report import answer, answer_section, answer_text
+from pidpanel.report import answer, answer_section, answer_text, warnings
 from pidpanel.report.answer import PointResponse
 from pidpanel.report.from_study import main_level, reported_study
 from pidpanel.report.html import Picture
@@ -21,11 +21,14 @@ SCALE = {("A_r0.1_150dB", p): 3.0 for p in POINTS} | {("A_r0.7_150dB", p): 2.8 f
 SCALE |= {("A_r0.9_150dB", p): 1.0 for p in POINTS} | {("B_r0.5_150dB", p): 0.5 for p in POINTS}
 
 
+def doubted(study, summary, run=None):
+    """A summary with the doubts that its numbers raise."""
+    return judged(scenarios_of(study), summary, run, study.damping.coupled.relative_error)
+
+
 def answer_of(study, summary, run=None):
-    """The answer to a summary with the doubts that its numbers raise."""
-    error = study.damping.coupled.relative_error
-    doubted = judged(scenarios_of(study), summary, run, error)
-    return answer.answer_of(reported_study(study), doubted)
+    """The answer to it."""
+    return answer.answer_of(reported_study(study), doubted(study, summary, run))
 
 
 def answered(study, respond, error_db=0.2, **changes):
@@ -155,22 +158,6 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
 
 
-def test_caveats_are_three_at_most_and_the_gravest_first(inputs, study, respond):
-    # red: CAVEATS = 9; the order of `said`
-    summary, psd = respond(SCALE, error_db=0.2)
-    summary = summary.assign(beyond_linear_plate=True, extrapolated_share=0.2, levels=3)
-    summary["data_missing"] = "dem to 61 g"
-    summary["displacement_rms_mm"] = 7.0
-    one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    said = answer_text.caveats(one, answer_of(study, summary))
-    assert len(said) == 3
-    assert "7.0 mm rms, more than a tenth of the thickness" in said[0]
-    assert (
-        "extrapolated" in said[1]
-        and "up to 20 % of the change in mean square; extend dem to 61 g" in said[1]
-    )
-
-
 def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study, respond):
     # red: the last candidate drawn; the bare panel not the first curve
     summary, psd = respond(SCALE, error_db=0.2)
@@ -238,8 +225,10 @@ def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_tru
         doubts = {one.doubts for one in found.candidates}
         expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
         assert doubts == {expected}
-        said = answer_text.caveats(dataclasses.replace(coupled, summary=summary), found)
-        assert any("more than twice the requested 2.0 %" in line for line in said) != known
+        told = dataclasses.replace(coupled, summary=doubted(coupled_study, summary))
+        said = warnings.study_warnings(told, found)
+        text = "g rms is known to ± 4.1 % only (more damping.coupled.runs)."
+        assert any(line.endswith(text) for line in said) != known
 
 
 def test_what_was_not_run_itself_is_not_trusted(coupled, coupled_study):
@@ -250,7 +239,8 @@ def test_what_was_not_run_itself_is_not_trusted(coupled, coupled_study):
     found = answer_of(coupled_study, coupled.summary, run)
     doubts = {one.scenario.label: one.doubts for one in found.candidates}
     assert doubts.pop(label) == (CARRIED,) and set(doubts.values()) == {()}
-    said = answer_text.caveats(dataclasses.replace(coupled, coupled=results), found)
+    summary = doubted(coupled_study, coupled.summary, run)
+    said = warnings.study_warnings(dataclasses.replace(coupled, summary=summary), found)
     assert any("coupled runs at other levels" in line for line in said)
 
 

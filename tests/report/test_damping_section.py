@@ -72,11 +72,9 @@ def test_the_forms_are_ranked_with_the_surface_among_them(section):
     assert any("the paper's law, corrected" in row[0] for row in table.rows)
 
 
-def test_the_pictures_are_there_with_the_split_of_the_loss(section):
+def test_the_pictures_are_there(section):
     names = {b.name for b in section.blocks if isinstance(b, Picture)}
-    wanted = {"map_frequency_acceleration", "map_fill_frequency", "damping_left_out", "damping_law",
-              "damping_collapse"}  # fmt: skip
-    assert names == wanted | {"loss_split"}
+    assert names == {"map_frequency_acceleration", "damping_law", "damping_collapse"}
 
 
 def test_rounds_name_the_scenario_with_the_largest_error_and_how_many_cases_are_tones():

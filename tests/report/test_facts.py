@@ -46,15 +46,6 @@ def test_a_study_outside_the_project_is_named_by_its_whole_path(tmp_path):
     assert command == f"pidpanel run {tmp_path / 'mine.yaml'}"
 
 
-def test_only_files_that_are_there_are_named(inputs, tmp_path):
-    # red: `is_file` left out; damping/surface.nc named for a study of a law
-    for name in ("panel/modes.csv", "response/psd.nc", "damping/surface.nc"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).touch()
-    text, _ = facts.files_step(inputs, tmp_path)
-    assert "in results/trial: panel/modes.csv, response/psd.nc; figures" in text
-
-
 def test_a_study_without_coupons_names_no_liggghts(inputs, cases):
     # red: `if dem` left out of software_text
     assert "LIGGGHTS" not in dict(facts.study_facts(inputs))["Software"]

@@ -6,13 +6,21 @@ from pidpanel.report import panel_section
 def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(modes, printed):
     # red: `how="inner"` with a row of the CSV file lost; `~` left out
     assert panel_section.is_papers_panel(modes, printed)
-    first, missing = panel_section.paper_mode_tables(modes, printed)
-    assert len(first.rows) == 22
-    assert first.rows[0][:4] == ["(1, 1)", "64.90", "64.90", "64.90"]
+    table = panel_section.mode_table(modes, printed)
+    assert len(table.rows) == len(modes)
+    assert table.rows[0][1:5] == ["1", "1", "64.90", "64.90"] and table.rows[0][-2] == "64.90"
+    assert "has 22 of them" in table.caption and "leaves out 17 below 1700 Hz" in table.caption
     expected = (
         "4,1 5,2 6,1 3,4 6,2 5,3 1,5 2,5 5,4 3,5 7,3 4,5 8,2 5,5 1,6 8,3 2,6".split()
     )  # by the closed form, whichever order
-    assert {row[0] for row in missing.rows} == {f"({e[0]}, {e[2]})" for e in expected}
+    missing = [row for row in table.rows if row[-1] == "–" and float(row[3]) < 1700]
+    assert {f"{row[1]},{row[2]}" for row in missing} == set(expected)
+
+
+def test_modes_without_orders_and_closed_forms_have_no_columns_of_them(modes):
+    # red: a KeyError
+    table = panel_section.mode_table(modes.drop(columns=["m", "n", "navier_hz"]), None)
+    assert table.columns == ["mode", "computed, Hz", "modal mass, kg"]
 
 
 def test_another_panel_is_not_taken_for_the_papers(modes, printed):

@@ -22,7 +22,7 @@ def test_every_family_and_point_has_its_figure(whole):
     names = {picture.name for picture in whole.pictures}
     for family in ("fill", "place", "level"):
         assert {f"psd_{family}_middle", f"psd_{family}_corner", f"reduction_{family}"} <= names
-    assert {"mesh", "mode_shapes", "spectrum"} <= names
+    assert {"mode_shapes", "spectrum"} <= names
     assert all(picture.image.startswith(b"\x89PNG") for picture in whole.pictures)
 
 
@@ -37,44 +37,25 @@ def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
 
 
 def test_a_reading_without_response_is_named_where_it_is_not_drawn(whole):
-    # red: the remark left out of acceleration_text
+    # red: the readings that are drawn
     said = [section.blocks[0].text for section in whole.sections if "response" in section.name]
     assert len(said) == 3
     assert all("as printed: not drawn, because its C_e is negative" in text for text in said)
 
 
-def test_each_caption_says_at_which_acceleration_the_damping_was_read(inputs, respond):
-    # red: EQUIVALENT_SINE left out
+def test_axes_say_at_which_acceleration_the_damping_was_read(inputs, study, respond):
+    # red: READ_AT["patch"] for both kinds
     summary, psd = respond({}, read_at=312.0, inside=0.75)
     read = dataclasses.replace(inputs, summary=summary, psd=psd)
-    caption = response_section.acceleration_text(
-        read, read.study.families["fill"], ["paper_corrected"]
-    )
-    assert "C_e at the patch's own acceleration (level.kind: patch), Γ = 312 (r = 0.1)" in caption
-    assert "Γ = √2 a_rms/g" in caption and "is an assumption" in caption
-    assert "Dashed: Γ or frequency outside the range of the data." in caption
     note = response_section.acceleration_note(read, read.study.families["fill"], "paper_corrected")
     assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
-
-
-def test_a_stated_acceleration_is_not_called_the_patchs_own(inputs, study, respond):
-    # red: READ_AT["patch"] for both kinds
-    summary, psd = respond({}, read_at=30.0)
-    level = type(study.damping.level)(kind="stated", acceleration_g=30.0)
+    level = type(study.damping.level)(kind="stated", acceleration_g=312.0)
     damping = study.damping.model_copy(update={"level": level})
-    stated = dataclasses.replace(
-        inputs,
-        study=reported_study(study.model_copy(update={"damping": damping})),
-        summary=summary,
-        psd=psd,
-    )
-    assert (
-        "a stated acceleration (level.kind: stated), Γ = 30"
-        in response_section.acceleration_text(
-            stated, stated.study.families["fill"], ["paper_corrected"]
-        )
-    )
-    assert stated.study.read_at == "Γ = 30 from the study (level.kind: stated)"
+    told = reported_study(study.model_copy(update={"damping": damping}))
+    stated = dataclasses.replace(read, study=told)
+    note = response_section.acceleration_note(stated, told.families["fill"], "paper_corrected")
+    assert note == "$C_e$ at a stated acceleration, Γ = 312"
+    assert told.read_at == "Γ = 312 from the study (level.kind: stated)"
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):

@@ -1,26 +1,52 @@
 """Every scenario and point is in the table, and says what failed."""
 
-from pidpanel.report.summary_section import response_table
+import numpy as np
+
+from pidpanel.report.summary_section import summary_section
 
 
-def test_each_scenario_and_point_has_a_row_with_all_readings(study, respond):
-    # red: readings written one under the other
+def test_each_scenario_reading_and_point_has_a_row(reported, respond):
+    # red: the first reading only; the row of another point
     summary, _ = respond({("A_r0.1_150dB", "corner"): 3.0}, read_at=312.0, inside=0.5)
-    labels = [s.label for s in study.all_scenarios()]
-    table = response_table(summary, labels, list(study.panel.points))
-    assert len(table.rows) == 2 * len(labels)
-    row = dict(
-        zip(table.columns[:6], table.rows[labels.index("A_r0.1_150dB") * 2 + 1], strict=False)
+    (table,) = summary_section(reported, summary).blocks
+    assert len(table.rows) == 4 * len(reported.scenarios)
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    (row,) = (
+        row
+        for row in rows
+        if row["scenario"] == "A, r = 0.1, 150 dB"
+        and row["point"] == "corner"
+        and row["damping model"].endswith("corrected")
     )
-    assert row["point"] == "corner"
     assert row["reduction, dB"] == "3.00"
     assert row["Γ of C_e"] == "312 ‡"
-    assert table.rows[-1][6:] == ["unstable", "–", "–", "–"]
+    assert table.rows[-1][5:] == ["unstable", "–", "–", "–", "–"]
 
 
-def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
+def test_a_displacement_beyond_linear_theory_is_marked(reported, respond):
     # red: the mark left out
     summary, _ = respond({})
     summary.loc[0, "beyond_linear_plate"] = True
-    table = response_table(summary, ["bare_150dB"], ["middle"])
-    assert table.rows[0][3] == "1.00 †"
+    (table,) = summary_section(reported, summary).blocks
+    marked = [row[6] for row in table.rows if row[6] != "–"]
+    assert marked.count("1.00 †") == 1 and set(marked) == {"1.00", "1.00 †"}
+
+
+def test_all_rows_of_a_table_have_the_same_decimals(reported, respond):
+    # 66.545 ± 0.054 beside 38.6 ± 1.9; red: value_text without decimals
+    summary, _ = respond({})
+    first = summary["point"] == "middle"
+    summary["acceleration_rms_error_g"] = np.where(first, 0.054, 1.9)
+    (table,) = summary_section(reported, summary).blocks
+    rms = [row[table.columns.index("g rms")] for row in table.rows]
+    rms = [text for text in rms if "±" in text]
+    assert {text.split(" ± ")[1] for text in rms} == {"0.1", "1.9"}
+    assert {len(text.split(" ± ")[0].partition(".")[2]) for text in rms} == {1}
+
+
+def test_a_point_on_a_support_does_not_move(reported, respond):
+    # red: its rms value of 0
+    summary, _ = respond({})
+    summary.loc[summary["point"] == "corner", "status"] = "held"
+    (table,) = summary_section(reported, summary).blocks
+    assert all(row[5] == "does not move" for row in table.rows if row[4] == "corner")

@@ -145,5 +145,3 @@ def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):
     assert "refuted" not in response_section.reading_title(inputs, family, "paper_corrected")
     alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 3))
     assert "refuted" not in response_section.reading_title(alone, family, "paper_corrected")
-    said = response_section.acceleration_text(told, family, ["paper_corrected"])
-    assert "refuted by coupled runs for r = 0.1 (" in said

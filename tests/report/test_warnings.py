@@ -2,77 +2,112 @@
 
 import dataclasses
 
-import pandas as pd
 import pytest
 
 from pidpanel.report import warnings
+from pidpanel.report.answer import answer_of
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import READINGS
+from pidpanel.response.from_study import scenarios_of
+from pidpanel.response.trust import judged
 
 POINTS = ["middle", "corner"]
-NO_LAYOUTS = pd.DataFrame(columns=["reading", "scenario"])
 
 
-def test_damping_outside_the_simulated_range_is_named_with_its_acceleration_and_frequencies(
-    study, reported, respond
-):
-    # red: `inside` taken for `outside` in _ranges_outside
+@pytest.fixture
+def said(inputs, study):
+    """The warnings of a summary with the doubts that its numbers raise."""
+
+    def of(summary, **changes):
+        error = study.damping.coupled.relative_error
+        doubted = judged(scenarios_of(study), summary, None, error)
+        told = dataclasses.replace(inputs, summary=doubted, **changes)
+        return warnings.study_warnings(told, answer_of(told.study, doubted))
+
+    return of
+
+
+def test_damping_outside_the_simulated_range_is_named_with_what_is_missing(said, study, respond):
+    # red: NAMED = 9; the least share
     lowered = {(s.label, p): 1.0 for s in study.all_scenarios() if s.patch for p in POINTS}
     summary, psd = respond(lowered, read_at=312.0, inside=0.75)
-    said = warnings.response_warnings(reported, summary, psd, NO_LAYOUTS)
-    (outside,) = (text for text in said if "extrapolated" in text)
-    assert "A, r = 0.1, 150 dB, Γ = 312, 25 % of the lines (100–141 Hz)" in outside
-    # the worst are named, here the first of equals; red: NAMED = 9
+    (outside,) = (text for text in said(summary, psd=psd) if "extrapolated" in text)
     count = len({s.label for s in study.all_scenarios() if s.patch})
-    assert outside.count("Γ = 312") == 3 and f"and {count - 3} more (All scenarios)" in outside
-    assert "Up to 25 % of the change in mean square" in outside
+    assert outside.startswith(f"{READINGS['paper_corrected']}, A, r = 0.1, 150 dB; ")
+    assert f"; {count - 3} more: damping partly extrapolated" in outside
+    assert "up to 25 % of the change in mean square; extend dem to 61 g" in outside
 
 
-def test_motion_beyond_a_tenth_of_the_thickness_is_told(reported, respond):
-    # red: the scenario with the smallest displacement named
-    summary, psd = respond({})
-    assert not any(
-        "Linear plate" in t for t in warnings.response_warnings(reported, summary, psd, NO_LAYOUTS)
-    )
+def test_motion_beyond_a_tenth_of_the_thickness_is_told(said, respond):
+    # red: the smallest displacement
+    summary, _ = respond({})
+    assert not any("tenth" in text for text in said(summary))
     first = summary.index[0]
     summary.loc[first, "beyond_linear_plate"] = True
     summary.loc[first, "displacement_rms_mm"] = 25.5
-    (said,) = (
-        t for t in warnings.response_warnings(reported, summary, psd, NO_LAYOUTS) if "Linear" in t
+    (text,) = (text for text in said(summary) if "tenth" in text)
+    assert "bare panel, 150 dB: the rms displacement, up to 26 mm, is more than a tenth" in text
+
+
+def test_a_motion_that_is_not_converged_and_a_basis_that_is_not_right_are_told(said, respond):
+    # red: the thresholds taken for percent
+    summary, _ = respond({})
+    summary["basis_error"] = 1e-4
+    assert not any("converged" in text or "all elements" in text for text in said(summary))
+    of = summary["scenario"] == "B_r0.5_150dB"
+    summary.loc[of, ["motion_residual", "basis_error"]] = 0.02, 0.011
+    lines = [text for text in said(summary) if text.startswith(READINGS["paper_corrected"])]
+    assert any(
+        "B, r = 0.5, 150 dB: the acceleration for C_e is not" in t and "2.0 %" in t for t in lines
     )
-    assert "25.5 mm (bare panel, 150 dB, point middle)" in said
+    assert any("B, r = 0.5, 150 dB: the basis is too small" in t and "1.1 %" in t for t in lines)
 
 
-def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(reported, respond):
+def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(said, respond):
     # red: "Use shorter element edges."; the error of g rms left out; decibels of a ratio
-    summary, psd = respond({})
+    summary, _ = respond({})
     last = summary.index[summary["status"] == "ok"][-1]
     for column, value in (("mesh_error", 10 ** (16 * 0.65 / 10) - 1), ("mesh_error_rms", 0.405)):
         worse = summary.assign(**{column: summary[column].where(summary.index != last, value)})
-        said = warnings.response_warnings(reported, worse, psd, NO_LAYOUTS)
-        (mesh,) = (text for text in said if "mesh is too coarse" in text)
+        (mesh,) = (text for text in said(worse) if "mesh is too coarse" in text)
         # 16 and 81 times what is allowed, which falls with the fourth power
         factor = "2.0" if column == "mesh_error" else "3.0"
         assert mesh.endswith(f"Use element edges {factor} times shorter.")
 
 
-def test_scenarios_without_a_steady_response_are_told(reported, respond):
-    # red: the loop over unstable readings left out
-    summary, psd = respond({})
-    said = warnings.response_warnings(reported, summary, psd, NO_LAYOUTS)
-    (unstable,) = (text for text in said if "no steady response" in text)
+def test_scenarios_without_a_steady_response_are_told_last_where_another_reading_answers(
+    said, respond
+):
+    # red: the loop over the other readings left out; in front of those of the answer
+    summary, _ = respond({}, inside=0.75)
+    lines = said(summary)
+    (unstable,) = (text for text in lines if "no steady response" in text)
     assert unstable.startswith(READINGS["paper_printed"])
-    assert "B, r = 0.5, 150 dB" in unstable
+    assert lines.index(unstable) > next(n for n, t in enumerate(lines) if "extrapolated" in t)
 
 
-def test_power_that_is_lost_from_the_balance_is_told(reported, respond):
+def test_those_of_a_point_on_a_support_are_none(said, respond):
+    # red: "held" taken for a failure
+    summary, _ = respond({})
+    summary.loc[(summary["point"] == "corner") & (summary["status"] == "ok"), "status"] = "held"
+    lost = [t for t in said(summary) if "no steady response" in t]
+    assert not any(text.startswith(READINGS["paper_corrected"]) for text in lost)
+
+
+def test_power_that_is_lost_from_the_balance_is_told(said, respond):
     # red: POWER_BALANCE of 1
-    summary, psd = respond({})
+    summary, _ = respond({})
     summary.loc[0, "power_balance_error"] = 0.02
-    assert any(
-        "0.020 of the power input" in t
-        for t in warnings.response_warnings(reported, summary, psd, NO_LAYOUTS)
-    )
+    assert any("0.020 of the power input" in text for text in said(summary))
+
+
+def test_the_gravest_come_first(said, respond):
+    # red: the order of DOUBTS
+    summary, _ = respond({}, inside=0.8, error_db=0.2)
+    summary = summary.assign(beyond_linear_plate=True, levels=3, displacement_rms_mm=7.0)
+    first, second, *_ = said(summary)
+    assert "all scenarios: the rms displacement, up to 7.0 mm" in first
+    assert "up to 20 % of the change in mean square; extend dem to 61 g" in second
 
 
 @pytest.mark.parametrize(
@@ -108,37 +143,27 @@ def test_the_accuracy_of_cases_stopped_at_max_cycles_is_the_largest_of_them(case
     assert said.endswith("their relative standard errors reach 50 %.")
 
 
-def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(inputs, respond):
-    # red: the warning left out, or given for a law too
-    summary, psd = respond({}, read_at=312.0)
+def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(
+    inputs, said, respond
+):
+    # red: the warning left out, or given for damping without an amplitude too
+    summary, _ = respond({}, read_at=312.0)
     layouts = summary[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
-    changed = dataclasses.replace(inputs, summary=summary, psd=psd, layouts=layouts)
-    read = warnings.study_warnings(changed)
-    # a table or a law was not shaken here
-    assert warnings.EQUIVALENT_SINE in read and warnings.SINGLE_TONES not in read
+    assert warnings.SINGLE_TONES in said(summary, layouts=layouts)
     shaken = dataclasses.replace(inputs.study, surfaces=("coupon",))
-    changed = dataclasses.replace(changed, study=shaken)
-    assert warnings.SINGLE_TONES in warnings.study_warnings(changed)
-    said = warnings.study_warnings(inputs)
-    assert warnings.SINGLE_TONES not in said and warnings.EQUIVALENT_SINE not in said
+    assert warnings.SINGLE_TONES in said(summary, study=shaken)
+    assert warnings.SINGLE_TONES not in said(respond({})[0])
 
 
-def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, respond):
-    # red: coupon_warnings or radiation_finding left out of study_warnings
+def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
+    # red: coupon_warnings or _of_air left out of study_warnings
     beside = inputs.summary[inputs.summary["status"] == "ok"]
     beside = beside[["reading", "scenario", "point", "acceleration_rms_g", "reduction_db"]]
     cases.loc[2, "status"] = "NotSteady"
-    patch = inputs.summary["scenario"].str.startswith("bare").map({True: "none", False: "A"})
-    read = dataclasses.replace(
-        inputs,
-        summary=inputs.summary.assign(patch=patch),
+    lines = said(
+        inputs.summary,
         radiation=beside.assign(radiation="one_side"),
         coupons={"coupon": CouponResults(cases, [], None)},
     )
-    said = warnings.study_warnings(read)
-    assert [
-        sum(words in text for text in said) for words in ("With radiation", "steady state")
-    ] == [
-        1,
-        1,
-    ]
+    for words in ("With radiation from one side the bare panel changes", "steady state"):
+        assert sum(words in text for text in lines) == 1, words

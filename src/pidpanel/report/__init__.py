@@ -8,8 +8,8 @@ parts a page has, in which order), `write`,
 What a page says first: `answer` (scenarios against the bare panel, and which of them are apart),
 `answer_text`, `answer_section`, `answer_figures`, `scenario_list`, `coupon_text`.
 
-What is folded below it: `outcome` (every comparison in sentences), `claims` and `claims_table` (the
-paper's claims), `warnings` and `known_errors` (limitations), `facts` (what was computed with what).
+What is folded below it: `claims` and `claims_table` (the paper's claims), `warnings` and
+`known_errors` (limitations), `facts` (what was computed with what).
 
 The parts of a page, each a function ``<part>_section``: `panel_section`, `sound_section`,
 `coupon_section`, `losses_section`, `varied_section`, `damping_section`, `coupled_section`,

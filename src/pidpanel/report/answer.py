@@ -148,7 +148,7 @@ def answer_of(study: ReportedStudy, summary: pd.DataFrame) -> StudyAnswer | None
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     scenarios = [s for s in study.scenarios if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    candidates = candidates_of(table, reading, steady, points)
+    candidates = [_candidate(s, [by_key[s.label, point] for point in points]) for s in steady]
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
     bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(
@@ -159,19 +159,6 @@ def answer_of(study: ReportedStudy, summary: pd.DataFrame) -> StudyAnswer | None
         candidates=tuple(candidates),
         lost=tuple(s for s in scenarios if s not in steady),
     )
-
-
-def candidates_of(
-    summary: pd.DataFrame,
-    reading: str,
-    scenarios: Sequence[ReportedScenario],
-    points: Sequence[str],
-) -> list[Candidate]:
-    """Return those of some scenarios that have a steady response, in their order."""
-    table = summary[summary["reading"] == reading]
-    by_key = {(row["scenario"], row["point"]): row for row in records(table)}
-    rows = [(s, [by_key[s.label, point] for point in points]) for s in scenarios]
-    return [_candidate(s, r) for s, r in rows if r and r[0]["status"] == "ok"]
 
 
 def main_reading(readings: Sequence[str]) -> str:

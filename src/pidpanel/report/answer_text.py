@@ -9,7 +9,6 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.answer import (
     Candidate,
     PointResponse,
@@ -17,35 +16,21 @@ from pidpanel.report.answer import (
     are_apart,
     is_gain,
 )
-from pidpanel.report.inputs import Inputs, ReportedStudy
-from pidpanel.report.radiation_section import SIDES, compared
+from pidpanel.report.inputs import Inputs
 from pidpanel.report.scenario_list import list_scenarios
 from pidpanel.report.text import (
-    READINGS,
     common_decimals,
     number,
-    percent,
     plain,
     value_text,
     with_error,
 )
 from pidpanel.response.trust import (
-    CARRIED,
-    EXTRAPOLATED,
     KNOWN_TO,
-    LARGEST_ERROR,
     NO_ERROR,
-    NOT_LINEAR,
 )
-from pidpanel.solve.bands import reduction
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
-
-BETWEEN_POINTS = 1.12
-"""Times the worst point, 1 dB: more anywhere else on the panel is said."""
-
-CAVEATS = 3
-"""Caveats at the head of a page."""
 
 
 def headline(answer: StudyAnswer) -> str:
@@ -145,146 +130,6 @@ _MASS = (lambda c: c.mass, lambda c: c.share)
 
 def _value(text: str) -> float:
     return float(text.replace("−", "-"))
-
-
-def caveats(inputs: Inputs, answer: StudyAnswer) -> list[str]:
-    """Return what a reader must know before he uses the answer, a line each, `CAVEATS` at most."""
-    sentences = [*_doubts(inputs, answer), *_omissions(inputs, answer)]
-    return [sentence for sentence in sentences if sentence][:CAVEATS]
-
-
-def _doubts(inputs: Inputs, answer: StudyAnswer) -> list[str]:
-    """Lines on scenarios whose response is doubtful."""
-    study = inputs.study
-    sentences = []
-    if answer.lost:
-        sentences.append(
-            f"{len(answer.lost)} of {len(answer.lost) + len(answer.candidates)} scenarios have no "
-            "steady response: their damping is negative."
-        )
-    doubted = [c for c in (answer.bare, *answer.candidates) if c.doubts]
-    linear = [c for c in doubted if NOT_LINEAR in c.doubts]
-    if linear:
-        good = inputs.summary[inputs.summary["status"] == "ok"]
-        rows = good.loc[good["scenario"].isin([c.scenario.label for c in linear])]
-        largest = number(rows["displacement_rms_mm"].max(), 2)
-        sentences.append(
-            f"{_name_scenarios(linear, answer)} move by up to {largest} mm rms, more than a tenth "
-            "of the thickness. A real panel stiffens there."
-        )
-    outside = [c for c in doubted if any(EXTRAPOLATED in doubt for doubt in c.doubts)]
-    if outside:
-        sentences.append(
-            f"{_name_scenarios(outside, answer)}: damping partly extrapolated beyond its data "
-            f"({_extrapolated(inputs, outside)})."
-        )
-    for doubt, text in (
-        (CARRIED, "not run; C_e and m_a are interpolated from coupled runs at other levels"),
-        (
-            KNOWN_TO,
-            f"the error of g rms is more than twice the requested {percent(study.coupled_error, 1)}"
-            if answer.reading == COUPLED
-            else f"the error of g rms is more than {percent(LARGEST_ERROR)}; coupled runs know it "
-            "better",
-        ),
-        (
-            "several solutions",
-            "damping and motion agree at several accelerations; the highest is shown",
-        ),
-        ("motion not converged", "the acceleration is not converged"),
-        ("basis too small", "the basis is too small for these dampers"),
-    ):
-        named = [c for c in doubted if any(word.startswith(doubt) for word in c.doubts)]
-        if named:
-            sentences.append(f"{_name_scenarios(named, answer)}: {text}.")
-    return sentences
-
-
-def _omissions(inputs: Inputs, answer: StudyAnswer) -> list[str]:
-    """Lines on what points, errors, masses, sound and air leave out."""
-    sentences = []
-    if worst := worst_map(inputs):
-        label, rms = worst
-        bare = answer.bare.responses[answer.worst].rms
-        if label == answer.bare.scenario.label and rms.max() > BETWEEN_POINTS * bare:
-            x, y = inputs.basis.vertex_position[int(rms.argmax())]
-            sentences.append(
-                f"The bare panel moves most at ({x:.2f}, {y:.2f}) m, {number(rms.max())} g "
-                "rms. There is no response point there."
-            )
-    if answer.candidates and not answer.has_errors:
-        sentences.append("The damping has no stated error, so neither have the results.")
-    if answer.candidates and not all(math.isfinite(c.mass) for c in answer.candidates):
-        sentences.append(f"{READINGS[answer.reading]} does not include the mass of the particles.")
-    sentences += massless_text(inputs.study)
-    if answer.candidates and reads_dem(inputs, answer.reading):
-        sentences.append(
-            "C_e is measured at single frequencies. Under broadband sound it is lower at high "
-            "frequencies, so reductions are overestimated."
-        )
-    if inputs.radiation is not None and answer.candidates:
-        sentences.append(_air(inputs, answer))
-    elif inputs.study.radiation == "none" and answer.candidates:
-        sentences.append(
-            "Radiation damping is not included, so reductions are overestimated "
-            "(response.radiation_beside)."
-        )
-    return sentences
-
-
-def massless_text(study: ReportedStudy) -> list[str]:
-    """Return a sentence for each damper whose particles have no mass in the computation."""
-    return [
-        f"The particles of {name or 'the table'} have no mass in the computation: its data have no "
-        f"apparent mass. With {key} they have their own; resonances are then lower."
-        for name, key in study.massless.items()
-    ]
-
-
-def reads_dem(inputs: Inputs, reading: str) -> bool:
-    """Return whether a reading rests on coupons that LIGGGHTS shook with single tones."""
-    return reading in ("dem", "stated") and bool(inputs.study.surfaces)
-
-
-def _name_scenarios(some: Sequence[Candidate], answer: StudyAnswer) -> str:
-    """Name scenarios, or say how many they are."""
-    count = len(answer.candidates) + 1
-    if len(some) == count:
-        return "All scenarios" if count > 1 else "The bare panel"
-    if len(some) == 1:
-        return some[0].name[:1].upper() + some[0].name[1:]
-    return f"{len(some)} of {count} scenarios"
-
-
-def _extrapolated(inputs: Inputs, outside: Sequence[Candidate]) -> str:
-    """Say of how much of the change in mean square that holds, and how to mend it."""
-    labels = [candidate.scenario.label for candidate in outside]
-    rows = inputs.summary[inputs.summary["scenario"].isin(labels)]
-    worst = rows.iloc[int(rows["extrapolated_share"].argmax())]
-    return (
-        f"up to {percent(worst['extrapolated_share'])} of the change in mean square; "
-        f"extend {worst['data_missing']}"
-    )
-
-
-def _air(inputs: Inputs, answer: StudyAnswer) -> str:
-    """Say what the air on one or two sides changes at the worst point."""
-    if inputs.radiation is None:
-        return ""
-    pairs = compared(inputs.summary, inputs.radiation)
-    pairs = pairs[(pairs["reading"] == answer.reading) & (pairs["point"] == answer.worst)]
-    rows = pairs.set_index("scenario")
-    best = answer.candidates[0].scenario.label
-    bare = rows.loc[answer.bare.scenario.label]
-    if best not in rows.index:
-        return ""
-    change = float(reduction(bare["acceleration_rms_g_beside"], bare["acceleration_rms_g"]))
-    row = rows.loc[best]
-    return (
-        f"With {SIDES[str(row['radiation'])]} the bare panel changes by {plain(change, 1)} dB "
-        f"and {answer.candidates[0].name} reduces it by {row['reduction_db_beside']:.1f} dB "
-        f"instead of {row['reduction_db']:.1f} dB."
-    )
 
 
 def worst_map(inputs: Inputs) -> tuple[str, Array] | None:

@@ -5,11 +5,10 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import matplotlib as mpl
 import numpy as np
-import pandas as pd
 from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -191,58 +190,4 @@ def collapse_figure(
             line = np.where(in_range, np.exp(form(line_points)), np.nan)
             grid[1].plot(fine, line, color=colour, lw=1.4)
     grid[1].text(0.02, 4 / np.pi * 1.06, "4/π", transform=grid[1].get_yaxis_transform(), fontsize=7)
-    return figure
-
-
-def left_out_figure(left: pd.DataFrame) -> Figure:
-    """Draw C_e of each case as predicted from the other cases against the simulated value."""
-    figure = Figure(figsize=(5.2, 4.4), layout="constrained")
-    axes = figure.subplots()
-    simulated = left[VALUE].to_numpy(float)
-    predicted = simulated * np.exp(left["log_error"].to_numpy())
-    factor = np.exp(left["log_standard_error"].to_numpy())
-    fills = np.unique(left[FILL])
-    for number, fill in enumerate(pick(fills, 7)):
-        mask = np.isclose(left[FILL], fill)
-        axes.errorbar(
-            simulated[mask], predicted[mask],
-            yerr=[(predicted - predicted / factor)[mask], (predicted * factor - predicted)[mask]],
-            color=style.fill_colour(fill), marker=style.MARKERS[number], ls="none", ms=4,
-            elinewidth=0.7, label=f"r = {fill:g}",
-        )  # fmt: skip
-    ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
-    axes.plot(ends, ends, color="black", lw=0.8)
-    axes.fill_between(ends, ends / 2, ends * 2, color="#999999", alpha=0.2, lw=0, label="factor 2")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("$C_e$ simulated, N s/m³")
-    axes.set_ylabel("$C_e$ predicted from the other cases, N s/m³")
-    axes.legend()
-    return figure
-
-
-def split_figure(cases: pd.DataFrame, shares: Sequence[tuple[str, str]]) -> Figure:
-    """Draw shares of the loss over Γ, axes for each frequency, a colour for each fill."""
-    frequencies = pick(swept(cases[FREQUENCY]), 5)
-    fills = pick(np.unique(cases[FILL]), 5)
-    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
-    grid = figure.subplots(1, len(frequencies), sharex=True, sharey=True, squeeze=False)[0]
-    dashes = ("-", "--", ":")
-    for axes, frequency in zip(grid, frequencies, strict=True):
-        for number, fill in enumerate(fills):
-            rows = cases[np.isclose(cases[FREQUENCY], frequency) & np.isclose(cases[FILL], fill)]
-            rows = rows.sort_values(ACCELERATION)
-            for (column, _), dash in zip(shares, dashes, strict=False):
-                axes.plot(rows[ACCELERATION], rows[column], dash, color=style.fill_colour(fill),
-                          marker=style.MARKERS[number])  # fmt: skip
-        axes.set_xscale("log")
-        axes.set_ylim(0, 1)
-        axes.set_title(TITLES[FREQUENCY].format(frequency), loc="left")
-        axes.set_xlabel(LABELS[ACCELERATION])
-        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-    grid[0].set_ylabel("share of the loss, –")
-    handles = fill_handles(fills)
-    for (_, called), dash in zip(shares, dashes, strict=False):
-        handles[called] = Line2D([], [], color=GREY, ls=dash)
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=8)
     return figure

@@ -12,9 +12,8 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.coupon.round import Round
 from pidpanel.damping import forms
-from pidpanel.damping.fit import AT_FILL, OVER_FILL, constants_at
-from pidpanel.damping.laws import equation_5, paper_constants
-from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.damping.fit import OVER_FILL, constants_at
+from pidpanel.damping.laws import equation_5
 from pidpanel.report import damping_figures, style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import DampingResults
@@ -29,9 +28,6 @@ FORM_NAMES = {
     "surface": "the surface (Gaussian processes)",
 }
 """Names of the forms of ``damping/forms.csv``."""
-
-SHARES = (("normal_share", "normal"), ("tangential_share", "tangential (friction)"))
-"""Columns of ``coupon/cases.csv`` with the shares of the loss, and their names."""
 
 
 def damping_section(results: DampingResults) -> PageSection:
@@ -67,32 +63,11 @@ def damping_section(results: DampingResults) -> PageSection:
             "C_e and loss factor over frequency and Γ at the simulated fills. Circles: cases. "
             "White: outside the simulated range.",
         ),
-        _picture(
-            "map_fill_frequency",
-            damping_figures.map_figure(surface, "fill_fraction", "frequency_hz"),
-            "C_e and loss factor over fill fraction and frequency at the simulated Γ. Circles: "
-            "cases. White: outside the simulated range.",
-        ),
-        _picture(
-            "damping_left_out",
-            damping_figures.left_out_figure(left),
-            "C_e of each case predicted from the other cases, with the predicted standard error.",
-        ),
     ]
     if results.rounds:
         blocks.insert(1, rounds_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
-    good = results.cases[results.cases["status"].isin(COUNTED)]
-    if all(column in good and good[column].notna().any() for column, _ in SHARES):
-        blocks.append(
-            _picture(
-                "loss_split",
-                damping_figures.split_figure(good, SHARES),
-                "Shares of the loss in the normal direction of the contacts and in the tangential "
-                "direction (friction).",
-            )
-        )
     return PageSection("damping", "Damping law", blocks)
 
 
@@ -149,9 +124,6 @@ def law_blocks(results: DampingResults) -> list[Block]:
     )
     if len(over_fill):
         blocks.append(_over_fill_table(over_fill))
-    at_fills = law[law["fill_fraction"].notna()]
-    if len(at_fills):
-        blocks.append(_at_fill_table(at_fills))
     return blocks
 
 
@@ -200,31 +172,6 @@ def _over_fill_table(over_fill: pd.DataFrame) -> Table:
         ["Γ", *names, "scatter of ln C_e", "cases"],
         rows,
     )
-
-
-def _at_fill_table(at_fills: pd.DataFrame) -> Table:
-    rows = []
-    for (gamma, fill), group in at_fills.groupby(["acceleration_g", "fill_fraction"]):
-        by_name = group.set_index("constant")
-        cells = [_interval(by_name, c, exponent=c == "ln_a1") for c in AT_FILL]
-        a1, a2, a3 = paper_constants(float(group["fill_fraction"].iloc[0]))
-        # (f in Hz) = ω/2π: the corrected law with ω in rad/s
-        corrected = [abs(a1) * (2 * np.pi) ** (1 - a2), a2, a3 / (2 * np.pi)]
-        first = group.iloc[0]
-        rows.append(
-            [f"{gamma:g}", f"{fill:g}", *cells, ", ".join(number(c) for c in (a1, a2, a3)),
-             ", ".join(number(c) for c in corrected), f"{first['scatter']:.2f}",
-             str(int(first["points"]))]
-        )  # fmt: skip
-    return Table(
-        "Value [95 % confidence interval], ω in rad/s; wide "
-        "where three constants are fitted to four or five frequencies",
-        ["Γ", "r", "a₁", "a₂", "a₃, s", "the paper's a₁, a₂, a₃ as printed",
-         "the paper's, corrected, for ω in rad/s", "scatter of ln C_e", "cases"],
-        rows,
-        folded=True,
-        title="Constants of Eq. 5 at each Γ and fill",
-    )  # fmt: skip
 
 
 def form_blocks(results: DampingResults) -> list[Block]:

@@ -9,14 +9,11 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
-from pidpanel.paths import SECTION, STUDIES, of_damper
+from pidpanel.paths import SECTION, STUDIES
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
 from pidpanel.solve.mesh_error import decibels
-
-COUPLED_TABLES = ("summary", "third_octaves", "impedance", "psd", "verdict")
-"""Tables of the coupled runs in ``coupled/``."""
 
 
 def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
@@ -51,9 +48,9 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
         ),
         (
             "Mesh",
-            f"its shift of resonances changes a PSD by at most "
-            f"{number(decibels(good['mesh_error'].max()), 2)} dB at any line, an rms acceleration "
-            f"by at most {percent(good['mesh_error_rms'].max(), 2)}",
+            f"{len(inputs.basis.cells)} elements; their shift of resonances changes a PSD by at "
+            f"most {number(decibels(good['mesh_error'].max()), 2)} dB at any line, an rms "
+            f"acceleration by at most {percent(good['mesh_error_rms'].max(), 2)}",
         ),
     ]
     for name, coupon in inputs.coupons.items():
@@ -118,23 +115,10 @@ def run_step(study_file: Path, decks: Iterable[Path] = ()) -> tuple[str, str]:
     )
 
 
-def files_step(inputs: Inputs, folder: Path) -> tuple[str, str]:
-    """Return which files hold the numbers of the page of a study with a panel."""
-    files = ["panel/modes.csv", "panel/modes.vtu", "panel/mesh.msh", "panel/section.csv"]
-    files += [str(of_damper(Path("coupon"), name, "cases.csv")) for name in inputs.coupons]
-    for name in inputs.study.surfaces:
-        names = ("surface.nc", "law.csv", "forms.csv")
-        files += [str(of_damper(Path("damping"), name, file)) for file in names]
-    files += ["sound/spectrum.csv", "response/psd.nc", "response/summary.csv"]
-    files.append("response/layouts.csv")
-    files += ["response/stress.csv", "response/maps.nc"]
-    if inputs.radiation is not None:
-        files.append("response/radiation.csv")
-    files += [f"coupled/{name}.csv" for name in COUPLED_TABLES if inputs.study.is_coupled]
-    files = [name for name in files if (folder / name).is_file()]
-    text = (
-        f"Tables and fields of this report are in results/{inputs.study.name}: {', '.join(files)}; "
-        "figures are in report/. The files carry the hash of the study and the versions of "
-        "the software, without time stamps."
+def files_step(study: str) -> tuple[str, str]:
+    """Return where the numbers of the page of a study are."""
+    return (
+        f"Tables and fields of this report are in results/{study}; figures are in report/. The "
+        "files carry the hash of the study and the versions of the software, without time stamps.",
+        "",
     )
-    return (text, "")

@@ -73,7 +73,7 @@ def write_study_page(
     """
     study = load_study(study_file)
     inputs = read_inputs(study, folder, coupon)
-    steps = [run_step(study_file, _decks(study)), files_step(inputs, folder)]
+    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
     with style.context():
         page = study_page(inputs, steps)
     write_page(page, file, figures)
@@ -88,8 +88,7 @@ def write_coupon_page(
     """
     study = load_any_study(study_file)
     results = read_coupon(study, SECTION, table, coupon)
-    files = f"The numbers of this report are in results/{study.name}/coupon/cases.csv."
-    steps = [run_step(study_file, _decks(study)), (files, "")]
+    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
     title = study.title or study.name
     with style.context():
         page = coupon_page(title, study.assumptions, stamp(study), results, steps)
@@ -230,7 +229,6 @@ def reported_study(study: Study) -> ReportedStudy:
         air_mass=response.air_mass,
         read_at=read_at_text(study),
         read_kind=level.kind,
-        read_by=level.by,
         coupled_error=study.damping.coupled.relative_error,
         surfaces=study.surfaces,
         massless=study.massless_dampers,

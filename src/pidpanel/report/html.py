@@ -236,6 +236,10 @@ def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:
             yield block
 
 
+CAVEATS = 3
+"""Limitations at the head of a page; the others are in their part of it."""
+
+
 @dataclass(frozen=True)
 class Page:
     """A whole page."""

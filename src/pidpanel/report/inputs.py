@@ -68,7 +68,6 @@ class ReportedStudy:
     air_mass: bool
     read_at: str  # the acceleration for C_e, in words
     read_kind: str  # ``damping.level.kind``
-    read_by: str  # ``damping.level.by``
     coupled_error: float  # requested of coupled runs [1]
     surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
     # dampers whose particles have no mass in the computation, and the key that changes it; None

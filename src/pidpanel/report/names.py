@@ -67,12 +67,17 @@ class ReportedScenario:
         """
         if self.is_bare:
             return "bare panel"
+        text = self.filling_text
+        return text if len(self.fillings) == 1 else f"{self.label} ({text})"
+
+    @property
+    def filling_text(self) -> str:
+        """The filled patches with dampers and fills."""
         parts = []
         for filling in self.fillings:
             fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
             parts.append(", ".join([*filling.place, *fill]))
-        named = "; ".join(parts)
-        return named if len(parts) == 1 else f"{self.label} ({named})"
+        return "; ".join(parts)
 
 
 def with_names(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:

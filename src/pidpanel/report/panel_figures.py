@@ -6,64 +6,20 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Flags, Index
-from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.report import style
-from pidpanel.report.layout import WIDTH, panel_axes, separate
-
-
-def mesh_figure(
-    vertices: Array,
-    cells: Index,
-    patches: Mapping[str, Flags],
-    points: Mapping[str, tuple[float, float]],
-) -> Figure:
-    """Draw the mesh with its patches and response points."""
-    size = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(6.5, 5.9 * size[1] / size[0] + 0.5), layout="constrained")
-    axes = figure.subplots()
-    axes.add_collection(
-        PolyCollection(list(vertices[cells]), facecolor="none", edgecolor="#9aa4ae", lw=0.4)
-    )
-    axes.add_collection(
-        LineCollection(list(vertices[boundary_edges(cells)]), colors="black", linewidths=0.9)
-    )
-    names = []
-    for name, inside in patches.items():
-        colour = style.place_colour(name, list(patches))
-        corners = vertices[cells[inside]]
-        axes.add_collection(
-            PolyCollection(list(corners), facecolor=colour, alpha=0.35, edgecolor="none")
-        )
-        edges = vertices[boundary_edges(cells[inside])]
-        axes.add_collection(LineCollection(list(edges), colors=colour, linewidths=1.3))
-        lowest = corners[..., 1].min()
-        middle = (corners[..., 0].min() + corners[..., 0].max()) / 2
-        names.append(axes.annotate(
-            name, (middle, lowest), xytext=(0, -3), textcoords="offset points",
-            ha="center", va="top", fontweight="bold", color=colour, bbox=_PLATE,
-        ))  # fmt: skip
-    for name, (x, y) in points.items():
-        axes.plot(x, y, "o", color="black", ms=4)
-        names.append(axes.annotate(
-            name, (x, y), xytext=(5, 5), textcoords="offset points", va="bottom", bbox=_PLATE
-        ))  # fmt: skip
-    panel_axes(axes, vertices, 0.02)
-    separate(figure, names)
-    return figure
-
+from pidpanel.arrays import Array, Index
+from pidpanel.report.layout import WIDTH
 
 SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
 """Axes of a picture of a shape, to the right and up, of one who looks down on the panel."""

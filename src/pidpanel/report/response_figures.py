@@ -67,16 +67,6 @@ def nested_width(index: int, count: int) -> float:
 
 
 @dataclass(frozen=True)
-class Steps:
-    """Values by frequency band: their name in the legend, colour, edges [Hz], and values."""
-
-    label: str
-    colour: str
-    edges: Array
-    values: Array
-
-
-@dataclass(frozen=True)
 class FigurePanel:
     """One of the axes side by side: a title, a note under it, and its curves."""
 
@@ -182,25 +172,6 @@ def psd_figure(
     for axes in grid[::ACROSS]:
         axes.set_ylabel("acceleration PSD, g²/Hz")
     _panel_legend(figure, panels)
-    return figure
-
-
-def steps_figure(panels: Mapping[str, Sequence[Steps]]) -> Figure:
-    """Draw reductions by band, where curves that lie on each other as PSDs are apart."""
-    rows = math.ceil(len(panels) / ACROSS)
-    figure = Figure(figsize=(WIDTH, 0.5 + 2.2 * rows), layout="constrained")
-    grid = _side_by_side(figure, len(panels))
-    handles: dict[str, Line2D] = {}
-    for axes, (title, drawn) in zip(grid, panels.items(), strict=True):
-        for steps in drawn:
-            axes.stairs(steps.values, steps.edges, color=steps.colour, lw=1.4, baseline=None)
-            handles.setdefault(steps.label, Line2D([], [], color=steps.colour, lw=1.6))
-        axes.axhline(0.0, color=style.BARE, lw=0.8)
-        frequency_axis(axes, drawn[0].edges[0], drawn[0].edges[-1])
-        axes.set_title(title, loc="left", fontweight="bold")
-    for axes in grid[::ACROSS]:
-        axes.set_ylabel("reduction, dB")
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6)
     return figure
 
 

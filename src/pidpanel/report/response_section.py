@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,15 +12,12 @@ from pidpanel.report import response_figures, style
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
-from pidpanel.report.layouts_section import mass_table
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.psds import inside_of
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, Steps, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
 from pidpanel.report.rms import band_rms_of
-from pidpanel.report.text import READINGS, does_not_move, number
-from pidpanel.solve.bands import reduction, third_octaves
-
-EQUIVALENT_SINE = "Γ = √2 a_rms/g, the sine of equal rms, is an assumption."
+from pidpanel.report.text import READINGS, number
+from pidpanel.solve.bands import reduction
 
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 """Where C_e is read, by ``damping.level.kind``."""
@@ -37,10 +34,12 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
         text = "No damping model gives a steady response, because C_e is negative."
         return PageSection(name, heading, [Paragraph(text)])
     frequency = inputs.psd["frequency"].to_numpy()
-    text = acceleration_text(inputs, family, readings)
     points = inputs.moving_points
-    fixed = [point for point in inputs.study.panel.points if point not in points]
-    blocks: list[Block] = [Paragraph(f"{does_not_move(fixed)} {text}" if fixed else text)]
+    blocks: list[Block] = [
+        Paragraph(f"{READINGS[reading]}: not drawn, because its C_e is negative.")
+        for reading in inputs.study.readings
+        if reading not in readings
+    ]
     titles = {reading: reading_title(inputs, family, reading) for reading in readings}
     if points:
         blocks.append(reduction_block(inputs, family, titles))
@@ -53,54 +52,17 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
             )
             for reading, title in titles.items()
         ]
-        charts = [chart_of(panel.title, frequency, panel.curves) for panel in panels]
-        steps = {
-            title: reduction_steps(inputs, family, reading, point)
-            for reading, title in titles.items()
-        }
-        pictures = [
-            Picture(
-                f"psd_{family.key}_{point}",
-                style.png(response_figures.psd_figure(frequency, panels)),
-                f"One-sided acceleration PSD at point {point}; steps are at the edges of the "
-                "sound's bands.",
-                charts,
-            ),
-            Picture(
-                f"steps_{family.key}_{point}",
-                style.png(response_figures.steps_figure(steps)),
-                f"Reduction of the rms acceleration at point {point} in third octaves.",
-            ),
-        ]
-        blocks.append(Fold(f"Point {point}", pictures))
-    if inputs.summary["added_mass_kg"].gt(0).any():
-        blocks.append(mass_table(inputs, family.scenarios, layouts=False))
+        caption = f"One-sided acceleration PSD at point {point}; steps are at the edges of the "
+        caption += "sound's bands. Dashed: damping outside the range of its data."
+        picture = Picture(
+            f"psd_{family.key}_{point}",
+            style.png(response_figures.psd_figure(frequency, panels)),
+            caption,
+            [chart_of(panel.title, frequency, panel.curves) for panel in panels],
+        )
+        blocks.append(Fold(f"Point {point}", [picture]))
     blocks.append(Fold("Damping behind these responses", [damping_block(inputs, family, titles)]))
     return PageSection(name, heading, blocks)
-
-
-def _reductions(
-    inputs: Inputs, family: ReportedFamily, reading: str, points: Sequence[str]
-) -> tuple[Array, Array]:
-    """Return centres [Hz] and reductions (n_scenarios, n_bands, n_points) [dB] of a family."""
-    scenarios = family.scenarios
-    centre, treated = band_rms_of(inputs.psd, reading, [s.label for s in scenarios], points)
-    _, bare = band_rms_of(inputs.psd, reading, [s.bare_label for s in scenarios], points)
-    return centre, reduction(bare, treated)
-
-
-def reduction_steps(
-    inputs: Inputs, family: ReportedFamily, reading: str, point: str
-) -> list[Steps]:
-    """Return reductions of a family in third octaves at a point."""
-    _, gained = _reductions(inputs, family, reading, [point])
-    frequency = inputs.psd["frequency"].to_numpy()
-    _, edge = third_octaves(frequency[0], frequency[-1])
-    edges = np.append(edge[:, 0], edge[-1, 1])
-    return [
-        Steps(*_known_as(inputs, family, scenario), edges, values)
-        for scenario, values in zip(family.scenarios, gained[..., 0], strict=True)
-    ]
 
 
 def stable_readings(inputs: Inputs, family: ReportedFamily) -> list[str]:
@@ -150,82 +112,43 @@ def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str)
     return curves
 
 
-def _accelerations(inputs: Inputs, family: ReportedFamily, reading: str) -> dict[str, float]:
-    """Return Γ at which the damping of each scenario was read; NaN where it depends on none."""
-    rows = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
-    read_at = rows.set_index("scenario")["damping_read_at_g"]
-    return {_known_as(inputs, family, s)[0]: float(read_at[s.label]) for s in family.scenarios}
-
-
-def refuted(inputs: Inputs, family: ReportedFamily, reading: str) -> list[str]:
-    """Return the scenarios of a family in which coupled runs refute a reading."""
+def reading_title(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
+    """Return the name of a reading over its figures, with how often coupled runs refute it."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
-        return []
+        return READINGS[reading]
     table = inputs.coupled.verdict
     wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
-    scenarios = family.scenarios
-    return [_known_as(inputs, family, s)[0] for s in scenarios if s.label in wrong]
-
-
-def reading_title(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
-    """Return the name of a reading over its figures, with how often it does not hold."""
-    wrong, count = len(refuted(inputs, family, reading)), len(family.scenarios)
-    return READINGS[reading] + (f" – refuted in {wrong} of {count}" if wrong else "")
+    scenarios = [scenario.label for scenario in family.scenarios]
+    count = len(wrong.intersection(scenarios))
+    return READINGS[reading] + (f" – refuted in {count} of {len(scenarios)}" if count else "")
 
 
 def acceleration_note(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
     if reading == COUPLED:
         return "$C_e$ at the patch's own motion"
-    read_at = np.array(list(_accelerations(inputs, family, reading).values()))
-    if np.isnan(read_at).all():
+    rows = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
+    read_at = rows.set_index("scenario")["damping_read_at_g"]
+    read_at = read_at[[scenario.label for scenario in family.scenarios]]
+    if read_at.isna().all():
         return "$C_e$ independent of Γ"
     low, high = number(read_at.min()), number(read_at.max())
     kind = READ_AT[inputs.study.read_kind]
     return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
-def acceleration_text(inputs: Inputs, family: ReportedFamily, readings: Sequence[str]) -> str:
-    """Return what a caption says of Γ, the dashes and the readings left out."""
-    parts = []
-    for reading in readings:
-        if wrong := refuted(inputs, family, reading):
-            parts.append(
-                f"{READINGS[reading]}: refuted by coupled runs for {', '.join(wrong)} (Which "
-                "damping model holds)."
-            )
-        if reading == COUPLED:
-            parts.append(f"{READINGS[reading]}: C_e at the patch's own motion.")
-            continue
-        read_at = _accelerations(inputs, family, reading)
-        if all(np.isnan(gamma) for gamma in read_at.values()):
-            parts.append(f"{READINGS[reading]}: C_e independent of Γ.")
-            continue
-        kind = inputs.study.read_kind
-        motions = ", ".join(f"{number(gamma)} ({scenario})" for scenario, gamma in read_at.items())
-        parts.append(
-            f"{READINGS[reading]}: C_e at {READ_AT[kind]} (level.kind: {kind}), Γ = {motions}. "
-            f"{EQUIVALENT_SINE}"
-        )
-        labels = [s.label for s in family.scenarios]
-        if not all(inside_of(inputs.psd, reading, label).all() for label in labels):
-            parts.append("Dashed: Γ or frequency outside the range of the data.")
-    for reading in inputs.study.readings:
-        if reading not in readings:
-            parts.append(f"{READINGS[reading]}: not drawn, because its C_e is negative.")
-    return " ".join(parts)
-
-
 def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
     """Return third-octave reductions of a family as maps, by reading."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
+    scenarios = family.scenarios
     for reading, title in titles.items():
-        centre, values = _reductions(inputs, family, reading, points)
+        centre, treated = band_rms_of(inputs.psd, reading, [s.label for s in scenarios], points)
+        _, bare = band_rms_of(inputs.psd, reading, [s.bare_label for s in scenarios], points)
+        values = reduction(bare, treated)
         gained |= {(point, title): values[..., index] for index, point in enumerate(points)}
     rows = [
-        _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB")
-        for s in family.scenarios
+        _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
     ]
     figure = response_figures.reduction_figure(
         centre, rows, gained, points, list(titles.values()), ROW_NAMES[family.varied]

@@ -11,7 +11,7 @@ from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
-from pidpanel.report.answer_text import NOTHING_MOVES, caveats, headline
+from pidpanel.report.answer_text import NOTHING_MOVES, headline
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdicts
 from pidpanel.report.claims_table import verdict_table
@@ -20,16 +20,15 @@ from pidpanel.report.coupon_section import Law, coupon_section
 from pidpanel.report.coupon_text import coupon_text
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import Page, PageSection, Paragraph, Table
+from pidpanel.report.html import CAVEATS, Page, PageSection, Paragraph, Table
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.names import with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
-from pidpanel.report.outcome import outcome
 from pidpanel.report.panel_section import is_papers_panel, panel_section
-from pidpanel.report.radiation_section import radiation_section
+from pidpanel.report.radiation_section import compared, radiation_section
 from pidpanel.report.response_section import response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
@@ -45,6 +44,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     answer = answer_of(study, inputs.summary)
     proposal = inputs.proposal
     text = headline(answer) if answer else NOTHING_MOVES
+    warnings = study_warnings(inputs, answer)
     blocks = answer_blocks(inputs, answer) if answer else []
     proposed = []
     if proposal is not None:
@@ -56,11 +56,11 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         title=study.title,
         answer=text,
         first=blocks,
-        caveats=caveats(inputs, answer) if answer else [],
+        caveats=warnings[:CAVEATS],
         facts=study_facts(inputs),
         assumptions=study.assumptions,
-        summary=outcome(study, inputs.summary),
-        warnings=study_warnings(inputs),
+        summary=[],
+        warnings=warnings[CAVEATS:],
         claims=_claims(inputs),
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
         steps=steps,
@@ -90,11 +90,10 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSec
 def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, points, names = inputs.study, inputs.study.panel.points, inputs.study.names
-    summary = with_names(inputs.summary, names)
     # the paper states levels and no spectrum
     assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound_level is not None
     sections = [
-        panel_section(study.panel, inputs.basis, inputs.modes, inputs.section, inputs.printed),
+        panel_section(inputs.basis, inputs.modes, inputs.printed),
         sound_section(
             inputs.bands, study.spectrum, study.spectrum_rows, study.frequency, assumed=assumed
         ),
@@ -113,16 +112,14 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.radiation is not None:
-        beside = with_names(inputs.radiation, names)
-        sections.append(
-            radiation_section(summary, beside, study.radiation, points, air_mass=study.air_mass)
-        )
+        pairs = with_names(compared(inputs.summary, inputs.radiation), names)
+        sections.append(radiation_section(pairs, study.radiation, air_mass=study.air_mass))
     if inputs.base is not None:
         layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
         sections.append(base_section(inputs.base, layouts, points, study.panel.thickness_mm))
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
-    sections.append(summary_section(summary, list(names.values()), points))
+    sections.append(summary_section(study, inputs.summary))
     sections.append(stress_section(with_names(inputs.stress, names)))
     if inputs.severity is not None:
         sections.append(severity_section(inputs.severity, inputs.summary, names))

@@ -3,66 +3,69 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import pandas as pd
 
 from pidpanel.report.html import PageSection, Table
-from pidpanel.report.text import READINGS, common_decimals, number, records, value_text
+from pidpanel.report.inputs import ReportedStudy
+from pidpanel.report.text import (
+    DECIBEL_DECIMALS,
+    READINGS,
+    common_decimals,
+    number,
+    records,
+    value_text,
+)
+
+COLUMNS = (
+    "scenario", "damping model", "added, kg", "of the panel, %", "point", "g rms",
+    "displacement, mm rms", "reduction, dB", "dead weight: reduction, dB", "Γ of C_e",
+)  # fmt: skip
+
+CAPTION = (
+    "Mass of the dampers, in kg and in percent of the panel including attached masses. Rms "
+    "acceleration and displacement over the frequency range of the response, and reduction of the "
+    "rms acceleration against the bare panel under the same sound. Dead weight: the same mass in "
+    "the same places without damping. Γ of C_e: acceleration amplitude for the damping. ±: one "
+    "standard error, where known. –: unknown, or none. † linear plate theory does not hold (rms "
+    "displacement above a tenth of the thickness). ‡ partly outside the range of the damping's "
+    "data."
+)
 
 
-def summary_section(
-    summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]
-) -> PageSection:
-    """Return the table of all scenarios."""
-    return PageSection("summary", "All scenarios", [response_table(summary, scenarios, points)])
-
-
-def response_table(summary: pd.DataFrame, scenarios: Sequence[str], points: Sequence[str]) -> Table:
-    """Return rms values and reduction of each scenario and point, the readings side by side."""
-    readings = list(dict.fromkeys(summary["reading"]))
-    columns = ["scenario", "point"]
-    for reading in readings:
-        name = READINGS.get(reading, reading)
-        columns += [f"{name}: g rms", "displacement, mm rms", "reduction, dB", "Γ of C_e"]
-    by_key = {(row["scenario"], row["point"], row["reading"]): row for row in records(summary)}
-    decimals = {
-        error: common_decimals(summary[error]) if error in summary else None
-        for error in ("acceleration_rms_error_g", "reduction_error_db")
-    }
-
-    def text(row: dict[str, Any], value: str, error: str) -> str:
-        return value_text(row[value], row.get(error, math.nan), decimals[error])
-
-    rows = []
-    for scenario in scenarios:
-        for point in points:
-            row = [scenario, point]
-            for reading in readings:
-                cell = by_key[scenario, point, reading]
-                if cell["status"] == "held":
-                    row += ["does not move", "–", "–", "–"]
-                    continue
-                if cell["status"] != "ok":
-                    row += [str(cell["status"]), "–", "–", "–"]
-                    continue
-                row += [
-                    text(cell, "acceleration_rms_g", "acceleration_rms_error_g"),
-                    number(cell["displacement_rms_mm"]) + " †" * bool(cell["beyond_linear_plate"]),
-                    text(cell, "reduction_db", "reduction_error_db")
-                    if cell["reduction_db"]  # none of the bare panel against itself
-                    else "–",
-                    number(cell["damping_read_at_g"])
-                    + " ‡" * bool(cell["outside_run_points_share"] > 0),
-                ]
-            rows.append(row)
-    return Table(
-        "Rms acceleration and displacement over the frequency range of the response, and "
-        "reduction of the rms acceleration against the bare panel under the same sound. Γ of "
-        "C_e: acceleration amplitude for the damping. ±: one standard error. † linear plate "
-        "theory does not hold (rms displacement above a tenth of the thickness). ‡ partly "
-        "outside the range of the damping's data.",
-        columns,
-        rows,
+def summary_section(study: ReportedStudy, summary: pd.DataFrame) -> PageSection:
+    """Return mass, rms values and reductions of all scenarios."""
+    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in records(summary)}
+    rms_decimals, decimals = (
+        common_decimals(summary[name])
+        for name in ("acceleration_rms_error_g", "reduction_error_db")
     )
+    if decimals is None:
+        decimals = DECIBEL_DECIMALS
+    rows = []
+    for scenario, reading, point in product(study.scenarios, study.readings, study.panel.points):
+        row = by_key[scenario.label, reading, point]
+        name = study.names[scenario.label]
+        if name == scenario.label and not scenario.is_bare:
+            name += f" ({scenario.filling_text})"
+        mass = [number(row["added_mass_kg"]), number(row["added_mass_percent"], 2)]
+        if row["status"] == "ok":
+            values = _values(row, rms_decimals, decimals)
+        else:
+            words = "does not move" if row["status"] == "held" else str(row["status"])
+            values = [words, "–", "–", "–", "–"]
+        rows.append([name, READINGS[reading], *mass, point, *values])
+    return PageSection("summary", "All scenarios", [Table(CAPTION, COLUMNS, rows)])
+
+
+def _values(row: dict[str, Any], rms_decimals: int | None, decimals: int) -> list[str]:
+    is_bare = not row["reduction_db"]  # against itself
+    return [
+        value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"], rms_decimals),
+        number(row["displacement_rms_mm"]) + " †" * bool(row["beyond_linear_plate"]),
+        "–" if is_bare else value_text(row["reduction_db"], row["reduction_error_db"], decimals),
+        "–" if is_bare else value_text(row["dead_weight_reduction_db"], math.nan, decimals),
+        number(row["damping_read_at_g"]) + " ‡" * bool(row["outside_run_points_share"] > 0),
+    ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
@@ -161,19 +161,6 @@ def counted(count: int, noun: str) -> str:
     ('1 case', '90 cases')
     """
     return f"{count} {noun}" + "s" * (count != 1)
-
-
-def does_not_move(points: Sequence[str]) -> str:
-    """Return what is said of points on a support.
-
-    Examples
-    --------
-    >>> does_not_move(["H1"]), does_not_move(["H1", "H2"])
-    ('Point H1 does not move (on a support).', 'Points H1, H2 do not move (on a support).')
-    """
-    if len(points) == 1:
-        return f"Point {points[0]} does not move (on a support)."
-    return f"Points {', '.join(points)} do not move (on a support)."
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
