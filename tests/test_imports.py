@@ -29,12 +29,11 @@ ALLOWED = {
     "sound": SHARED,
     "solve": {"geometry", "panel"},
     "response": UPSTREAM,
-    "sampling": UPSTREAM | {"response"},
     "base": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response"},
     "severity": UPSTREAM | {"response", "base"},
-    "report": UPSTREAM | {"response", "sampling", "base", "coupled", "optimise", "severity"},
+    "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity"},
     "verification": UPSTREAM | {"response", "report"},
 }
 
@@ -86,8 +85,6 @@ def test_every_stage_has_its_name_in_four_places():
 def test_every_stage_has_one_door_for_the_study():
     # red: `from pidpanel.study import Study` in response/tables.py
     knowing = {"api.py", "check.py", "provenance/digests.py", "provenance/owner.py"}
-    # the keys of tones are arguments of the rounds
-    knowing |= {"sampling/rounds.py"}
     for path in PACKAGE.rglob("*.py"):
         name = str(path.relative_to(PACKAGE))
         if name.startswith(("study/", "cli/", "workflow/")) or name.endswith("/from_study.py"):

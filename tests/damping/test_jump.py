@@ -107,16 +107,6 @@ def test_a_case_left_out_is_judged_by_the_others_alone():
         assert found.leave_one_out()[i] == pytest.approx(alone[0])
 
 
-def test_a_further_case_is_one_case_more():
-    # red: with_case that leaves `crosses` as it is
-    more = jump((R, GAMMA, CENTRE - 0.2, 0)).with_case(
-        np.array([[R, GAMMA]]), np.array([CENTRE + 0.1]), crosses=True
-    )
-    both = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
-    asked = np.array([[R, GAMMA]]), np.array([CENTRE])
-    assert more.probability(*asked) == pytest.approx(both.probability(*asked))
-
-
 def test_a_case_between_has_the_jump_where_it_is():
     # on both sides of it at once; red: rides = self.crosses < 0.5
     found = jump((R, GAMMA, CENTRE + 0.2, 0.5))

@@ -65,32 +65,6 @@ def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
     np.testing.assert_allclose(common(at, at, at.step, step), joint, atol=0.08)
 
 
-def test_what_is_taken_for_noise_is_left_out_where_it_is_asked_to(sides):
-    # red: noise added in any case
-    at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
-    whole, without = (sides.covariance(at, at, noise=noise) for noise in (True, False))
-    own = (1 - CROSSING) * (0.1**2 + RESTLESS[0] ** 2) + CROSSING * (0.05**2 + RESTLESS[1] ** 2)
-    np.testing.assert_allclose(np.diag(whole - without), own)
-    np.testing.assert_allclose(np.diag(without), sides.variance(at, noise=False))
-    # points 2 and 3 are 0.2 of ln W/L apart, points 0 and 2 further than it reaches
-    assert (whole - without)[0, 2] == 0 and (whole - without)[2, 3] > 0
-
-
-def test_a_further_case_narrows_its_own_side(sides):
-    # the prior of the mean goes by the spread of the values: 1e-5 of its mean for one more
-    # red: `not crosses` → `crosses` in with_case
-    at = sides.mixture(ASKED[2:3], CROSSING[2:3], EXPECTED[2:3], RESTLESS[:, 2:3])
-    for crosses, (narrowed, same) in (
-        (True, ("crossing", "riding")),
-        (False, ("riding", "crossing")),
-    ):
-        more = sides.with_case(at, 0.01, crosses)
-        before, after = getattr(sides, narrowed), getattr(more, narrowed)
-        assert getattr(more, same) is getattr(sides, same)
-        assert after.standard_error(ASKED[2:3]) < 0.6 * before.standard_error(ASKED[2:3])
-        np.testing.assert_allclose(after.mean(ASKED[2:3]), before.mean(ASKED[2:3]), atol=1e-5)
-
-
 def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other_side(sides):
     # the processes made again without it at the same constants, mixed by what is told of the side
     # red: size**2 without what is not the case's own error; error**2 left out

@@ -283,31 +283,6 @@ def test_the_covariance_has_the_standard_errors_on_its_diagonal(surface):
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
 
 
-def test_a_further_case_narrows_the_surface_by_what_is_foretold(surface):
-    # the fit with the case added, at the same constants, against the closed form of its gain
-    from pidpanel.damping.gaussian_process import GaussianProcess
-
-    case, noise = np.array([[0.7, 120.0, 100.0]]), 0.02
-    frequency = np.geomspace(30, 2000, 10)
-    told = surface.prospect(case, noise)
-    cross = surface.covariance_with(told, frequency, 0.6, 80.0)
-    old = surface.damping.riding
-    more = GaussianProcess(
-        np.vstack([old.points, groups(*case.T)]),
-        np.append(old.values, 0.3),
-        np.append(old.error, noise),
-        old.lengths,
-        old.size,
-        old.scatter,
-    )
-    point = groups(np.full(10, 0.6), frequency, np.full(10, 80.0))
-    gain = cross[:10, 0] ** 2 / told.covariance[0, 0]
-    # the prior of the mean goes by the spread of the values, which one more changes by a percent
-    np.testing.assert_allclose(
-        old.standard_error(point) ** 2 - gain, more.standard_error(point) ** 2, rtol=0.05
-    )
-
-
 def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
     # a Gaussian process is a function: values at two points are jointly normal, so their joint
     # matrix has no negative eigenvalue, the blocks on its diagonal are the covariances, and the

@@ -51,7 +51,6 @@ FORMULAS = {
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
-    "sampling": "choice",
     "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "

@@ -79,9 +79,8 @@ OTHERS = {
     "": "api arrays check columns constants paths progress text_files",
     "geometry": "",
     "solve": "",
-    "sampling": "from_study rounds",
-    "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs older "
-    "packing preparation probe records round runs summary window",
+    "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
+    "packing preparation probe records runs summary window",
     "damping": "from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
     "sound": "field_files from_study",

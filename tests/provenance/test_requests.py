@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import textwrap
@@ -207,54 +206,9 @@ def test_a_process_of_that_number_elsewhere_is_not_watched():
 
 def test_results_are_held_by_one_process_and_as_long_as_it_lives(tmp_path):
     # red: LOCK_SH in place of LOCK_EX; the file closed
-    assert not locks.is_running(tmp_path)
     held = locks.hold(tmp_path / "study")
     assert held is not None and locks.hold(tmp_path / "study") is None
-    assert locks.is_running(tmp_path)
     other = locks.hold(tmp_path / "other")
     held.close()
     other.close()
-    assert not locks.is_running(tmp_path)
     assert locks.hold(tmp_path / "study") is not None
-
-
-ORPHAN = """
-import os, sys
-from pathlib import Path
-from pidpanel.provenance.locks import WORKFLOW_PROCESS, exclusive_lock
-os.environ[WORKFLOW_PROCESS] = sys.argv[1]
-with exclusive_lock(Path(sys.argv[2])):
-    print("held", flush=True)
-    sys.stdin.readline()
-"""
-
-
-@pytest.mark.parametrize("lives", [False, True])
-def test_a_stopped_job_of_a_killed_run_is_ended_and_no_other(tmp_path, lives):
-    # red: `_end_orphan` left out; `/proc/{workflow}` not asked
-    lock, script = tmp_path / "lock", tmp_path / "scripts.shake"
-    script.write_text(ORPHAN)
-    workflow = child("import sys; sys.stdin.readline()")
-    if not lives:
-        workflow.kill()
-        workflow.communicate()
-    job = subprocess.Popen(
-        [sys.executable, script.name, str(workflow.pid), lock],
-        cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert job.stdout.readline() == "held\n"
-    job.send_signal(signal.SIGSTOP)
-    second = child(HOLD, lock)
-    said = second.stderr.readline()
-    if lives:
-        assert said.startswith(f"{lock}: waiting for process {job.pid} on ")
-        assert said.rstrip().endswith(f"for {workflow.pid}, which writes the same files")
-        job.send_signal(signal.SIGCONT)
-        job.communicate("\n")
-        workflow.communicate("\n")
-    else:
-        assert said == f"process {job.pid}: left by a run that was killed; ended\n"
-        assert job.wait() == -signal.SIGKILL
-        job.communicate()
-    assert second.stdout.readline() == "held\n"
-    second.communicate("\n")

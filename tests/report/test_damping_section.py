@@ -7,13 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report import damping_figures, style
-from pidpanel.report.damping_section import damping_section, rounds_table
+from pidpanel.report.damping_section import damping_section
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
 
@@ -75,21 +74,6 @@ def test_the_forms_are_ranked_with_the_surface_among_them(section):
 def test_the_pictures_are_there(section):
     names = {b.name for b in section.blocks if isinstance(b, Picture)}
     assert names == {"map_frequency_acceleration", "damping_law", "damping_collapse"}
-
-
-def test_rounds_name_the_scenario_with_the_largest_error_and_how_many_cases_are_tones():
-    # red: min for max; len(before.cases) for its count
-    point = (0.5, 60.0, 29.1)
-    rounds = [
-        Round(0, ("a", "b"), 2),
-        Round(1, ("a", "b"), 1, False, 0.08, {"x": {"1": 0.08, "2": 0.01}}, (point,)),
-        Round(2, ("a", "b"), 0, True, 0.02, {"x": {"1": 0.01, "2": 0.0207}}, (point,)),
-    ]
-    table = rounds_table(rounds)
-    assert table.rows == [["1", "2", "8.00 %", "x, point 1"], ["2", "3", "2.07 %", "x, point 2"]]
-    assert table.caption.endswith(
-        "1 of 3 cases are tones at the fills and motions of the scenarios."
-    )
 
 
 def test_figures_are_at_the_values_of_the_sweep_not_of_single_tones():

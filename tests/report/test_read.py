@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 from coupled_study import coupled_results
 
-from pidpanel.coupon.round import Round
 from pidpanel.damping import fit, forms, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
@@ -16,7 +15,7 @@ from pidpanel.report.read import read_coupled, read_damping
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """
-damping: {readings: [dem], tones: {relative_error: 0.05}}
+damping: {readings: [dem]}
 coupon:
   cell: {depth_mm: 30}
   sweep: {fill_fraction: [0.1, 0.6, 0.9], frequency_hz: [50, 150, 450], acceleration_g: [5, 50]}
@@ -33,7 +32,7 @@ def dem(tmp_path, study_text):
 
 @pytest.fixture
 def folder(tmp_path):
-    """What coupon, damping and design leave: cases of C_e = r f √(5/Γ), and two rounds.
+    """What coupon and damping leave: cases of C_e = r f √(5/Γ).
 
     A form that fits without any residual has no information criterion: C_e is off by 0.1 %.
     """
@@ -48,36 +47,25 @@ def folder(tmp_path):
         ]
     )  # fmt: skip
     surface = DampingSurface.from_frame(cases)
-    for name in ("coupon", "damping", "design"):
+    for name in ("coupon", "damping"):
         (tmp_path / name).mkdir()
     cases.to_csv(tmp_path / "coupon" / "cases.csv", index=False)
     surface_files.to_dataset(surface).to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
     forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)
-    Round(0, ("a", "b"), 2).write(tmp_path / "design" / "round0.json")
-    last = Round(1, ("a", "b"), 0, True, 0.04, {"PID-1": {"1": 0.04}})
-    last.write(tmp_path / "design" / "round1.json")
     return tmp_path
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
     # red: law.csv and forms.csv exchanged
-    found = read_damping("coupon", folder, 0.03, with_rounds=True)
+    found = read_damping("coupon", folder, 0.03)
     assert len(found.cases) == len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
     assert "held_out_rms" in found.comparison.columns
     value = found.surface([150.0], 0.6, 5.0).equivalent_damping
     # the surface passes through its cases within their error of 2 %, twice
     assert value == pytest.approx(0.6 * 150, rel=0.04)
-
-
-def test_rounds_are_read_where_the_study_has_tones(folder):
-    # red: rounds always read, and a file missed
-    rounds = read_damping("coupon", folder, 0.03, with_rounds=True).rounds
-    assert [one.round for one in rounds] == [0, 1]
-    (folder / "design" / "round0.json").unlink()
-    assert read_damping("coupon", folder, 0.03, with_rounds=False).rounds == ()
 
 
 def test_cases_need_the_section_of_the_coupon(dem, folder):

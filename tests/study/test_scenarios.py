@@ -117,11 +117,10 @@ def test_a_law_leaves_the_sweep_of_the_section_coupon(loaded):
 @pytest.mark.parametrize(
     "key",
     [
-        {"tones": {}},
         {"level": {"kind": "stated", "acceleration_g": 20}},
         {"level": {"by": "element"}},
     ],
-    ids=["tones", "stated level", "level by element"],
+    ids=["stated level", "level by element"],
 )
 def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
     # red: `is_of_tones` without one of its parts
@@ -199,16 +198,6 @@ REFUSED = [
     ("dampers.acrylic.coupon.vary", {"gravity_g": [0, 1]}, "dampers.acrylic.coupon.vary = {gravity_g: [0, 1]}: only allowed in a study without a panel"),
     ("dampers", None, "there are no dampers"),
 ]  # fmt: skip
-
-
-def test_tones_are_for_patches_one_by_one(refusal):
-    # red: `_mistakes_of_tones` that yields nothing: the errors of two patches are not of one point
-    values = changed(("coupon", COUPON), ("damping.readings", ["dem"]), ("scenarios.place", None))
-    values["damping"]["tones"] = {}
-    values["scenarios"]["both"]["layout"]["PID-2"] = {"damper": "coupon", "fill_fraction": 0.5}
-    lines, _ = refusal(values)
-    assert len(lines) == 1
-    assert lines[0].endswith("several patches together are not allowed with damping.tones")
 
 
 @pytest.mark.parametrize(("key", "value", "message"), REFUSED)

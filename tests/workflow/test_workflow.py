@@ -11,7 +11,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -206,39 +205,6 @@ def test_rows_cut_behind_the_workflows_back_are_named_and_made_again(smoke, tmp_
     assert result.returncode == 0, said(result)
     assert str(rows.relative_to(folder)) in said(result) or rows.parent.name in said(result)
     assert rows.read_text() == whole and cases.read_bytes() == before
-
-
-@pytest.mark.liggghts
-def test_tones_are_run_where_the_scenarios_read_them(smoke, tmp_path):
-    # after the whole sweep, at the fills and motions of the scenarios; the table, the surface and
-    # the page have them, and a second call finds nothing to do
-    # red: the tones left out of `write_table`; `_add` left out of cases_of_round
-    folder = tmp_path / "tones"
-    shutil.copytree(smoke, folder)
-    values = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
-    values["damping"]["tones"] = {"relative_error": 1e-4, "batch": 1, "most": 2}
-    study = folder / "tones.yaml"
-    study.write_text(yaml.safe_dump(values))
-    result = snakemake(folder, study)
-    assert result.returncode == 0, said(result)
-    results = folder / "results" / "tones"
-    rounds = sorted((results / "design").glob("round*.json"))
-    last = json.loads(rounds[-1].read_text())
-    assert [json.loads(path.read_text())["new"] for path in rounds] == [8, 1, 1, 0]
-    cases = pd.read_csv(results / "coupon" / "cases.csv")
-    assert len(cases) == 10 and set(last["cases"]) == set(cases["case"][:8])
-    axes = ["fill_fraction", "frequency_hz", "acceleration_g"]
-    assert cases[axes][8:].to_numpy() == pytest.approx(np.array(last["tones"]))
-    motion = pd.read_csv(results / "response" / "summary.csv").query("reading == 'dem'")
-    for fill, _, gamma in last["tones"]:
-        own = motion[motion["fill_fraction"] == fill]["damping_read_at_g"].dropna()
-        # the motion before the tones; they move it by less than their own case differs
-        assert abs(np.log(own.iloc[0] / gamma)) < 0.5
-    with xr.open_dataset(results / "damping" / "surface.nc", engine="scipy") as surface:
-        counted = cases["status"].isin(["ok", "NotSteady"])
-        assert surface.sizes["case"] == counted.sum()
-    assert "2 of 10 cases are tones" in (results / "report.html").read_text()
-    assert jobs(snakemake(folder, study, "-n")) == {}
 
 
 def only_line(result):

@@ -6,7 +6,6 @@ from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
-from pidpanel.coupon.round import Round
 from pidpanel.study import StudyError
 from pidpanel.study.study import NAME
 from pidpanel.workflow.configuration import has_study
@@ -53,14 +52,12 @@ wildcard_constraints:
     leg=r"\d+",
     packing="[^/]+",
     part=r"\d+",
-    round=r"\d+",
     scenario="[^/]+",
 
 
 onstart:
     try:
-        for line in PLAN.begin():
-            logger.warning(line)
+        PLAN.begin()
     except WorkflowRunning as error:
         raise WorkflowError(str(error)) from None
 

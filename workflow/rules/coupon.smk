@@ -6,11 +6,6 @@
 # before all else that waits
 FIRST = 10**6
 
-if PLAN.has_rounds:
-    # where a job is a process of its own, it knows the rounds by what is there
-    for file in sorted(Path(results("design")).glob("round*.json")):
-        RUNS.cases_of_round(file)
-
 
 rule pour:
     input:
@@ -102,17 +97,9 @@ rule shake:
         "python -m scripts.shake {params.job:q} 2> {log}"
 
 
-def outcomes_of_section(wildcards):
-    """What the cases of the section `coupon` leave: its sweep, and the tones of all rounds."""
-    if PLAN.has_rounds:
-        return RUNS.outcomes(RUNS.cases_of_round(last_round()))
-    return RUNS.outcomes(RUNS.swept(SECTION))
-
-
 rule cases:
     input:
-        outcomes=outcomes_of_section,
-        round=lambda wildcards: last_round() if PLAN.has_rounds else [],
+        outcomes=lambda wildcards: RUNS.outcomes(RUNS.swept(SECTION)),
         request=request(results("coupon/cases.csv"), study=lambda wildcards: PLAN.coupon()),
     output:
         cases=results("coupon/cases.csv"),

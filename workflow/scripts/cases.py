@@ -1,4 +1,4 @@
-"""Gather the runs of a coupon, or those of a round of tones: ``cases.csv``."""
+"""Gather the runs of a coupon: ``cases.csv``."""
 
 from pidpanel.coupon.from_study import write_table
 from pidpanel.provenance.job import Job, run
@@ -6,9 +6,9 @@ from pidpanel.study import load_any_study
 
 
 def main(job: Job) -> None:
-    """From the round, if there is one, and results/coupon."""
+    """From results/coupon."""
     study, damper = load_any_study(job.study), job.params["damper"]
-    write_table(study, damper, job.coupon, job.output.cases, job.input.get("round"))
+    write_table(study, damper, job.coupon, job.output.cases)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,6 @@ COMMANDS = (
     "compare",
     "export",
     "deck",
-    "clean",
     "schema",
     "completion",
 )

@@ -23,7 +23,6 @@ def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
-    from pidpanel.coupon.older import describe_older
     from pidpanel.provenance.owner import check_owner
     from pidpanel.study import load_any_study
 
@@ -46,6 +45,4 @@ def call(args: argparse.Namespace) -> int:
         print(stage)
     for line in [*running, *failed]:
         print(line)
-    if left_over := describe_older(results / "coupon"):
-        print(left_over)
     return 1 if left or failed else 0

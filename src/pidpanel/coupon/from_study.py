@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.packing import Constants, Packing
-from pidpanel.coupon.round import Round
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy
     from pidpanel.study.coupon import Coupon
-
-Point = tuple[float, float, float]
-"""r, f [Hz], Γ."""
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
@@ -47,29 +42,6 @@ def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Be
     """
     packing = replace(_packing(coupon, coupon.diameters[0], seed), count=cells)
     return _bed(coupon, packing, fill_fraction)
-
-
-def cases_at(coupon: Coupon, points: Iterable[Point]) -> tuple[Case, ...]:
-    """Return cases at other points than those of the sweep.
-
-    Parameters
-    ----------
-    coupon
-        Of one diameter, without ``vary``.
-    points
-        r, f [Hz] and Γ of each.
-    """
-    diameter, *_ = coupon.diameters
-    packings = [_packing(coupon, diameter, seed) for seed in _seeds(coupon)]
-    return tuple(
-        _case(
-            coupon,
-            [_bed(coupon, packing, fill) for packing in packings],
-            Tone(frequency, gamma * STANDARD_GRAVITY),
-            {},
-        )
-        for fill, frequency, gamma in points
-    )
 
 
 def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
@@ -105,9 +77,7 @@ def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Cas
     }
 
 
-def write_table(
-    study: CouponStudy, damper: str, folder: Path, file: Path, chosen: Path | None = None
-) -> None:
+def write_table(study: CouponStudy, damper: str, folder: Path, file: Path) -> None:
     """Write the ``cases.csv`` of one coupon of a study; see `summary.write_table`.
 
     Parameters
@@ -116,8 +86,6 @@ def write_table(
         The study, and the name of the damper; ``coupon`` for the section of that name.
     folder, file
         As of `summary.write_table`.
-    chosen
-        JSON file of a `round.Round`: its cases alone; coverage is held to only once it wants none.
 
     Raises
     ------
@@ -125,13 +93,8 @@ def write_table(
         If fewer cases are ok than ``accuracy.coverage`` of the coupon requires.
     """
     cases = tuple(cases_by_coupon(study)[damper].values())
-    coupon, last = study.coupons[damper], True
-    if chosen is not None:
-        design = Round.read(chosen)
-        last = design.is_last
-        cases = tuple(case for case in cases if case.label in set(design.cases))
-        cases += cases_at(coupon, design.tones)
-    summary.write_table(cases, folder, file, coverage=coupon.accuracy.coverage if last else 0.0)
+    coverage = study.coupons[damper].accuracy.coverage
+    summary.write_table(cases, folder, file, coverage=coverage)
 
 
 def _plain(value: Any) -> Any:

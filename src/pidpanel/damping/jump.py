@@ -99,14 +99,6 @@ class Jump:
         variance = np.maximum(SIZE**2 - explained, 0.0)
         return np.asarray(ndtr((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
 
-    def with_case(self, point: Array, reached: Array, crosses: bool) -> Jump:
-        """Return the same with a further case, at ``point`` (1, 2) with u ``reached`` (1,)."""
-        return Jump(
-            np.vstack([self.points, point]),
-            np.append(self.reached, reached),
-            np.append(self.crosses, crosses),
-        )
-
     def leave_one_out(self) -> Array:
         """Return of each case the probability (n,) that it crosses, as the others have it."""
         probability = self.probability(self.points, self.reached)

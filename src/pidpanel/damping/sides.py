@@ -20,7 +20,7 @@ known to be restless, their further noise is reported.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,21 +59,6 @@ class Mixture:
 
 
 @dataclass(frozen=True)
-class Prospect:
-    """What further cases would tell of a surface.
-
-    Attributes
-    ----------
-    covariance
-        (2, 2, k) of g_C and g_m as each case would read them, with its noise; 0 where g_m is
-        known exactly.
-    """
-
-    mixtures: tuple[Mixture, Mixture | None]
-    covariance: Array
-
-
-@dataclass(frozen=True)
 class Sides:
     """A process on each side.
 
@@ -94,36 +79,28 @@ class Sides:
         step = expected + self.crossing.mean(points) - riding
         return Mixture(points, crossing, riding, step, restless)
 
-    def covariance(self, first: Mixture, second: Mixture, *, noise: bool = True) -> Array:
-        """Return the covariance (n, m) of g between points, with what is taken for noise or not."""
+    def covariance(self, first: Mixture, second: Mixture) -> Array:
+        """Return the covariance (n, m) of g between points, with what is taken for noise."""
         joint = joint_crossing(first, second)
         neither = 1 - first.crossing[:, None] - second.crossing + joint
-        covariance = neither * _process(self.riding, first.points, second.points, noise=noise)
-        if noise:
-            riding, crossing = (
-                np.outer(a, b) for a, b in zip(first.restless, second.restless, strict=True)
-            )
-            grain = _grain(first.points, second.points)
-            covariance += (neither * riding + joint * crossing) * grain
+        covariance = neither * _process(self.riding, first.points, second.points)
+        riding, crossing = (
+            np.outer(a, b) for a, b in zip(first.restless, second.restless, strict=True)
+        )
+        grain = _grain(first.points, second.points)
+        covariance += (neither * riding + joint * crossing) * grain
         if self.crossing is not None:
-            covariance += joint * _process(self.crossing, first.points, second.points, noise=noise)
+            covariance += joint * _process(self.crossing, first.points, second.points)
         return covariance + common(first, second, first.step, second.step)
 
-    def variance(self, mixture: Mixture, *, noise: bool = True) -> Array:
+    def variance(self, mixture: Mixture) -> Array:
         """Return the diagonal (n,) of `covariance`."""
         p = mixture.crossing
-        variance = (1 - p) * _variance(self.riding, mixture.points, noise=noise)
-        if noise:
-            variance += (1 - p) * mixture.restless[0] ** 2 + p * mixture.restless[1] ** 2
+        variance = (1 - p) * _variance(self.riding, mixture.points)
+        variance += (1 - p) * mixture.restless[0] ** 2 + p * mixture.restless[1] ** 2
         if self.crossing is not None:
-            variance += p * _variance(self.crossing, mixture.points, noise=noise)
+            variance += p * _variance(self.crossing, mixture.points)
         return np.asarray(variance + p * (1 - p) * mixture.step**2)
-
-    def with_case(self, mixture: Mixture, error: float, crosses: bool) -> Sides:
-        """Return the same with a further case, at the value expected of its side."""
-        if not crosses or self.crossing is None:
-            return replace(self, riding=_with_point(self.riding, mixture.points, error))
-        return replace(self, crossing=_with_point(self.crossing, mixture.points, error))
 
     def leave_one_out(
         self, values: Array, error: Array, side: Array, mixture: Mixture
@@ -142,7 +119,7 @@ class Sides:
             away, size = process.leave_one_out()
             mean[number] = mean[number].copy()
             mean[number][rows] = values[rows] + away
-            spread = _variance(process, mixture.points, noise=True)
+            spread = _variance(process, mixture.points)
             spread[rows] = size**2 - process.error**2
             variance.append(spread + mixture.restless[number] ** 2)
         p, step = mixture.crossing, mean[1] - mean[0]
@@ -161,11 +138,8 @@ def common(first: Mixture, second: Mixture, first_step: Array, second_step: Arra
     return np.asarray(shared * np.outer(first_step, second_step))
 
 
-def _process(process: GaussianProcess, first: Array, second: Array, *, noise: bool) -> Array:
-    covariance = process.covariance(first, second)
-    if noise:
-        covariance = covariance + process.scatter**2 * _grain(first, second)
-    return covariance
+def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
+    return process.covariance(first, second) + process.scatter**2 * _grain(first, second)
 
 
 def _grain(first: Array, second: Array) -> Array:
@@ -174,17 +148,8 @@ def _grain(first: Array, second: Array) -> Array:
     return np.asarray(near.prod(axis=2))
 
 
-def _variance(process: GaussianProcess, points: Array, *, noise: bool) -> Array:
-    return process.standard_error(points) ** 2 + (process.scatter**2 if noise else 0.0)
-
-
-def _with_point(process: GaussianProcess, point: Array, error: float) -> GaussianProcess:
-    return replace(
-        process,
-        points=np.vstack([process.points, point]),
-        values=np.append(process.values, process.mean(point)),
-        error=np.append(process.error, error),
-    )
+def _variance(process: GaussianProcess, points: Array) -> Array:
+    return process.standard_error(points) ** 2 + process.scatter**2
 
 
 def even_steps(low: float, high: float, step: float) -> Array:

@@ -25,12 +25,10 @@ cell or the mass of the particles there is no closed form, and one process for a
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
 themselves reach (a single elastic sphere can exceed it).
 
-How well that predicts cases and tones left out is counted in docs/theory/damping.md.
+How well that predicts cases left out is counted in docs/theory/damping.md.
 """
 
 from __future__ import annotations
-
-from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -41,7 +39,7 @@ from pidpanel.damping import sides
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import NODE_STEP, DampingError, DampingValues, Point
-from pidpanel.damping.sides import Mixture, Prospect, Sides, even_steps
+from pidpanel.damping.sides import Mixture, Sides, even_steps
 from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -255,33 +253,7 @@ class DampingSurface:
         """
         p, scale = self._clip(frequency, *first)
         q, second_scale = self._clip(frequency, *second)
-        return self._joint(self.mixtures(p), self.mixtures(q), scale, second_scale, noise=True)
-
-    def prospect(self, cases: Array, relative_error: float) -> Prospect:
-        """Return what further cases (k, 3) of r, f [Hz], Γ would tell, C_e with such an error.
-
-        Their m_a is taken to be as well known as those of the cases there are.
-        """
-        mixtures = self.mixtures(groups(*cases.T))
-        damping, mass = mixtures
-        covariance = np.zeros((2, 2, len(cases)))
-        covariance[0, 0] = relative_error**2 + self.damping.variance(damping)
-        if self.mass is not None and mass is not None:
-            covariance[1, 1] = self.mass_error**2 + self.mass.variance(mass)
-            shared = damping.crossing * (1 - damping.crossing) * damping.step * mass.step
-            covariance[0, 1] = covariance[1, 0] = shared
-        return Prospect(mixtures, covariance)
-
-    def covariance_with(
-        self, prospect: Prospect, frequency: Array, fill_fraction: float, acceleration_g: float
-    ) -> Array:
-        """Return the covariance (2n, 2k) of what is read with what further cases would tell.
-
-        Rows are ln C_e, then m_a, at ``frequency`` (n,) [Hz], columns g_C, then g_m of the cases.
-        What is taken for noise is left out: no case tells of that of others.
-        """
-        point, scale = self._clip(frequency, fill_fraction, acceleration_g)
-        return self._joint(self.mixtures(point), prospect.mixtures, scale, 1.0, noise=False)
+        return self._joint(self.mixtures(p), self.mixtures(q), scale, second_scale)
 
     def _joint(
         self,
@@ -289,16 +261,14 @@ class DampingSurface:
         second: tuple[Mixture, Mixture | None],
         scale: float,
         second_scale: float,
-        *,
-        noise: bool,
     ) -> Array:
         """Covariance (2n, 2m) of g_C, then ``scale`` g_m, between points."""
         (damping, mass), (damping_there, mass_there) = first, second
         n, m = len(damping.points), len(damping_there.points)
         result = np.zeros((2 * n, 2 * m))
-        result[:n, :m] = self.damping.covariance(damping, damping_there, noise=noise)
+        result[:n, :m] = self.damping.covariance(damping, damping_there)
         if self.mass is not None and mass is not None and mass_there is not None:
-            result[n:, m:] = self.mass.covariance(mass, mass_there, noise=noise)
+            result[n:, m:] = self.mass.covariance(mass, mass_there)
             result[n:, :m] = sides.common(mass, damping_there, mass.step, damping_there.step)
             result[:n, m:] = sides.common(damping, mass_there, damping.step, mass_there.step)
         result[n:] *= scale
@@ -327,32 +297,6 @@ class DampingSurface:
             data.log_damping, data.log_error, data.side, damping
         )
         return self.cases.assign(log_error=error, log_standard_error=size)
-
-    def with_case(self, case: Array, relative_error: float) -> DampingSurface:
-        """Return the surface after a further case (1, 3) of r, f [Hz], Γ, with the value expected.
-
-        C_e has such an error; m_a is as well known as that of the cases there are.
-        """
-        points = groups(*case.T)
-        damping, mass = self.mixtures(points)
-        crosses = bool(damping.crossing[0] > 0.5)
-        jump = self.jump
-        if jump is not None:
-            jump = jump.with_case(points[:, :2], self.bed.reached(points), crosses)
-        return DampingSurface(
-            self.cases,
-            self.bed,
-            self.damping.with_case(damping, relative_error, crosses),
-            None
-            if self.mass is None or mass is None
-            else self.mass.with_case(mass, self.mass_error, crosses),
-            jump,
-        )
-
-    @cached_property
-    def mass_error(self) -> float:
-        """Median error of g_m of the cases [kg/m²]."""
-        return float(np.median(training_data(self.cases, self.bed).mass_error))
 
     @staticmethod
     def from_frame(

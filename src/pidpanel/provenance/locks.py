@@ -1,11 +1,10 @@
-"""Two processes that must not write the same files at the same time, and orphans that must not."""
+"""Locks of what two processes must not write at the same time, and the end of orphans."""
 
 from __future__ import annotations
 
 import contextlib
 import fcntl
 import os
-import re
 import select
 import signal
 import sys
@@ -35,52 +34,15 @@ def exclusive_lock(path: Path) -> Iterator[None]:
         except BlockingIOError:
             file.seek(0)
             holder = file.read().strip() or "another process"
-            if not _end_orphan(holder):
-                print(f"{path}: waiting for {holder}, which writes the same files", file=sys.stderr)
+            print(f"{path}: waiting for {holder}, which writes the same files", file=sys.stderr)
             fcntl.flock(file, fcntl.LOCK_EX)
         except OSError:
             yield
             return
         file.truncate(0)
-        file.write(_holder(os.getpid(), os.environ.get(WORKFLOW_PROCESS, "")))
+        file.write(f"process {os.getpid()} on {os.uname().nodename}")
         file.flush()
         yield
-
-
-def _holder(process: int, workflow: str) -> str:
-    return f"process {process} on {os.uname().nodename}" + (f" for {workflow}" if workflow else "")
-
-
-def _end_orphan(holder: str) -> bool:
-    """End a stopped job of this machine whose workflow was killed: it cannot end itself."""
-    words = re.fullmatch(r"process (\d+) on .* for (\d+)", holder)
-    if words is None or holder != _holder(int(words[1]), words[2]):
-        return False
-    process, workflow = int(words[1]), int(words[2])
-    try:
-        command = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
-        # a script, or a fork of the command
-        is_job = any(
-            word.startswith(b"scripts.") or word.endswith(b"/pidpanel") for word in command
-        )
-        if Path(f"/proc/{workflow}").exists() or not is_job or workflow in _ancestors(process):
-            return False
-        os.kill(process, signal.SIGKILL)
-    except OSError:
-        return False
-    print(f"process {process}: left by a run that was killed; ended", file=sys.stderr, flush=True)
-    return True
-
-
-def is_running(results: Path) -> bool:
-    """Whether a workflow runs in a folder of results."""
-    for file in results.glob(f"*/{RUNNING}"):
-        with file.open("a", encoding="ascii") as lock, contextlib.suppress(OSError):
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                return True
-    return False
 
 
 def hold(folder: Path) -> IO[str] | None:
@@ -119,9 +81,9 @@ def end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _ancestors(process: int | None = None) -> list[int]:
-    """Numbers of the processes from which one descends, this one by default."""
-    processes = [os.getppid() if process is None else process]
+def _ancestors() -> list[int]:
+    """Numbers of the processes from which this one descends."""
+    processes = [os.getppid()]
     while processes[-1] > 1:
         try:
             status = Path(f"/proc/{processes[-1]}/stat").read_text(errors="replace")

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.round import Round
 from pidpanel.damping import forms
 from pidpanel.damping.fit import OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5
@@ -64,34 +61,9 @@ def damping_section(results: DampingResults) -> PageSection:
             "White: outside the simulated range.",
         ),
     ]
-    if results.rounds:
-        blocks.insert(1, rounds_table(results.rounds))
     blocks += law_blocks(results)
     blocks += form_blocks(results)
     return PageSection("damping", "Damping law", blocks)
-
-
-def rounds_table(rounds: Sequence[Round]) -> Table:
-    """Return how the errors of the rms accelerations fell, round by round."""
-    rows = []
-    for previous, current in pairwise(rounds):
-        worst = max(
-            (error, f"{label}, point {point}")
-            for label, errors in current.relative_error.items()
-            for point, error in errors.items()
-        )
-        rows.append([str(current.round), str(previous.count), percent(worst[0], 2), worst[1]])
-    last = rounds[-1]
-    text = (
-        f"{len(last.tones)} of {last.count} cases are tones at the fills and motions of "
-        "the scenarios."
-    )
-    return Table(
-        "Cases chosen in rounds. Each round takes the cases that most reduce the errors of "
-        f"the rms accelerations. {text}",
-        ["round", "cases run", "largest relative standard error of rms acceleration", "of"],
-        rows,
-    )
 
 
 def law_blocks(results: DampingResults) -> list[Block]:

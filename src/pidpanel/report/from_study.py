@@ -9,10 +9,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.coupon.cases import Case
-from pidpanel.coupon.from_study import cases_at, cases_by_coupon
+from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.damping.surface_cases import AXES
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
@@ -137,12 +135,7 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
             folder / "severity", study.severity.quality, study.severity.duration_s
         ),
         damping={
-            name: read.read_damping(
-                name,
-                folder,
-                study.coupons[name].cell.depth,
-                with_rounds=study.damping.tones is not None and name == SECTION,
-            )
+            name: read.read_damping(name, folder, study.coupons[name].cell.depth)
             for name in study.surfaces
         },
         base=read.read_base(folder / "base", study.base.parts) if study.base else None,
@@ -153,7 +146,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
     """Read what the coupon stage left of a damper; refuse a table of other cases."""
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
-    cases = {**cases_by_coupon(study)[damper], **_tones(study, damper, table)}
+    cases = cases_by_coupon(study)[damper]
     if unknown := sorted(set(pd.read_csv(table)["case"]) - set(cases)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
@@ -161,15 +154,6 @@ def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> C
     words, accuracy = coupon_words(study.coupons[damper])
     results = read.read_runs(table, cases, folder)
     return replace(results, words=words, accuracy=accuracy, varied=varied_keys(study))
-
-
-def _tones(study: CouponStudy, damper: str, table: Path) -> dict[str, Case]:
-    """Return the cases of a table that are beside the sweep, where the study allows any."""
-    if not isinstance(study, Study) or study.damping.tones is None or damper != SECTION:
-        return {}
-    points = pd.read_csv(table)[list(AXES)].to_numpy(float).tolist()
-    tones = cases_at(study.coupons[damper], [(r, f, gamma) for r, f, gamma in points])
-    return {case.label: case for case in tones}
 
 
 def varied_keys(study: CouponStudy) -> list[str]:

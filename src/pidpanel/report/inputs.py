@@ -9,7 +9,6 @@ from functools import cached_property
 import pandas as pd
 import xarray as xr
 
-from pidpanel.coupon.round import Round
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
@@ -123,7 +122,6 @@ class DampingResults:
     comparison: pd.DataFrame  # ``damping/forms.csv``
     cases: pd.DataFrame  # ``coupon/cases.csv``
     depth: float  # of the cell [m]
-    rounds: Sequence[Round] = ()  # ``design/round*.json``; empty without tones
 
 
 @dataclass(frozen=True)

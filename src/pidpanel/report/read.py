@@ -9,7 +9,6 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.round import read_rounds
 from pidpanel.damping import surface_files
 from pidpanel.paths import of_damper
 from pidpanel.report import evidence
@@ -89,7 +88,7 @@ def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponRes
     return CouponResults(rows, records, spheres, shot=read_film(cases, table.with_name("film.nc")))
 
 
-def read_damping(damper: str, folder: Path, depth: float, *, with_rounds: bool) -> DampingResults:
+def read_damping(damper: str, folder: Path, depth: float) -> DampingResults:
     """Read what the damping stage left of a coupon whose cells are so deep [m]."""
 
     def file(name: str) -> Path:
@@ -101,5 +100,4 @@ def read_damping(damper: str, folder: Path, depth: float, *, with_rounds: bool) 
         pd.read_csv(file("forms.csv")),
         pd.read_csv(of_damper(folder / "coupon", damper, "cases.csv")),
         depth,
-        read_rounds(folder / "design") if with_rounds else (),
     )

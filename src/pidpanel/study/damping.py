@@ -57,25 +57,6 @@ class Level(SectionModel):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
 
-class Tones(SectionModel):
-    """Further cases at the motions of the scenarios.
-
-    After the sweep, rounds of at most ``batch`` tones follow at the fills and accelerations of the
-    scenarios, those that most reduce the errors. They end when the relative standard error of every
-    rms acceleration is below ``relative_error`` and that of C_e along every scenario below
-    ``damping_error``, or after ``most`` tones.
-    """
-
-    relative_error: RelativeError = 0.02
-    """Requested relative standard error of every rms acceleration."""
-    damping_error: RelativeError = 0.1
-    """Requested standard error of ln C_e along every scenario."""
-    batch: Annotated[int, whole(1, 10_000)] = 16
-    """Maximum tones per round."""
-    most: Annotated[int, whole(1, 10_000)] = 32
-    """Maximum tones in total."""
-
-
 class Coupled(SectionModel):
     """Coupled integration of panel and particles, for the damping model ``coupled``.
 
@@ -122,8 +103,8 @@ class Damping(SectionModel):
     particles are integrated together; patches without a coupon as in ``stated``. The others use
     the same damping for all patches: ``dem`` the section ``coupon`` under single tones,
     ``table`` the key below, ``paper_…`` the paper's law. The default is ``coupled`` where a
-    scenario has a coupon, because sound is broadband. With ``level`` or ``tones``,
-    which are for single tones, with diagonal modal damping, or without a coupon, it is
+    scenario has a coupon, because sound is broadband. With ``level``,
+    which is for single tones, with diagonal modal damping, or without a coupon, it is
     ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The acceleration amplitude for C_e."""
@@ -135,8 +116,6 @@ class Damping(SectionModel):
     """``particles``: m_a is the mass of the particles, for a table measured without it."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
-    tones: Tones | None = None
-    """Further cases at the scenarios; none by default."""
 
     @model_validator(mode="before")
     @classmethod
@@ -154,8 +133,11 @@ class Damping(SectionModel):
                 mistakes.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
             if "target" in values:
                 says = "was removed, because its errors were too small; the whole of coupon.sweep "
-                says += "is run, and damping.tones adds cases for the scenarios"
+                says += "is run"
                 mistakes.append(Mistake(("target",), says))
+            if "tones" in values:
+                says = f"was removed; use '{COUPLED}', or extend coupon.sweep to the motions"
+                mistakes.append(Mistake(("tones",), says))
             if mistakes:
                 raise Mistakes(mistakes)
         return values
@@ -163,7 +145,7 @@ class Damping(SectionModel):
     @property
     def is_of_tones(self) -> bool:
         """Whether a key says at which single tones coupons are shaken, or read."""
-        return bool(self.tones or self.level != Level())
+        return self.level != Level()
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield readings given more than once, and keys that lack their reading."""

@@ -73,7 +73,6 @@ class Study(CouponStudy):
         if mistakes:
             return
         yield from self._mistakes_of_labels()
-        yield from self._mistakes_of_tones()
         yield from mistakes_of_optimise(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
@@ -210,19 +209,6 @@ class Study(CouponStudy):
                 ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
             )
         yield from mistakes_of_coupled(self)
-        if self.damping.tones is not None and "dem" not in self.readings:
-            yield Mistake(("damping", "tones"), "only allowed with the damping model 'dem'")
-
-    def _mistakes_of_tones(self) -> Iterator[Mistake]:
-        """Yield layouts and elements whose errors are not those of one fill and motion."""
-        if self.damping.tones is None:
-            return
-        if self.damping.level.by == "element":
-            yield Mistake(("damping", "level", "by"), "must be patch with damping.tones")
-        for name, layout in self.layouts.items():
-            if "dem" in self.readings and len(layout.layout) > 1:
-                says = "several patches together are not allowed with damping.tones"
-                yield Mistake(("scenarios", name, "layout"), says)
 
     # ---------------------------------------------------------------------- scenarios
 

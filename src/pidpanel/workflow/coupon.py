@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from pathlib import Path
 
 from pidpanel.coupon import coding, finished
 from pidpanel.coupon.attempts import JUDGING_VERSION
@@ -16,10 +15,9 @@ from pidpanel.coupon.batches import Batch, Part, batches_of, parts_of
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import run_memory
-from pidpanel.coupon.from_study import cases_at, cases_by_coupon, distinct
+from pidpanel.coupon.from_study import cases_by_coupon, distinct
 from pidpanel.coupon.packing import Packing
-from pidpanel.coupon.round import Round
-from pidpanel.paths import COUPON, SECTION
+from pidpanel.paths import COUPON
 from pidpanel.provenance import requests
 from pidpanel.study import CouponStudy
 from pidpanel.workflow.requests import Requests
@@ -42,7 +40,7 @@ class CouponRuns:
     def __init__(self, study: CouponStudy, job_requests: Requests, job_seconds: float) -> None:
         self.job_seconds = job_seconds
         self.is_open = False
-        self._study, self._asked = study, job_requests
+        self._asked = job_requests
         self._swept = cases_by_coupon(study)
         self.batches: dict[str, Batch] = {}
         self.beds: dict[str, Bed] = {}
@@ -66,25 +64,11 @@ class CouponRuns:
             self.beds[bed.label] = bed
             self.packings[bed.packing.label] = bed.packing
 
-    @property
-    def labels(self) -> set[str]:
-        """Labels of all cases, beds and packings."""
-        return {*self._cases, *self.beds, *self.packings}
-
     # ------------------------------------------------------------------ cases
 
     def swept(self, damper: str) -> list[str]:
         """Return the labels of the cases of a coupon."""
         return list(self._swept[damper])
-
-    def cases_of_round(self, file: str | Path) -> list[str]:
-        """Return the labels of the cases of a round; its tones are in no sweep."""
-        chosen = Round.read(Path(file))
-        tones = cases_at(self._study.coupons[SECTION], chosen.tones)
-        for case in tones:
-            if case.label not in self._cases:
-                self._add(Batch((case,)))
-        return [*chosen.cases, *(case.label for case in tones)]
 
     def outcomes(self, labels: Iterable[str]) -> list[str]:
         """Return the files of the batches of cases."""

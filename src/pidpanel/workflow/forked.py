@@ -51,8 +51,7 @@ def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
         Whether none failed. Those that need no result of a failed one are run.
     """
     files = {name: plan.request(rule) for name, rule in rules.items()}
-    for line in plan.begin():
-        print(line, file=sys.stderr)
+    plan.begin()
     due = _due(rules, files)
     log = Path(plan.results("run.log"))
     log.write_text("", encoding="utf-8")

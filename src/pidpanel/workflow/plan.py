@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import IO, Any
 
 from pidpanel.check import check_machine, checked_study
-from pidpanel.coupon.older import describe_older
 from pidpanel.paths import COUPON, PACKAGE, SECTION, WORKFLOW, of_damper
 from pidpanel.provenance import digests, locks
 from pidpanel.provenance.job import JOB_SECONDS, STUDY
@@ -77,11 +76,6 @@ class Plan:
         """Whether the study has a panel."""
         return isinstance(self.study, Study)
 
-    @property
-    def has_rounds(self) -> bool:
-        """Whether rounds of tones follow the sweep."""
-        return isinstance(self.study, Study) and self.study.damping.tones is not None
-
     def results(self, name: str) -> str:
         """Return a file of the study."""
         return str(RESULTS / self.study.name / name)
@@ -103,8 +97,8 @@ class Plan:
         """Return the request of a rule, new where its job has to run."""
         return self.requests.quick(list(rule.output.values()), rule.values)
 
-    def begin(self) -> list[str]:
-        """Take the results for the jobs that follow; return lines for the user.
+    def begin(self) -> None:
+        """Take the results for the jobs that follow.
 
         Raises
         ------
@@ -112,9 +106,9 @@ class Plan:
             If another process runs the workflow on them.
         """
         if not self.requests.is_main:
-            return []
+            return
         folders = [Path(self.results(""))]
-        if self.runs.is_open or self.has_rounds:
+        if self.runs.is_open:
             folders.append(COUPON)
         for folder in folders:
             lock = locks.hold(folder)
@@ -123,5 +117,3 @@ class Plan:
             self._locks.append(lock)
         write_owner(self.study, self._file, RESULTS)
         self.requests.begin()
-        older = describe_older(COUPON, self.runs.labels)
-        return [older] if older else []

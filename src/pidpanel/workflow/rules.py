@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
-NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"tones", "coupled"}}
+NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"coupled"}}
 
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 """Tables of the proposed layouts."""
