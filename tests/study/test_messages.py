@@ -123,7 +123,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the damping model 'table', not allowed otherwise"),
         (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"),
         (SMOKE, "damping.readings", ["random"], "damping.readings", "damping.readings[0] = random: 'random' was removed; use 'coupled', the default for sound"),
-        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: was removed, because its errors were too small; the whole of coupon.sweep is run, and damping.tones adds cases for the scenarios"),
+        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: was removed, because its errors were too small; the whole of coupon.sweep is run"),
         (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: was removed; use 'coupled', or extend coupon.sweep to the motions"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
