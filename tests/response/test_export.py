@@ -40,6 +40,8 @@ def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
     write_tabrnd1(path, FREQUENCY, CURVES, "study")
     text = path.read_text()
     assert max(len(line) for line in text.splitlines()) <= 72  # a card of large fields
+    # red: the node left out of the comment
+    assert "$ subcase 1, grid 2, component 3: dem, PID-1_r0.5, point middle" in text
     tables = cards(text)
     assert list(tables) == [1, 2]
     for curve, (x, y) in zip(CURVES, tables.values(), strict=True):

@@ -40,6 +40,7 @@ class Curve:
     acceleration_psd: Array  # (nf,) one-sided [(m/s²)²/Hz]
     doubts: str = ""  # why it is not to be trusted; empty where it is
     log_error: Array | None = None  # (nf,) standard error of ln of the PSD
+    subcase: int = 1  # number of the damping model and scenario, from 1
 
     @property
     def title(self) -> str:
@@ -52,12 +53,14 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
     """Write bulk data cards TABRND1, large field, linear in both axes, in (m/s²)²/Hz.
 
     Lines of the response are close enough for straight lines between them, which is what the
-    rms values here are integrals of. Tables are numbered from 1 in the order given.
+    rms values here are integrals of. Tables are numbered from 1 in the order given; comments name
+    subcase and grid, the node of `write_uff58`.
     """
     with path.open("w", encoding="ascii", errors="replace") as file:
         file.write(f"$ {title}\n$ one-sided acceleration PSD, (m/s**2)**2/Hz over Hz\n")
         for number, curve in enumerate(curves, start=1):
-            file.write(f"$ {curve.title}\n")
+            where = f"subcase {curve.subcase}, grid {curve.node}, component 3"
+            file.write(f"$ {where}: {curve.title}\n")
             axes = ("LINEAR", "LINEAR")
             file.writelines(
                 large_field_table("TABRND1", number, axes, frequency, curve.acceleration_psd)

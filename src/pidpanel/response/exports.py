@@ -1,4 +1,4 @@
-"""Files for other programs: CSV, third octaves, Nastran TABRND1 and TABDMP1, UFF 58."""
+"""Files for other programs: CSV, third octaves, Nastran tables and dampers, UFF 58."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.response.bushes import PatchDamping, write_bushes
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.psd_files import is_steady
@@ -40,7 +41,8 @@ def write_exports(
     }
     frequency = psd["frequency"].to_numpy()
     points = [str(name) for name in psd["point"].to_numpy()]
-    curves, bare = [], {}
+    curves: list[Curve] = []
+    bare, subcase = {}, 0
     for reading in models:
         for scenario in scenarios:
             label = scenario.label
@@ -50,10 +52,19 @@ def write_exports(
             for point in points:
                 bare[label, point] = bare_psd.sel(point=point).to_numpy()
             case = psd.sel(reading=reading, scenario=label)
-            curves += _curves(case, reading, label, points, doubts[reading, label])
+            subcase += 1
+            curves += _curves(case, reading, label, points, doubts[reading, label], subcase)
             write_csv(
                 folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7
             )
+            if not scenario.is_bare:
+                names = list(scenario.patches)
+                path = folder / f"dampers_{reading}_{label}.bdf"
+                title_of_case = f"{title}: {reading}, {label}"
+                in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
+                dampers = {name: _damping_of(case.sel(patch=name)) for name in names}
+                mesh = (basis.vertex_position, basis.cells)
+                write_bushes(path, title_of_case, frequency, dampers, *mesh, in_patch)
     bands = third_octave_rows(frequency, curves, bare)
     model_error = summary.set_index(["reading", "scenario", "point"])["model_error_db"]
     bands = bands.join(model_error, on=["reading", "scenario", "point"])
@@ -65,7 +76,12 @@ def write_exports(
 
 
 def _curves(
-    dataset: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str
+    dataset: xr.Dataset,
+    reading: str,
+    label: str,
+    points: Sequence[str],
+    doubts: str,
+    subcase: int,
 ) -> list[Curve]:
     psd = dataset["acceleration_psd"]
     errors = dataset["acceleration_psd_log_error"]
@@ -78,9 +94,14 @@ def _curves(
             psd.sel(point=point).to_numpy(),
             doubts,
             errors.sel(point=point).to_numpy(),
+            subcase,
         )
         for node, point in enumerate(points, start=1)
     ]
+
+
+def _damping_of(case: xr.Dataset) -> PatchDamping:
+    return PatchDamping(case["equivalent_damping"].to_numpy(), case["apparent_mass"].to_numpy())
 
 
 def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:

@@ -16,6 +16,9 @@ UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
 }
 """Unit of each map; strains and stresses have one for each layer."""
 
+CORE_STRESSES = ("core_shear_xz", "core_shear_yz")
+"""Maps of a panel with a core [Pa]."""
+
 
 def map_dataset(
     maps: Mapping[tuple[str, str], Mapping[str, Array]],
@@ -26,7 +29,8 @@ def map_dataset(
 ) -> xr.Dataset:
     """Rms maps of some scenarios over the vertices of the mesh."""
     variables = {}
-    for name, unit in UNITS.items():
+    for name in next(iter(maps.values())):
+        unit = UNITS.get(name, "Pa")
         values = np.array([maps[name] for maps in maps.values()])
         dims = ("case", "layer", "vertex") if values.ndim == 3 else ("case", "vertex")
         variables[f"{name}_rms"] = (dims, values, {"units": unit, "long_name": f"rms of {name}"})
@@ -60,14 +64,14 @@ def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
     for step in range(dataset.sizes["case"]):
         case = dataset.isel(case=step)
         data = {}
-        for name in UNITS:
-            values = case[f"{name}_rms"]
+        for name in [str(name) for name in dataset.data_vars if str(name).endswith("_rms")]:
+            values = case[name]
             unit = values.attrs["units"].replace(" ", "_")
             if "layer" not in values.dims:
-                data[f"{name}_rms_{unit}"] = values.to_numpy()
+                data[f"{name}_{unit}"] = values.to_numpy()
                 continue
             for layer in case["layer"].to_numpy():
-                key = f"{name}_rms_{unit}_{layer}".replace(" ", "_")
+                key = f"{name}_{unit}_{layer}".replace(" ", "_")
                 data[key] = values.sel(layer=layer).to_numpy()
         name = f"{case['reading'].item()}_{case['scenario'].item()}.vtu"
         meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)

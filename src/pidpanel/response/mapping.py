@@ -11,7 +11,7 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.map_files import map_dataset, write_paraview
+from pidpanel.response.map_files import CORE_STRESSES, map_dataset, write_paraview
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve import stress
@@ -65,6 +65,12 @@ def write_rms_maps(
                 "displacement": rms_map(covariance.displacement, basis.shape_at_vertices),
                 **layer_maps(covariance.displacement, basis.curvature_at_vertices, layers),
             }
+            if np.any(basis.core_stress):
+                shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
+                maps[model, scenario.label] |= {
+                    name: rms_map(covariance.displacement, motion)
+                    for name, motion in zip(CORE_STRESSES, shear, strict=True)
+                }
     errors = [_error_of_points(psd, *key) for key in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)
     dataset.assign_attrs(attributes).to_netcdf(maps_nc, engine="scipy")
