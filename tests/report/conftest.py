@@ -288,8 +288,11 @@ def table(tmp_path_factory, write_study, table_values):
     call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))
     (folder / "severity").mkdir()
     names = ("oscillators", "peaks", "fatigue", "strength", "margins")
-    severity = within(folder / "severity", {name: f"{name}.csv" for name in names})
+    severity = within(
+        folder / "severity", {name: f"{name}.csv" for name in names} | {"maps": "maps.nc"}
+    )
     read = {name: response[name] for name in ("psd", "summary", "stress", "stress_table")}
+    read["maps"] = made / "maps.nc"
     call("severity", study, read, severity)
     page = within(folder, {"page": "report.html", "figures": "report"})
     runs = folder.parent / "coupon"

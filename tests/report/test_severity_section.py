@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from pidpanel.report.severity_section import drawn_scenarios
 
@@ -93,6 +94,23 @@ def test_failure_indices_are_those_of_three_sigma(tables):
     x, y, t = wide[["stress_xx", "stress_yy", "stress_xy"]].to_numpy().T
     mises = np.sqrt((x / 300) ** 2 + (y / 300) ** 2 + x * y / 300**2 + (t / 170) ** 2)
     np.testing.assert_allclose(index["tsai_wu_index"], mises, rtol=1e-4)
+
+
+def test_maps_of_failure_indices_agree_with_those_at_the_points(table, tables):
+    # maps are computed on fewer lines, within 1e-3
+    # red: rms in place of 3σ; the strength of the core for the layers
+    strength = tables["severity/strength.csv"]
+    with xr.open_dataset(table[1] / "severity" / "maps.nc", engine="scipy") as maps:
+        away = np.abs(maps["vertex_position"] - [0.75, 0.5]).sum("axis")
+        case = maps.isel(case=0, vertex=int(np.argmin(away.to_numpy())))
+        rows = strength[
+            (strength["scenario"] == str(case["scenario"].to_numpy()))
+            & (strength["point"] == "centre")
+        ].set_index("layer")
+        for name in ("maximum_stress_index", "tsai_wu_index"):
+            values = case[name].to_series()
+            np.testing.assert_allclose(values, rows.loc[values.index, name], rtol=2e-3)
+    assert "Failure indices all over the panel" in (table[1] / "report.html").read_text()
 
 
 def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(table, tables):

@@ -2,10 +2,12 @@
 
 import base64
 import re
+from dataclasses import replace
 
 import pytest
 
-from pidpanel.report import from_study, read
+from pidpanel.report import from_study, read, style
+from pidpanel.report.write import write_vectors
 from pidpanel.study import StudyError, load_any_study
 from tests.jobs import call
 
@@ -33,9 +35,26 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     assert {path.stem for path in (folder / "report").iterdir()} == {
         "panel", "answer", "reduction_mass", "mode_shapes", "spectrum", "maps", "oscillators",
+        "failure_maps",
         *(f"psd_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"{what}_{family}" for family in ("fill", "place", "level") for what in ("reduction", "damping")),
     }  # fmt: skip
+
+
+def test_figures_are_written_as_vectors_alike_each_time(table, tmp_path):
+    # red: the date in the files; savefig without the format
+    study, folder = table
+    with style.context():
+        page = replace(from_study.page_of(study, folder, folder.parent / "coupon"), sections=[])
+        for out in (tmp_path / "first", tmp_path / "second"):
+            write_vectors(page, ("svg", "pdf"), out)
+    names = {path.name for path in (tmp_path / "first").iterdir()}
+    pictures = ("panel", "answer", "reduction_mass")
+    assert names == {f"{name}.{ending}" for name in pictures for ending in ("svg", "pdf")}
+    assert "<path" in (tmp_path / "first" / "answer.svg").read_text()
+    for name in names:
+        first, second = ((tmp_path / run / name).read_bytes() for run in ("first", "second"))
+        assert first == second
 
 
 def test_a_page_says_how_to_reproduce_it(table):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pidpanel.severity.strength import PlyStrength, maximum_stress_index, tsai_wu_index
+from pidpanel.severity.strength import LayerStrength, maximum_stress_index, tsai_wu_index
 
-CARBON = PlyStrength(1500.0, 1200.0, 50.0, 200.0, 70.0)
-METAL = PlyStrength(300.0, 300.0, 300.0, 300.0, 300.0 / np.sqrt(3))
+CARBON = LayerStrength(1500.0, 1200.0, 50.0, 200.0, 70.0)
+METAL = LayerStrength(300.0, 300.0, 300.0, 300.0, 300.0 / np.sqrt(3))
 
 
 def criterion(stress, ply):

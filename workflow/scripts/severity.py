@@ -8,8 +8,9 @@ from pidpanel.study import load_study
 def main(job: Job) -> None:
     """From the PSDs of accelerations and stresses."""
     read, made = job.input, job.output
-    output = SeverityFiles(made.oscillators, made.peaks, made.fatigue, made.strength, made.margins)
-    files = ResponseTables(read.psd, read.summary, read.stress, read.stress_table)
+    tables = (made.oscillators, made.peaks, made.fatigue, made.strength, made.margins)
+    output = SeverityFiles(*tables, made.get("maps"))
+    files = ResponseTables(read.psd, read.summary, read.stress, read.stress_table, read.get("maps"))
     write_severity(load_study(job.study), files, output)
 
 

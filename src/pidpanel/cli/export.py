@@ -1,7 +1,8 @@
 """Write the files for other programs.
 
-The files are CSV with units, third octaves, Nastran TABRND1 and TABDMP1, and UFF 58. They are in
-results/<study>/response/export; --to copies them to another folder.
+The files are CSV with units, third octaves, Nastran tables and dampers, and UFF 58. They are in
+results/<study>/response/export; --to copies them to another folder. --figures writes the figures of
+the report as SVG or PDF to results/<study>/figures, or to that folder.
 """
 
 from __future__ import annotations
@@ -13,12 +14,22 @@ from pidpanel.cli.parser import add_directory, add_study
 
 HELP = "Write the files for other programs, such as Nastran tables."
 
+FORMATS = ("svg", "pdf")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_study(parser)
     add_directory(parser)
     parser.add_argument("--to", type=Path, metavar="FOLDER", help="folder to copy them to")
+    parser.add_argument(
+        "--figures",
+        nargs="+",
+        choices=FORMATS,
+        default=(),
+        metavar="FORMAT",
+        help="write the figures of the report too, as svg or pdf",
+    )
 
 
 def call(args: argparse.Namespace) -> int:
@@ -36,6 +47,18 @@ def call(args: argparse.Namespace) -> int:
         args.to.mkdir(parents=True, exist_ok=True)
         ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
         folder = Path(shutil.copytree(folder, args.to, dirs_exist_ok=True, ignore=ours))
+    if args.figures:
+        from pidpanel.report import style
+        from pidpanel.report.from_study import page_of
+        from pidpanel.report.write import write_vectors
+
+        results = args.directory / "results"
+        make(args.study, args.directory, f"results/{study.name}/report.html", "report")
+        figures = args.to or results / study.name / "figures"
+        with style.context():
+            page = page_of(args.study, results / study.name, results / "coupon")
+            write_vectors(page, args.figures, figures)
+        print(figures)
     for path in sorted(folder.glob("[!.]*")):
         print(path)
     return 0

@@ -19,6 +19,7 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.report import read, style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
+from pidpanel.report.html import Page
 from pidpanel.report.inputs import (
     CouponResults,
     Inputs,
@@ -69,12 +70,15 @@ def write_study_page(
     StudyError
         If the results are not those of the study.
     """
+    with style.context():
+        write_page(page_of(study_file, folder, coupon), file, figures)
+
+
+def page_of(study_file: Path, folder: Path, coupon: Path) -> Page:
+    """Return the page of `write_study_page`; call it within `style.context`."""
     study = load_study(study_file)
     inputs = read_inputs(study, folder, coupon)
-    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
-    with style.context():
-        page = study_page(inputs, steps)
-    write_page(page, file, figures)
+    return study_page(inputs, [run_step(study_file, _decks(study)), files_step(study.name)])
 
 
 def write_coupon_page(

@@ -156,6 +156,7 @@ class SeverityResults:
     margins: pd.DataFrame  # ``severity/margins.csv``
     quality: float  # Q of the oscillators [1]
     duration: float  # of the sound [s]
+    maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
 
 @dataclass(frozen=True)

@@ -46,9 +46,10 @@ def map_figure(
     cell_in_patch: Flags,
     titles: Mapping[tuple[str, str], str],
     tops: Mapping[str, float] | None = None,
+    styles: Mapping[str, tuple[str, float, str]] = FIELD_STYLES,
 ) -> Figure:
-    """Draw a row per case and a column per field of `FIELD_STYLES`, with a colour scale each."""
-    tops = tops or scale_ends(maps)
+    """Draw a row per case and a column per field, with a colour scale each."""
+    tops = tops or scale_ends(maps, styles)
     position = maps["vertex_position"].to_numpy()
     cells = maps["cells"].to_numpy().astype(np.int64)
     corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
@@ -56,8 +57,8 @@ def map_figure(
     count = maps.sizes["case"]
     height = 2.6 * width / length + 0.75
     figure = Figure(figsize=(7.4, height * count), layout="constrained")
-    axes = figure.subplots(count, len(FIELD_STYLES), squeeze=False)
-    for column, (name, (label, factor, colours)) in enumerate(FIELD_STYLES.items()):
+    axes = figure.subplots(count, len(styles), squeeze=False)
+    for column, (name, (label, factor, colours)) in enumerate(styles.items()):
         values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
@@ -80,13 +81,15 @@ def map_figure(
     return figure
 
 
-def scale_ends(maps: xr.Dataset) -> dict[str, float]:
-    """Return the end of the colour scale of each field of `FIELD_STYLES`, in its unit there."""
+def scale_ends(
+    maps: xr.Dataset, styles: Mapping[str, tuple[str, float, str]] = FIELD_STYLES
+) -> dict[str, float]:
+    """Return the end of the colour scale of each field, in its unit there."""
     position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
     area = np.abs(cell_areas(position, cells))
     return {
         name: _exceeded_by(_on_cells(maps, name) * factor, area)
-        for name, (_, factor, _) in FIELD_STYLES.items()
+        for name, (_, factor, _) in styles.items()
     }
 
 

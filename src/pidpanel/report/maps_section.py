@@ -13,10 +13,10 @@ from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
 from pidpanel.report.text import READINGS, percent
 
 
-def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
-    """Return the maps of rms acceleration and stress."""
+def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> dict[tuple[str, str], str]:
+    """Return the titles of the cases of maps by damping model and scenario."""
     cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
-    titles = {
+    return {
         (str(reading), str(label)): (
             names[str(label)]
             if str(label).startswith("bare")
@@ -24,8 +24,12 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
         )
         for reading, label in cases
     }
+
+
+def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
+    """Return the maps of rms acceleration and stress."""
     layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
-    figure = map_figure(maps, cell_in_patch, titles)
+    figure = map_figure(maps, cell_in_patch, case_titles(maps, names))
     caption = (
         "Rms values over the frequency range of the response (response.maps; numbers in "
         "response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises stress is "

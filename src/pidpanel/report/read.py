@@ -73,7 +73,9 @@ def read_severity(folder: Path, quality: float, duration: float) -> SeverityResu
         read_by_point(folder / f"{name}.csv")
         for name in ("oscillators", "peaks", "fatigue", "strength", "margins")
     )
-    return SeverityResults(oscillators, peaks, fatigue, strength, margins, quality, duration)
+    maps = None if strength.empty else read_dataset(folder / "maps.nc")
+    tables = (oscillators, peaks, fatigue, strength, margins)
+    return SeverityResults(*tables, quality, duration, maps)
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:

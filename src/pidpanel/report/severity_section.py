@@ -7,12 +7,25 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
 
+from pidpanel.arrays import Flags
 from pidpanel.report import style
-from pidpanel.report.html import Chart, PageCurve, PageSection, Paragraph, Picture, Table, table_of
+from pidpanel.report.html import (
+    Block,
+    Chart,
+    PageCurve,
+    PageSection,
+    Paragraph,
+    Picture,
+    Table,
+    table_of,
+)
 from pidpanel.report.inputs import SeverityResults
 from pidpanel.report.layout import WIDTH, frequency_axis
+from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
+from pidpanel.report.maps_section import case_titles
 from pidpanel.report.text import READINGS, number, percent, records, with_error
 
 ACROSS = 3
@@ -21,7 +34,10 @@ POINTS = 6
 
 
 def severity_section(
-    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str]
+    severity: SeverityResults,
+    summary: pd.DataFrame,
+    names: Mapping[str, str],
+    cell_in_patch: Flags,
 ) -> PageSection:
     """Return the section of a study with the key ``severity``.
 
@@ -33,9 +49,14 @@ def severity_section(
         ``response/summary.csv``: it says which scenario reduces most.
     names
         Of the scenarios by label.
+    cell_in_patch
+        (n_patches, n_cells) for the edges of the patches in maps.
     """
     spectra, peaks = _oscillators(severity, summary, names), _peaks(severity, names)
-    blocks = [*_margins(severity, names), *_strength(severity, names), *_fatigue(severity, names)]
+    blocks: list[Block] = [*_margins(severity, names), *_strength(severity, names)]
+    if severity.maps is not None:
+        blocks.append(_index_maps(severity.maps, names, cell_in_patch))
+    blocks += _fatigue(severity, names)
     return PageSection("severity", "Peaks, margins and fatigue", [spectra, peaks, *blocks])
 
 
@@ -196,6 +217,27 @@ def _strength(severity: SeverityResults, names: Mapping[str, str]) -> list[Parag
         title="Failure indices at 3σ",
     )
     return [Paragraph(text), cells]
+
+
+INDEX_STYLES = {
+    "tsai_wu_index": ("Tsai–Wu index at 3σ", 1.0, "magma"),
+    "core_index": ("core shear index at 3σ", 1.0, "magma"),
+}
+
+
+def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> Picture:
+    """Return maps of the failure indices that the study has strengths for."""
+    styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
+    figure = map_figure(maps, cell_in_patch, case_titles(maps, names), styles=styles)
+    largest = [f"{styles[name][0]}: {number(float(maps[name].max()))}" for name in styles]
+    caption = (
+        "Failure indices all over the panel, of layers the highest, for the scenarios of "
+        "response.maps; 1 is failure, the margin of safety is 1/index − 1. White: edges of the "
+        f"patches. Largest of all: {'; '.join(largest)}. The colour scale ends at the value that "
+        f"{percent(EXCEEDED_SHARE)} of the area exceeds: at re-entrant corners and point supports "
+        "the stress of a plate has no limit. Numbers are in severity/maps.nc."
+    )
+    return Picture("failure_maps", style.png(figure), caption)
 
 
 def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:

@@ -122,5 +122,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     sections.append(summary_section(study, inputs.summary))
     sections.append(stress_section(with_names(inputs.stress, names)))
     if inputs.severity is not None:
-        sections.append(severity_section(inputs.severity, inputs.summary, names))
+        sections.append(
+            severity_section(inputs.severity, inputs.summary, names, inputs.basis.cell_in_patch)
+        )
     return sections

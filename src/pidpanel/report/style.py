@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -107,7 +108,20 @@ def set_as_typed(figure: Figure) -> None:
             text.set_text(as_typed(text.get_text()))
 
 
-def png(figure: Figure) -> bytes:
+class Drawing(bytes):
+    """A PNG with the figure from which it was drawn."""
+
+    figure: Figure
+
+
+def write_vector(drawing: Drawing, path: Path) -> None:
+    """Write the figure of a PNG as SVG or PDF, by the end of the path."""
+    dates = {".svg": "Date", ".pdf": "CreationDate"}
+    with mpl.rc_context({"svg.hashsalt": "pidpanel", "pdf.fonttype": 42}):
+        drawing.figure.savefig(path, metadata={dates[path.suffix]: None})
+
+
+def png(figure: Figure) -> Drawing:
     """Return the figure as PNG, the same bytes from the same numbers; texts appear as typed."""
     set_as_typed(figure)
     figure.set_dpi(RESOLUTION)
@@ -116,7 +130,9 @@ def png(figure: Figure) -> bytes:
     buffer = BytesIO()
     reduced = _reduced(np.ascontiguousarray(canvas.buffer_rgba()))
     reduced.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
-    return buffer.getvalue()
+    drawing = Drawing(buffer.getvalue())
+    drawing.figure = figure
+    return drawing
 
 
 def _reduced(colours: NDArray[np.uint8]) -> Image.Image:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.provenance import durable
 from pidpanel.report.html import Page, render
+from pidpanel.report.style import Drawing, write_vector
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:
@@ -14,3 +16,12 @@ def write_page(page: Page, file: Path, figures: Path) -> None:
     for picture in page.pictures:
         (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
     durable.write_text(file, render(page))
+
+
+def write_vectors(page: Page, formats: Sequence[str], figures: Path) -> None:
+    """Write the figures of a page as ``svg`` or ``pdf`` into a folder; films are left out."""
+    figures.mkdir(parents=True, exist_ok=True)
+    for picture in page.pictures:
+        if isinstance(picture.image, Drawing):
+            for name in formats:
+                write_vector(picture.image, figures / f"{picture.name}.{name}")

@@ -11,16 +11,18 @@ import xarray as xr
 
 from pidpanel.base.table import read_base_table
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.provenance.digests import stamp
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.severity.fatigue import FatigueLine
 from pidpanel.severity.oscillators import miles, natural_frequencies, response_spectrum
-from pidpanel.severity.strength import PlyStrength
+from pidpanel.severity.strength import LayerStrength
 from pidpanel.severity.tables import (
     FATIGUE_COLUMNS,
     MARGIN_COLUMNS,
     STRENGTH_COLUMNS,
     fatigue_rows,
+    index_maps,
     margin_rows,
     peak_rows,
     strength_rows,
@@ -32,13 +34,17 @@ NAMES = {"reading": str, "scenario": str, "point": str}
 
 
 class SeverityFiles(NamedTuple):
-    """The files of the stage; the last three have no rows where the study states no values."""
+    """The files of the stage; tables have no rows where the study states no values.
+
+    ``maps_nc`` is None where the study states no strength.
+    """
 
     oscillators_csv: Path
     peaks_csv: Path
     fatigue_csv: Path
     strength_csv: Path
     margins_csv: Path
+    maps_nc: Path | None = None
 
 
 class ResponseTables(NamedTuple):
@@ -48,6 +54,7 @@ class ResponseTables(NamedTuple):
     summary_csv: Path
     stress_nc: Path
     stress_csv: Path
+    maps_nc: Path | None = None
 
 
 def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -> None:
@@ -113,6 +120,10 @@ def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -
     write_csv(output.fatigue_csv, pd.DataFrame(fatigue, columns=list(FATIGUE_COLUMNS)))
     write_csv(output.strength_csv, pd.DataFrame(strength, columns=list(STRENGTH_COLUMNS)))
     write_csv(output.margins_csv, pd.DataFrame(margins, columns=list(MARGIN_COLUMNS)))
+    if output.maps_nc is not None and files.maps_nc is not None:
+        with xr.open_dataset(files.maps_nc, engine="scipy") as maps:
+            indices = index_maps(maps.load(), layers, core)
+        indices.assign_attrs(stamp(study)).to_netcdf(output.maps_nc, engine="scipy")
 
 
 def fatigue_line(fatigue: Fatigue | None) -> FatigueLine | None:
@@ -122,7 +133,7 @@ def fatigue_line(fatigue: Fatigue | None) -> FatigueLine | None:
     return FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, fatigue.exponent)
 
 
-def strengths(section: Strengths | None) -> tuple[PlyStrength | None, tuple[float, float] | None]:
+def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[float, float] | None]:
     """Return the strengths of the layers and of the core [MPa], as ``stress.csv`` has stresses."""
     if section is None:
         return None, None
@@ -130,7 +141,7 @@ def strengths(section: Strengths | None) -> tuple[PlyStrength | None, tuple[floa
     return (
         None
         if layers is None
-        else PlyStrength(
+        else LayerStrength(
             layers.tension_1_mpa,
             layers.compression_1_mpa,
             layers.tension_2_mpa,

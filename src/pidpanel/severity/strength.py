@@ -17,7 +17,7 @@ import numpy as np
 from pidpanel.arrays import Array
 
 
-class PlyStrength(NamedTuple):
+class LayerStrength(NamedTuple):
     """Strengths of a ply [Pa], all positive.
 
     Attributes
@@ -35,7 +35,7 @@ class PlyStrength(NamedTuple):
     shear: float
 
 
-def maximum_stress_index(stress: Array, strength: PlyStrength) -> Array:
+def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:
     """Return the largest stress over its strength, tension and compression alike.
 
     Parameters
@@ -51,7 +51,7 @@ def maximum_stress_index(stress: Array, strength: PlyStrength) -> Array:
 
     Examples
     --------
-    >>> ply = PlyStrength(1500.0, 1200.0, 50.0, 200.0, 70.0)
+    >>> ply = LayerStrength(1500.0, 1200.0, 50.0, 200.0, 70.0)
     >>> float(maximum_stress_index(np.array([300.0, 10.0, 35.0]), ply))
     0.5
     """
@@ -66,7 +66,7 @@ def maximum_stress_index(stress: Array, strength: PlyStrength) -> Array:
     return index
 
 
-def tsai_wu_index(stress: Array, strength: PlyStrength) -> Array:
+def tsai_wu_index(stress: Array, strength: LayerStrength) -> Array:
     """Return the factor by which stresses come near to failure by Tsai and Wu: 1/R.
 
     R solves F_ij σ_i σ_j R² + F_i σ_i R = 1; see the module for the signs.
@@ -91,4 +91,18 @@ def tsai_wu_index(stress: Array, strength: PlyStrength) -> Array:
         slope = linear[0] * s1 + linear[1] * s2
         indices.append((slope + np.sqrt(slope**2 + 4 * square)) / 2)  # 1/R
     index: Array = np.max(indices, axis=0)
+    return index
+
+
+def core_index(stress: Array, strength: tuple[float, float]) -> Array:
+    """Return the largest shear stress of a core over its strength.
+
+    Parameters
+    ----------
+    stress
+        (…, 2) amplitudes of τ_xz and τ_yz.
+    strength
+        Of both, in the unit of the stresses.
+    """
+    index: Array = np.max(np.abs(stress) / np.array(strength), axis=-1)
     return index

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,15 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.base.spectrum import BaseSpectrum
+from pidpanel.response.map_files import CORE_STRESSES
 from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
 from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
-from pidpanel.severity.strength import PlyStrength, maximum_stress_index, tsai_wu_index
+from pidpanel.severity.strength import (
+    LayerStrength,
+    core_index,
+    maximum_stress_index,
+    tsai_wu_index,
+)
 from pidpanel.solve.bands import band_rms, third_octaves
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
@@ -118,7 +124,7 @@ STRENGTH_COLUMNS = (
 def strength_rows(
     where: dict[str, str],
     stress: pd.DataFrame,
-    layers: PlyStrength | None,
+    layers: LayerStrength | None,
     core: tuple[float, float] | None,
 ) -> Iterator[dict[str, Any]]:
     """Yield a row per point and layer with a strength, of stresses of 3σ.
@@ -137,8 +143,8 @@ def strength_rows(
         if layer == CORE:
             if core is None:
                 continue
-            shears = ["core_shear_xz", "core_shear_yz"]
-            maximum = float(np.max(three_sigma[shears].to_numpy() / np.array(core)))
+            shears = list(CORE_STRESSES)
+            maximum = float(core_index(three_sigma[shears].to_numpy(), core))
             error = of_layer.loc[shears, "relative_error"].max()
         else:
             if layers is None:
@@ -149,6 +155,33 @@ def strength_rows(
             error = of_layer.loc[list(STRESSES[:3]), "relative_error"].max()
         row = (*where.values(), point, layer, maximum, wu, error)
         yield dict(zip(STRENGTH_COLUMNS, row, strict=True))
+
+
+def index_maps(
+    maps: xr.Dataset, layers: LayerStrength | None, core: tuple[float, float] | None
+) -> xr.Dataset:
+    """Return maps of the failure indices of stresses of 3σ, as `strength_rows` has them at points.
+
+    Parameters
+    ----------
+    maps
+        ``response/maps.nc``.
+    """
+
+    def amplitudes(names: Sequence[str]) -> Array:
+        return 3e-6 * np.stack([maps[f"{name}_rms"].to_numpy() for name in names], axis=-1)
+
+    indices = maps[["vertex_position", "cells"]].assign_coords(maps.coords)
+    text = {"units": "1"}
+    if layers is not None:
+        stress, dims = amplitudes(STRESSES[:3]), ("case", "layer", "vertex")
+        maximum, wu = maximum_stress_index(stress, layers), tsai_wu_index(stress, layers)
+        indices["maximum_stress_index"] = (dims, maximum, text)
+        indices["tsai_wu_index"] = (dims, wu, text)
+    if core is not None:
+        stress = amplitudes(CORE_STRESSES)
+        indices["core_index"] = (("case", "vertex"), core_index(stress, core), text)
+    return indices
 
 
 MARGIN_COLUMNS = (

@@ -65,7 +65,9 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
     maps = _maps(plan, study, {**basis, **upstream})
     proposals = {} if study.optimise is None else {"optimise": _optimise(plan, study, basis)}
-    severity = {} if study.severity is None else {"severity": _severity(plan, response)}
+    severity = (
+        {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
+    )
     base = {} if study.base is None else {"base": _base(plan, study, panel, response)}
     rules = (proposals | severity | base).values()
     optional = [file for rule in rules for file in rule.output.values()]
@@ -74,9 +76,9 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
         "sound": sound,
         **proposals,
         "response": response,
+        "maps": maps,
         **severity,
         **base,
-        "maps": maps,
         "export": _export(plan, study, panel, response),
         "report": _report(plan, study, panel, sound, response, maps, optional),
     }
@@ -185,12 +187,16 @@ def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
     )
 
 
-def _severity(plan: Plan, response: Rule) -> Rule:
-    read = ("psd", "summary", "stress", "stress_table")
+def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
+    read = {name: response.output[name] for name in ("psd", "summary", "stress", "stress_table")}
+    made = {name: plan.results(f"severity/{name}.csv") for name in SEVERITY}
+    if study.severity is not None and study.severity.strength is not None:
+        read["maps"] = maps.output["maps"]
+        made["maps"] = plan.results("severity/maps.nc")
     return Rule(
         plan.results("severity/severity.log"),
-        {name: response.output[name] for name in read},
-        {name: plan.results(f"severity/{name}.csv") for name in SEVERITY},
+        read,
+        made,
         {"study": plan.section("severity")},
     )
 
