@@ -5,27 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_figures, coupon_section
 from pidpanel.report.coupon_page import coupon_page
-from pidpanel.report.evidence import DrawnSpheres, RunRecord
+from pidpanel.report.evidence import RunRecord
 from pidpanel.report.inputs import CouponResults
-from pidpanel.study.coupon import Cell, Coupon
-from pidpanel.study.sweep import Sweep
 
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
 
 @pytest.fixture
 def coupon(cases):
-    sweep = Sweep(fill_fraction=(0.5,), frequency_hz=(100.0,), acceleration_g=(10.0,))
-    case = cases_of(Coupon(cell=Cell(count=1), sweep=sweep))[0]
-    place, size, speed = np.array([[0.0, 0.0, 0.003]]), np.array([0.002]), np.array([0.2])
-    spheres = DrawnSpheres(case.point, case.label, place, size, speed, 12)
     cases.loc[2, "status"] = "NotSteady"
     record = RunRecord("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
-    return CouponResults(cases, [[record]], spheres)
+    return CouponResults(cases, [[record]])
 
 
 def pictures(section):
@@ -36,7 +29,7 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
     # red: the table of cases left out
     section = coupon_section.coupon_section(coupon)
     assert [picture.name for picture in pictures(section)] == [
-        "particles", "steadiness", "damping_over_frequency", "damping_over_acceleration",
+        "steadiness", "damping_over_frequency", "damping_over_acceleration",
         "loss_factor", "apparent_mass",
     ]  # fmt: skip
     assert section.blocks[-1].rows[2][-1] == "NotSteady"
@@ -53,8 +46,8 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
     section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
     names = [picture.name for picture in pictures(section)]
-    assert names == ["particles", "steadiness", drawn, "loss_factor", "apparent_mass"]
-    assert all(axis in picture.caption for picture in pictures(section)[2:])
+    assert names == ["steadiness", drawn, "loss_factor", "apparent_mass"]
+    assert all(axis in picture.caption for picture in pictures(section)[1:])
 
 
 def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
@@ -74,13 +67,6 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
     assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
 
 
-def test_the_page_of_a_single_case_shows_its_particles_first(coupon):
-    # red: nothing but text before the sections
-    page = coupon_page("A cell", [], STAMP, dataclasses.replace(coupon, cases=coupon.cases[:1]), [])
-    assert [p.name for p in page.pictures].count("particles") == 1
-    assert page.first[-1].name == "particles"
-
-
 def test_a_law_is_named_where_it_is_drawn(coupon):
     # red: `law` not handed on to sweep_blocks
     captions = [
@@ -94,7 +80,7 @@ def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
     # red: `if varied` for `[] if varied`; case_table(cases) without varied
     varied = dataclasses.replace(coupon, cases=coupon.cases.assign(deck="lab"))
     section = coupon_section.coupon_section(varied, varied=["deck"])
-    assert [picture.name for picture in pictures(section)] == ["particles", "steadiness"]
+    assert [picture.name for picture in pictures(section)] == ["steadiness"]
     assert section.blocks[-1].columns[:2] == ["deck", "r"]
     assert section.blocks[-1].rows[0][:2] == ["lab", "0.3"]
 

@@ -1,4 +1,4 @@
-"""The runs shown are those that succeeded, and the picture says what it shows."""
+"""The runs shown are those that succeeded."""
 
 import dataclasses
 
@@ -7,10 +7,8 @@ import pytest
 
 from pidpanel.coupon import coding
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.geometry import cell_centres
 from pidpanel.coupon.records import Shaken, ShakeOutcome
-from pidpanel.report import coupon_section, evidence
-from pidpanel.report.coupon_section import particles_picture
+from pidpanel.report import evidence
 from pidpanel.study.coupon import Cell, Coupon
 from pidpanel.study.particles import Particles
 from pidpanel.study.sweep import Sweep
@@ -42,42 +40,7 @@ def write_run(case, folder):
     )
 
 
-def test_the_last_state_is_shown_by_speed(case, tmp_path):
-    # red: positions for velocities
-    write_run(case, tmp_path)
-    spheres = evidence.read_spheres(case, tmp_path)
-    assert spheres.speed == pytest.approx([0.5, 0.1])
-    assert spheres.positions[:, 2] == pytest.approx([0.003, 0.007])
-    assert spheres.diameters == pytest.approx([0.0025, 0.002])
-    caption = particles_picture(spheres).caption
-    assert "State after 12 cycles. Colour: speed relative to the cell" in caption
-
-
-def test_of_many_cells_a_few_are_pictured(case, monkeypatch):
-    # red: seventy cells in a strip a finger high
-    packing = dataclasses.replace(case.point.packing, count=70)
-    bed_of_many = dataclasses.replace(case.point.bed, packing=packing)
-    run = dataclasses.replace(case.point, bed=bed_of_many)
-    centres = cell_centres(packing.across_flats, 70)
-    places = np.column_stack([centres + 1e-3, np.full(70, 0.004)])
-    spheres = evidence.DrawnSpheres(run, "r0.5", places, np.full(70, 2.5e-3), np.arange(70.0), 12)
-    drawn = []
-
-    def film(positions, diameters, speed, limits, cells):
-        drawn.append((positions[0], speed[0], cells))
-        return [np.zeros((4, 4, 3), np.uint8)]
-
-    monkeypatch.setattr(coupon_section.pictures, "spheres_film", film)
-    caption = coupon_section.particles_picture(spheres).caption
-    ((positions, speed, cells),) = drawn
-    assert cells.count == len(positions) == 5
-    assert speed.tolist() == [0, 1, 2, 3, 4]
-    assert positions[:, :2] == pytest.approx(cells.centres[:, :2] + 1e-3)
-    assert "in 70 hexagonal cells" in caption
-    assert "(5 of them drawn side by side)" in caption
-
-
-def test_the_pictured_case_succeeded_and_is_nearest_to_half_fill(cases):
+def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):
     # red: the status not looked at
     cases["fill_fraction"] += 0.1
     nearest = evidence.nearest_case(cases)

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from pidpanel.report import (
     coupon_figures,
     layout,
-    panel_figures,
     response_figures,
     sound_figures,
     style,
@@ -200,15 +199,7 @@ def shown_whole(figure):
 
 
 def test_the_label_of_a_colour_bar_is_not_cut():
-    # red: the label in a line beside a figure that is lower than it; the bar at the right
-    image = np.zeros((40, 400, 3), dtype=np.uint8)
-    label = "speed relative to the cell, m/s"
-    limits = (0.0, 1.0)
-    assert shown_whole(
-        panel_figures.pictures_figure(
-            [image], [""], columns=1, colormap="plasma", limits=limits, label=label
-        )
-    )
+    # red: the bar at the right
     gained = {("A", "DEM"): np.ones((1, 4))}
     centre = 100 * 10 ** (np.arange(4) / 10)
     assert shown_whole(
@@ -256,19 +247,6 @@ def test_a_few_values_keep_both_ends():
     # red: values[:count]
     assert layout.pick(np.arange(11), 3).tolist() == [0, 5, 10]
     assert layout.pick(np.arange(2), 5).tolist() == [0, 1]
-
-
-def test_room_for_labels_is_the_same_on_any_figure():
-    # red: margins as shares of the figure
-    left = []
-    for width in (6.0, 10.0):
-        figure = Figure(figsize=(width, 4.0))
-        axes = figure.subplots(1, 2)
-        layout.make_room(figure, 1, 2, top=0.4, across=0.3)
-        left.append(axes[0].get_position().x0 * width)
-        gap = axes[1].get_position().x0 - axes[0].get_position().x1
-        assert gap * width == pytest.approx(0.3)
-    assert left[0] == pytest.approx(left[1])
 
 
 def test_three_readings_stand_in_two_rows():

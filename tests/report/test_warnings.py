@@ -163,7 +163,7 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
     lines = said(
         inputs.summary,
         radiation=beside.assign(radiation="one_side"),
-        coupons={"coupon": CouponResults(cases, [], None)},
+        coupons={"coupon": CouponResults(cases, [])},
     )
     for words in ("With radiation from one side the bare panel changes", "steady state"):
         assert sum(words in text for text in lines) == 1, words

@@ -29,8 +29,6 @@ from pidpanel.report.layout import (
     figure_of_axes,
     fill_handles,
     frequency_axis,
-    legend_below,
-    make_room,
     pick,
     swept,
 )
@@ -149,13 +147,8 @@ def sweep_figure(
     values = list(swept(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
-    rows = -(-len(values) // columns)
-    figure = Figure(figsize=(WIDTH, 2.55 * rows + 0.5))
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    make_room(figure, rows, columns, top=0.25, across=0.72, down=0.68)
-    for axes in grid.flat[len(values) :]:
-        axes.set_visible(False)
-    for axes, value in zip(grid.flat, values, strict=False):
+    figure, grid = figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
+    for axes, value in zip(grid, values, strict=True):
         of_panel = cases[cases[panel.column] == value]
         for number, fill in enumerate(fills):
             _draw_fill(
@@ -178,7 +171,7 @@ def sweep_figure(
         handles["dashed: the paper's law, corrected"] = Line2D([], [], color=GREY, ls="--", lw=0.8)
     if bound:
         handles["dotted: bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":", lw=0.8)
-    legend_below(figure, handles)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
     return figure
 
 

@@ -6,11 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report.coupon_section import (
-    coupon_section,
-    loss_factor_picture,
-    particles_picture,
-)
+from pidpanel.report.coupon_section import coupon_section, loss_factor_picture
 from pidpanel.report.coupon_text import coupon_finding, coupon_text
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
@@ -35,18 +31,14 @@ def coupon_page(
     findings = varied_findings(good, keys) or [coupon_finding(good)]
     varied = varied_section(good, keys) if keys else None
     first: list[Block] = [Paragraph(coupon_text(coupon))]
-    shown = coupon
     if varied is not None:
         first += varied.blocks
     elif len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
         first.append(loss_factor_picture(good))
-    elif coupon.spheres is not None:
-        first.append(particles_picture(coupon.spheres))
-        shown = replace(coupon, spheres=None)
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
-    sections = [coupon_section(replace(shown, shot=None), varied=keys), losses_section(good)]
+    sections = [coupon_section(replace(coupon, shot=None), varied=keys), losses_section(good)]
     return Page(
         title=title,
         answer=findings[0],

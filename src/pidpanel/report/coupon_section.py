@@ -1,4 +1,4 @@
-"""The coupon on the page: its particles, how steady the runs are, what came out of them."""
+"""The coupon on the page: a film, how steady the runs are, what came out of them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.geometry.cells import SHAPES
-from pidpanel.report import panel_figures, pictures, style
+from pidpanel.report import style
 from pidpanel.report.coupon_figures import (
     ACCELERATION,
     EQUIVALENT_DAMPING,
@@ -22,7 +21,6 @@ from pidpanel.report.coupon_figures import (
     steadiness_figure,
     sweep_figure,
 )
-from pidpanel.report.evidence import DrawnSpheres
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import (
@@ -39,9 +37,6 @@ from pidpanel.report.inputs import CouponResults
 from pidpanel.report.layout import swept
 from pidpanel.report.text import counted, number, percent, records, with_error
 
-CELLS_SHOWN = 5
-"""Cells of a picture at most: in more of them a particle would be too small to see."""
-
 Law = Callable[[Array, float], Array]
 """C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction."""
 
@@ -56,7 +51,7 @@ BARS = (
 def coupon_section(
     coupon: CouponResults, *, law: Law | None = None, varied: Sequence[str] = ()
 ) -> PageSection:
-    """Return the particles, how steady the runs are, the sweep and all cases."""
+    """Return the film, how steady the runs are, the sweep and all cases."""
     cases = coupon.cases
     good = cases[cases["status"].isin(COUNTED)]
     steadiness = Picture(
@@ -69,7 +64,6 @@ def coupon_section(
     )
     blocks: list[Block] = [
         *states_paragraph(cases),
-        *([] if coupon.spheres is None else [particles_picture(coupon.spheres)]),
         *([] if coupon.shot is None else [film_picture(coupon.shot)]),
         Fold("How steady the runs are", [steadiness]),
         *([] if varied else sweep_blocks(good, law)),
@@ -167,43 +161,6 @@ def loss_factor_picture(cases: pd.DataFrame) -> Picture:
 
 def _omission_text(count: int) -> str:
     return f" {counted(count, 'case')} between those of the sweep are only in the table."
-
-
-def particles_picture(spheres: DrawnSpheres) -> Picture:
-    """Return a picture of the particles of one run in its first cells."""
-    packing = spheres.run.packing
-    cells = min(packing.count, CELLS_SHOWN)
-    row = pictures.CellRow(packing.outline, packing.across_flats, packing.depth, cells)
-    inside, shift = row.take(spheres.positions, packing.count)
-    side = f"{cells} of them drawn side by side" if cells < packing.count else "drawn side by side"
-    limits = (0.0, float(spheres.speed.max()))
-    shape = SHAPES[packing.shape].word
-    where = (
-        f"{counted(len(spheres.positions), 'particle')} of {packing.diameter * 1e3:g} mm in "
-        f"{counted(packing.count, f'{shape} cell')} of {packing.across_flats * 1e3:g} mm × "
-        f"{packing.depth * 1e3:g} mm"
-        + (f" ({side})" if packing.count > 1 else "")
-        + f", r = {spheres.run.fill_fraction:g}, {spheres.run.drive.frequency:g} Hz, "
-        f"Γ = {spheres.run.drive.gamma:.4g} ({spheres.label})."
-    )
-    caption = f"{where} State after {spheres.cycles} cycles. Colour: speed relative to the cell."
-    images = pictures.spheres_film(
-        [spheres.positions[inside] + shift],
-        spheres.diameters[inside],
-        spheres.speed[None, inside],
-        limits,
-        row,
-    )
-    figure = panel_figures.pictures_figure(
-        images,
-        [""],
-        columns=1,
-        colormap="plasma",
-        limits=limits,
-        label="speed relative to the cell, m/s",
-        width=min(6.0, 1 + 1.2 * cells),
-    )
-    return Picture("particles", style.png(figure), caption)
 
 
 def case_table(cases: pd.DataFrame, varied: Sequence[str] = ()) -> Table:

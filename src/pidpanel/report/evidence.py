@@ -1,4 +1,4 @@
-"""What single runs of the coupon left: the energy of every cycle, the particles at the end."""
+"""What single runs of the coupon left: the energy of every cycle, a film."""
 
 from __future__ import annotations
 
@@ -9,28 +9,15 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import coding, cycles, rows, runs
+from pidpanel.coupon import coding, cycles, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film
-from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
 from pidpanel.coupon.records import ShakeOutcome
 from pidpanel.report.layout import pick
 
 PICTURED = (0.5, 158.0, 10.0)
-"""Fill fraction, frequency [Hz] and Γ of the case in the picture, or of the nearest to it."""
-
-
-@dataclass(frozen=True)
-class DrawnSpheres:
-    """The particles of one run at its end."""
-
-    run: Run
-    label: str  # of its case
-    positions: Array  # (n, 3) [m]
-    diameters: Array  # (n,) [m]
-    speed: Array  # (n,) relative to the cell [m/s]
-    cycles: int
+"""Fill fraction, frequency [Hz] and Γ of the case in the film, or of the nearest to it."""
 
 
 @dataclass(frozen=True)
@@ -109,16 +96,3 @@ def read_records(case: Case, folder: Path, *, with_size: bool = False) -> list[R
             )
         )
     return records
-
-
-def read_spheres(case: Case, folder: Path) -> DrawnSpheres:
-    """Read the particles of the first seed of a case at its end."""
-    run, path = case.point, case.outcomes(folder)[0]
-    outcome = coding.read(ShakeOutcome, path).shaken
-    last = path.parent / runs.last_file(outcome.cycles)
-    state = sphere_dump.read_dump(last.read_text(), str(last), sphere_dump.POSITION_AND_VELOCITY)[
-        -1
-    ]
-    diameters = start_files.read_diameters((path.parent / deck.START_FILE).read_text())
-    speed = np.linalg.norm(state[:, 3:], axis=1)
-    return DrawnSpheres(run, case.label, state[:, :3], diameters, speed, outcome.cycles)

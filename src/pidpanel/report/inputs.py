@@ -14,7 +14,7 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.supports import Supports
-from pidpanel.report.evidence import DrawnSpheres, RunRecord, Shot
+from pidpanel.report.evidence import RunRecord, Shot
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.rms import moving_points
 
@@ -106,11 +106,10 @@ class CouponResults:
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
     records: Sequence[Sequence[RunRecord]]  # cycles of a few cases, each with its runs
-    spheres: DrawnSpheres | None  # particles of one run at its end
     words: str = ""  # particles, cell, gravity
     accuracy: str = ""  # the requested one, in words
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ
-    shot: Shot | None = None  # the same run over some cycles; None where that was not possible
+    shot: Shot | None = None  # one run over some cycles; None where that was not possible
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import hypot
 from typing import Any, TypeVar
 
@@ -27,40 +27,6 @@ WIDTH = 10.0
 
 GREY = "#555555"
 """Colour of a legend's line where it stands for all colours."""
-
-
-def make_room(
-    figure: Figure, rows: int, columns: int, *, top: float, across: float, down: float = 0.0
-) -> None:
-    """Set the margins round a grid of axes in inches.
-
-    Notes
-    -----
-    A layout engine would do the same, but takes as long as drawing the figure.
-    """
-    width, height = figure.get_size_inches()
-    left, right, bottom = 0.72, 0.22, 0.8
-    each_width = (width - left - right - (columns - 1) * across) / columns
-    each_height = (height - top - bottom - (rows - 1) * down) / rows
-    figure.subplots_adjust(
-        left=left / width,
-        right=1 - right / width,
-        bottom=bottom / height,
-        top=1 - top / height,
-        wspace=across / each_width,
-        hspace=down / each_height,
-    )
-
-
-def legend_below(figure: Figure, handles: Mapping[str, Artist]) -> None:
-    """Add a legend below the axes of a figure with margins from `make_room`."""
-    figure.legend(
-        list(handles.values()),
-        list(handles),
-        loc="lower center",
-        bbox_to_anchor=(0.5, 0.05 / figure.get_size_inches()[1]),
-        ncols=min(7, len(handles)),
-    )
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:

@@ -1,22 +1,16 @@
-"""Figures of the panel: its mesh, its shapes, rendered pictures in rows.
-
-Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
-"""
+"""The shapes of the panel; call the function within `style.context`."""
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
 from pidpanel.report.layout import WIDTH
@@ -39,7 +33,12 @@ def shapes_figure(
 
     ``lines`` (n_lines, 2) are edges to draw, ``points`` (n_points, 2) places near vertices [m].
     """
-    figure, grid = _grid(len(titles), 3, 400 / 660, WIDTH)
+    rows = -(-len(titles) // 3)
+    height = rows * ((WIDTH - 0.9) / 3 * 400 / 660 + 0.3)
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    grid = figure.subplots(rows, 3, squeeze=False).ravel().tolist()
+    for axes in grid:
+        axes.set_axis_off()
     size, middle = np.ptp(vertices, axis=0), (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     marked = np.linalg.norm(vertices[:, None] - points, axis=-1).argmin(axis=0)
     triangles = np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
@@ -57,49 +56,7 @@ def shapes_figure(
         axes.set_aspect("equal")
         axes.set_xlim(-1.65 * half, 1.65 * half)
         axes.set_ylim(-half, half)
-    _bar(figure, "RdBu_r", (-1, 1), "deflection over its largest value, –")
-    return figure
-
-
-LABEL_PITCH = 0.08
-"""Width of a character of an axis label [inch]."""
-
-_PLATE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-
-
-def pictures_figure(
-    images: Sequence[NDArray[np.uint8]],
-    titles: Sequence[str],
-    *,
-    columns: int,
-    colormap: str,
-    limits: tuple[float, float],
-    label: str,
-    width: float = WIDTH,
-) -> Figure:
-    """Arrange rendered pictures in rows with one colour bar."""
-    figure, grid = _grid(len(images), columns, images[0].shape[0] / images[0].shape[1], width)
-    for axes, image, title in zip(grid, images, titles, strict=False):
-        axes.imshow(image, interpolation="bilinear")
-        axes.set_title(title, fontsize=8)
-    _bar(figure, colormap, limits, label)
-    return figure
-
-
-def _grid(count: int, columns: int, ratio: float, width: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure of pictures in rows, each so high over its width."""
-    rows = -(-count // columns)
-    cell_width = (width - 0.9) / columns
-    figure = Figure(figsize=(width, rows * (cell_width * ratio + 0.3)), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for axes in grid:
-        axes.set_axis_off()
-    return figure, grid
-
-
-def _bar(figure: Figure, colormap: str, limits: tuple[float, float], label: str) -> None:
-    """Add the colour bar of all pictures."""
-    scale = ScalarMappable(Normalize(*limits), mpl.colormaps[colormap])
-    # a bar may be shorter than its label in a line
-    label = textwrap.fill(label, max(8, int(0.75 * figure.get_figheight() / LABEL_PITCH)))
+    scale = ScalarMappable(Normalize(-1, 1), mpl.colormaps["RdBu_r"])
+    label = "deflection over its\nlargest value, –"
     figure.colorbar(scale, ax=figure.axes, label=label, shrink=0.75, pad=0.02, aspect=30)
+    return figure

@@ -79,15 +79,14 @@ def read_severity(folder: Path, quality: float, duration: float) -> SeverityResu
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:
-    """Read the cases of a coupon, the cycles of a few and the particles of one."""
+    """Read the cases of a coupon, the cycles of a few and the film of one."""
     rows = pd.read_csv(table)
     sizes = {case.point.packing.diameter for case in cases.values()}
     records = [
         evidence.read_records(cases[label], folder, with_size=len(sizes) > 1)
         for label in evidence.spread_cases(rows, STEADINESS_SHOWN)
     ]
-    spheres = evidence.read_spheres(cases[evidence.nearest_case(rows)], folder)
-    return CouponResults(rows, records, spheres, shot=read_film(cases, table.with_name("film.nc")))
+    return CouponResults(rows, records, shot=read_film(cases, table.with_name("film.nc")))
 
 
 def read_damping(damper: str, folder: Path, depth: float) -> DampingResults:

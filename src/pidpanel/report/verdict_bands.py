@@ -1,4 +1,4 @@
-"""Every reading beside the coupled runs by third octave, and the paper's Figure 8 beside both."""
+"""Every reading beside the coupled runs by third octave."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from pidpanel.report.text import READINGS
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import band_rms, whole_third_octaves
-
-LAW = "paper_corrected"
 
 
 def band_differences(frequency: Array, psd: Array, run: pd.DataFrame) -> tuple[Array, Array, Array]:
@@ -68,30 +66,5 @@ def band_figure(
     for row in grid:
         row[0].set_ylabel("dB")
     handles, names = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
-    return figure
-
-
-def level_psd_figure(
-    psd: xr.Dataset, run: pd.DataFrame, scenarios: Sequence[tuple[str, str]], point: str
-) -> Figure:
-    """Draw PSDs of several levels, the lowest first: the paper's law, as Figure 8; coupled runs."""
-    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
-    panels = figure.subplots(1, 2, sharey=True)
-    for number, (label, title) in enumerate(scenarios):
-        colour = style.place_colour(label, [scenario for scenario, _ in scenarios])
-        key = {"reading": LAW, "scenario": label, "point": point}
-        law = psd["acceleration_psd"].sel(key).to_numpy() / STANDARD_GRAVITY**2
-        rows = run[(run["scenario"] == label) & (run["point"] == point)]
-        panels[0].loglog(psd["frequency"].to_numpy(), law, color=colour, lw=0.9, zorder=-number)
-        panels[1].loglog(
-            rows["frequency_hz"], rows["acceleration_psd_g2_hz"], color=colour, lw=0.9, label=title
-        )
-    panels[0].set_title("The paper's law (its Figure 8)", loc="left", fontweight="bold")
-    panels[1].set_title("Coupled runs", loc="left", fontweight="bold")
-    for axes in panels:
-        axes.set_xlabel("Frequency, Hz")
-    panels[0].set_ylabel(f"Acceleration PSD at {point}, g²/Hz")
-    handles, names = panels[1].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3)
     return figure

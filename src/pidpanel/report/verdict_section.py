@@ -13,16 +13,13 @@ from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS, signed
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
-from pidpanel.report.verdict_bands import LAW, band_figure, level_psd_figure
+from pidpanel.report.verdict_bands import band_figure
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 
 DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}
 """What is no reading of the damping, in grey."""
 
 NAMES = {**READINGS, BARE: "Bare panel", DEAD_WEIGHT: "The same mass as dead weight"}
-
-TARGET = 0.02
-"""Of g rms, by coupled runs [1]."""
 
 VERDICTS = {"yes": "holds", "no": "does not hold", "open": "open"}
 
@@ -67,18 +64,6 @@ def verdict_finding(summary: pd.DataFrame) -> str:
         f"dB, at every point. {'; '.join(counts)}. Open: two standard errors of the coupled run "
         "reach across a limit."
     )
-
-
-def accuracy_text(summary: pd.DataFrame) -> str:
-    """Return how well the coupled runs know g rms, and what would be needed for `TARGET`."""
-    error = summary.groupby("scenario", sort=False)["rms_error"].max()
-    text = f"The coupled runs have errors of g rms of {error.min():.1%} to {error.max():.1%}."
-    short = error[error > TARGET]
-    if short.empty:
-        return text
-    # errors fall with the root of the time; what the cells have in common does not
-    longer = [f"{label} {(value / TARGET) ** 2:.0f} times" for label, value in short.items()]
-    return f"{text} For {TARGET:.0%} they would have to be longer by at least: {', '.join(longer)}."
 
 
 def verdict_table(summary: pd.DataFrame) -> Table:
@@ -138,12 +123,9 @@ def verdict_section(
     psd: xr.Dataset | None = None,
     run: pd.DataFrame | None = None,
 ) -> PageSection:
-    """Return the finding, the figure over the level where there are several, and the table.
-
-    With the PSDs there are figures of third octaves, and of the levels beside the paper's Figure 8.
-    """
+    """Return the finding, the figure over several levels, the table; of PSDs a figure of bands."""
     summary = worst(verdict)
-    blocks: list[Block] = [Paragraph(f"{verdict_finding(summary)} {accuracy_text(summary)}")]
+    blocks: list[Block] = [Paragraph(verdict_finding(summary))]
     if summary["oaspl_db"].nunique() > 1:
         blocks.append(
             Picture(
@@ -155,28 +137,11 @@ def verdict_section(
         )
     blocks.append(verdict_table(summary))
     if psd is not None and run is not None:
-        blocks += _pictures_of_psds(psd, run, points)
-    return PageSection("verdict", "Which damping model holds", blocks)
-
-
-def _pictures_of_psds(psd: xr.Dataset, run: pd.DataFrame, points: Sequence[str]) -> list[Block]:
-    labels = [(str(label), str(label)) for label in dict.fromkeys(run["scenario"])]
-    blocks: list[Block] = [
-        Picture(
-            "verdict_bands",
-            style.png(band_figure(psd, run, labels, points)),
+        labels = [(str(label), str(label)) for label in dict.fromkeys(run["scenario"])]
+        caption = (
             f"Every damping model over the coupled run by third octave, within {BAND_DEPTH:g} "
-            f"dB of the highest. Grey: within {BAND_LIMIT:g} dB.",
+            f"dB of the highest. Grey: within {BAND_LIMIT:g} dB."
         )
-    ]
-    if len(labels) > 1 and LAW in psd["reading"].to_numpy():
-        blocks.append(
-            Picture(
-                "verdict_figure_8",
-                style.png(level_psd_figure(psd, run, labels, points[0])),
-                "By the paper's law, as in its Figure 8, 10 dB more sound gives 10 dB more "
-                "motion, because C_e does not depend on the motion. For comparison: the "
-                "coupled runs at the same levels.",
-            )
-        )
-    return blocks
+        figure = band_figure(psd, run, labels, points)
+        blocks.append(Picture("verdict_bands", style.png(figure), caption))
+    return PageSection("verdict", "Which damping model holds", blocks)
