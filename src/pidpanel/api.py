@@ -220,7 +220,7 @@ class Model:
 
     def sound(self) -> xr.Dataset:
         """Return the bands of the sound: levels, and the PSD of the pressure on the panel."""
-        bands = band_table(self._with_panel().sound)
+        bands = band_table(self._with_panel().acoustics)
         units = {
             "lower": ("lower_hz", "Hz"),
             "upper": ("upper_hz", "Hz"),

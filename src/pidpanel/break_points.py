@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,24 @@ class BreakPoints:
         octaves = np.diff(np.log(self.frequency))
         rise = np.diff(np.log(self.psd))
         return np.divide(rise, octaves, out=np.zeros_like(rise), where=octaves > 0)
+
+    @property
+    def rms(self) -> float:
+        """√∫ S df over all break points [unit]."""
+        return math.sqrt(self.mean_square(float(self.frequency[0]), float(self.frequency[-1])))
+
+    def between(self, low: float, high: float) -> BreakPoints:
+        """Return the part of break points without steps within frequencies [Hz].
+
+        Examples
+        --------
+        >>> BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1])).between(20.0, 200.0).psd
+        array([0.5, 0.1])
+        """
+        ends = np.array([max(low, self.frequency[0]), min(high, self.frequency[-1])])
+        inner = (self.frequency > ends[0]) & (self.frequency < ends[1])
+        f = np.concatenate([ends[:1], self.frequency[inner], ends[1:]])
+        return BreakPoints(f, self(f))
 
     def mean_square(self, low: float, high: float) -> float:
         """Return ∫ S df between two frequencies within the break points [Hz], in closed form.

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pidpanel.base.from_study import BaseInputs, supported_panel, write_base
+from pidpanel.base.from_study import BaseInputs, write_base
+from pidpanel.base.panel import supported_panel
 from pidpanel.base.sine import interface_force
 from pidpanel.base.supports import BaseExcitation, observed_motions, with_translation
 from pidpanel.base.transfer import Transfer
@@ -17,11 +18,10 @@ from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.from_study import write_panel
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.plate_files import StoredPlate, read_plate
+from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.response.refinement import write_further_shapes
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.model import Patches
@@ -79,22 +79,20 @@ def solved(panel, frequency, damping=0.0, mass=0.0):
 def shaken_study(folder):
     """A study of which the stages up to the base are run, and the folder of the last."""
     study = load_study(HERE / "shaken.yaml")
+    return study, run_stages(study, folder)
+
+
+def run_stages(study, folder):
+    """Run the panel and the base of a study without coupons; return the folder of the base."""
     panel, base = folder / "panel", folder / "base"
     panel.mkdir()
     base.mkdir()
     names = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
     write_panel(study, *(panel / name for name in names))
-    write_further_shapes(folder / "left_out.nc", np.zeros((_coordinates(panel), 0)), {})
-    files = BaseInputs(
-        panel / "modes.nc", panel / "plate.nc", panel / "section.csv", folder / "left_out.nc"
-    )
+    files = BaseInputs(panel / "modes.nc", panel / "plate.nc", panel / "section.csv")
     output = {
         "modes_table": "modes.csv", "summary": "summary.csv", "psd": "psd.nc",
         "notched": "notched.csv", "sine_table": "sine.csv", "sine": "sine.nc",
     }  # fmt: skip
     write_base(study, files, None, {name: base / file for name, file in output.items()})
-    return study, base
-
-
-def _coordinates(panel):
-    return read_plate(panel / "plate.nc").shapes.shape[0]
+    return base

@@ -22,6 +22,7 @@ from pidpanel.solve.basis_error import (
     check_basis,
     damping_ratios,
     lines_to_try,
+    pressure_errors,
     principal,
     refined,
 )
@@ -65,9 +66,10 @@ def checked(panel, basis, shapes, lines, scenarios, zeta=ZETA):
     def of_basis(frequency):
         return uniform(frequency, basis)[None]
 
+    errors = pressure_errors(basis, panel[2], of_basis, uniform)
     return check_basis(
-        basis, panel[2], shapes, modal, of_basis, uniform, zeta.at(CUTOFF), CUTOFF, lines, scenarios
-    )  # fmt: skip
+        basis, panel[2], shapes, modal, errors, zeta.at(CUTOFF), CUTOFF, lines, scenarios
+    )
 
 
 def dense_psd(plate, frequency, damping, mass, zeta=ZETA):

@@ -41,8 +41,9 @@ FILMS = films(PLAN)
 # rules that `pidpanel run` also runs by itself, where a study has no LIGGGHTS runs
 RULES = panel_rules(PLAN, STUDY) if PLAN.has_panel else {}
 if PLAN.has_panel:
-    PANEL, SOUND = RULES["panel"].output, RULES["sound"].output
-    AIR, SCENARIOS = air_files(RULES["sound"]), scenarios_digest(STUDY)
+    PANEL, SCENARIOS = RULES["panel"].output, scenarios_digest(STUDY)
+    if STUDY.sound is not None:
+        SOUND, AIR = RULES["sound"].output, air_files(RULES["sound"])
 
 
 wildcard_constraints:

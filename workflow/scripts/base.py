@@ -8,7 +8,7 @@ from pidpanel.study import load_study
 def main(job: Job) -> None:
     """From panel, response and damping."""
     read, made = job.input, job.output
-    files = BaseInputs(read.modes, read.plate, read.section, read.left_out)
+    files = BaseInputs(read.modes, read.plate, read.section)
     output = {name: getattr(made, name) for name in made.all}
     write_base(load_study(job.study), files, job.optional_folder("damping"), output)
 

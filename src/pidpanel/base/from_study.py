@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,40 +12,24 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.base import tables
+from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
+from pidpanel.base.panel import SupportedPanel, shaken_panel
 from pidpanel.base.random import random_cases
 from pidpanel.base.sine import interface_force, sweep
-from pidpanel.base.spectrum import BaseSpectrum
-from pidpanel.base.supports import (
-    BaseExcitation,
-    Inertia,
-    inertia_of,
-    observed_motions,
-    with_translation,
-)
+from pidpanel.base.supports import BaseExcitation, Inertia, observed_motions
 from pidpanel.base.table import read_base_table
 from pidpanel.base.transfer import Transfer
+from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.panel.eigen import factors
-from pidpanel.panel.modes import SHIFT
-from pidpanel.panel.plate_files import StoredPlate, read_plate
+from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
-from pidpanel.response.cases import (
-    ResponseScenario,
-    heaviest_dampers,
-    plan_cases,
-    resolving,
-)
+from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
 from pidpanel.response.panel import ResponsePanel, Settings
-from pidpanel.response.refinement import read_further_shapes
 from pidpanel.response.results import write_csv
-from pidpanel.solve.basis_error import MovedFace, basis_shapes, refined
-from pidpanel.solve.moved import Matrices
-from pidpanel.sound.radiation import Air
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.scenarios import level_suffix
@@ -58,51 +41,6 @@ class BaseInputs(NamedTuple):
     modes: Path
     plate: Path
     section: Path
-    further_shapes: Path  # ``response/left_out.nc``
-
-
-@dataclass(frozen=True)
-class SupportedPanel:
-    """The panel on its supports, in a basis with the static response to their acceleration."""
-
-    basis: PanelBasis  # without the translation
-    inertia: Inertia
-
-
-@dataclass(frozen=True)
-class Shaker:
-    """The source of base motion; see `response.panel.ExcitationSource`. Its basis is final."""
-
-    excitation: BaseExcitation
-
-    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[BaseExcitation, Air | None]:
-        """Return the excitation, which holds for its own basis."""
-        return self.excitation, air
-
-    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
-        """Refuse: the force of base motion is one of the mass, not of a pressure on the face."""
-        raise NotImplementedError("base motion has no pressure on the face")
-
-
-def supported_panel(
-    basis: PanelBasis, plate: StoredPlate, further_shapes: Array, highest: float, mass: float
-) -> SupportedPanel:
-    """Return the panel in the basis of its responses, with K⁻¹ M 1 beside it.
-
-    Parameters
-    ----------
-    further_shapes
-        (n_free, k) what the response stage added to the basis.
-    highest
-        Highest frequency [Hz].
-    mass
-        Of the panel with attached masses [kg].
-    """
-    shift = (2 * np.pi * SHIFT * highest) ** 2  # a panel on hinges in a line has a singular K
-    static = factors(plate.stiffness + shift * plate.mass).solve(plate.inertia)
-    shapes = basis_shapes(basis, plate, np.column_stack([further_shapes, static]))
-    wider = refined(basis, plate, shapes)
-    return SupportedPanel(wider, inertia_of(wider, plate, shapes.vectors, mass))
 
 
 def base_scenarios(study: Study) -> list[ResponseScenario]:
@@ -142,31 +80,6 @@ def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
     ]
 
 
-def shaken_panel(
-    study: Study,
-    supported: SupportedPanel,
-    spectrum: BaseSpectrum,
-    scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
-) -> ResponsePanel:
-    """Return the panel under a random motion of its supports [g²/Hz], in vacuum.
-
-    Its lines resolve the resonances that the dampers of all scenarios make.
-    """
-    inertia = supported.inertia
-    level = replace(spectrum, psd=STANDARD_GRAVITY**2 * spectrum.psd)
-    excitation = BaseExcitation.of_inertia(level, inertia)
-    settings = Settings(
-        (float(spectrum.frequency[0]), float(spectrum.frequency[-1])),
-        study.panel.modal_damping,
-        stated_acceleration_g=study.damping.level.acceleration_g,
-    )
-    basis = with_translation(supported.basis, inertia)
-    panel = ResponsePanel(settings, basis, excitation, Shaker(excitation))
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    return resolving(panel, heaviest_dampers(panel, plan))
-
-
 def write_base(
     study: Study, files: BaseInputs, damping: Path | None, output: Mapping[str, Path]
 ) -> None:
@@ -187,45 +100,70 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    plate = read_plate(files.plate)
-    supported = supported_panel(
-        read_basis(files.modes), plate, read_further_shapes(files.further_shapes),
-        study.response.frequency_hz[1], read_panel_mass(study, files.section),
-    )  # fmt: skip
-    write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
     models, scenarios = damping_models(study, damping), base_scenarios(study)
+    settings = Settings(
+        study.response.frequency_hz,
+        study.panel.modal_damping,
+        stated_acceleration_g=study.damping.level.acceleration_g,
+    )
+    levels = spectra(study)
+
+    def shaken(supported: SupportedPanel) -> list[ResponsePanel]:
+        return [
+            shaken_panel(settings, supported, level, scenarios, models) for level in levels.values()
+        ]
+
+    supported, error = checked_panel(
+        read_basis(files.modes), read_plate(files.plate), study.response.frequency_hz[1],
+        read_panel_mass(study, files.section), shaken, scenarios, models,
+    )  # fmt: skip
+    panels = dict(zip(levels, shaken(supported), strict=True))
+    attributes = {**stamp(study), "basis_error": error}
+    write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
     if motion.random is not None:
-        spectrum = read_base_table(motion.random.spectrum).between(*study.response.frequency_hz)
-        panel = shaken_panel(study, supported, spectrum, scenarios, models)
+        panel = panels["random"]
         points, limits = panel.basis.point_names, limits_of(motion, panel.basis.point_names)
         observed = observed_motions(panel.basis, supported.inertia)
         random = random_cases(panel, observed, scenarios, models, limits)
         labels = [scenario.label for scenario in scenarios]
         psds = tables.random_dataset(random, models.names, labels, points)
         write_csv(output["summary"], tables.summary_rows(psds))
-        psds.assign_attrs(stamp(study)).to_netcdf(output["psd"], engine="scipy")
+        psds.assign_attrs(attributes).to_netcdf(output["psd"], engine="scipy")
         if limits:
             write_csv(output["notched"], tables.input_rows(random, limits))
     if motion.sine is not None:
-        curves = _sweeps(study, motion.sine, supported, scenarios, models)
+        curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, models)
         level = motion.sine.acceleration_g
         write_csv(output["sine_table"], tables.peak_rows(curves, level))
-        attributes = {**stamp(study), "acceleration_g": level}
-        curves.assign_attrs(attributes).to_netcdf(output["sine"], engine="scipy")
+        curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(
+            output["sine"], engine="scipy"
+        )
+
+
+def spectra(study: Study) -> dict[str, BreakPoints]:
+    """Return the random motion of a study, and a flat one for the frequencies of its sine [g²/Hz].
+
+    Both within the frequencies of the response.
+    """
+    levels, motion = {}, study.base
+    if motion is not None and motion.random is not None:
+        table = read_base_table(motion.random.spectrum)
+        levels["random"] = table.between(*study.response.frequency_hz)
+    if motion is not None and motion.sine is not None:
+        levels["sine"] = BreakPoints(np.array(motion.sine.frequency_hz), np.ones(2))
+    return levels
 
 
 def _sweeps(
-    study: Study,
+    panel: ResponsePanel,
+    inertia: Inertia,
     sine: SineMotion,
-    supported: SupportedPanel,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
 ) -> xr.Dataset:
     """Return every scenario with every damping model in a sweep up and one down."""
-    flat = BaseSpectrum(np.array(sine.frequency_hz), np.ones(2))
-    panel = shaken_panel(study, supported, flat, scenarios, models)
-    observed = observed_motions(panel.basis, supported.inertia)
-    force = BaseExcitation.of_inertia(flat, supported.inertia).force
+    observed = observed_motions(panel.basis, inertia)
+    force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
     f, basis = panel.frequency, panel.basis
     amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
     parts = []
@@ -238,7 +176,7 @@ def _sweeps(
         for direction in tables.DIRECTIONS:
             run = sweep(
                 transfer, [damper.load for damper in dampers], sine.acceleration_g,
-                study.damping.level.acceleration_g, down=direction == "down",
+                panel.settings.stated_acceleration_g, down=direction == "down",
             )  # fmt: skip
             if np.any(run.stiffness.imag < 0):
                 print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)

@@ -53,11 +53,16 @@ class Inertia:
 
 def inertia_of(basis: PanelBasis, plate: StoredPlate, vectors: Array, mass: float) -> Inertia:
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
+    integrals = integrals_of_shapes(basis, plate).T @ vectors.astype(np.float64)
+    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], integrals[-1])
+
+
+def integrals_of_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
+    """Return ∫ φ dA of all elements (n_free, n_patches + 1) over each patch, then the face [m²]."""
     per_cell = len(plate.quadrature_weight) // len(basis.cells)  # cell by cell
     rows = [np.repeat(cells, per_cell) * plate.quadrature_weight for cells in basis.cell_in_patch]
-    on_face = plate.at_quadrature.T @ np.array([*rows, plate.quadrature_weight]).T
-    integrals = on_face.T @ vectors.astype(np.float64)
-    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], integrals[-1])
+    integrals: Array = plate.at_quadrature.T @ np.array([*rows, plate.quadrature_weight]).T
+    return integrals
 
 
 def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:

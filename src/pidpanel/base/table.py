@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.base.spectrum import BaseSpectrum
+from pidpanel.break_points import BreakPoints
 from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
 
 FREQUENCY, LEVEL, SLOPE = COLUMNS = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
@@ -28,7 +28,7 @@ SLOPE_TOLERANCE = 0.5
 """Difference of levels and slope allowed [dB]: levels are stated to two digits."""
 
 
-def read_base_table(path: Path) -> BaseSpectrum:
+def read_base_table(path: Path) -> BreakPoints:
     """Read a table of break points [Hz, g²/Hz].
 
     Raises
@@ -75,7 +75,7 @@ def read_base_table(path: Path) -> BaseSpectrum:
     if faults:
         ordered = sorted(faults, key=lambda fault: fault[0])
         raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
-    return BaseSpectrum(columns[FREQUENCY], psd)
+    return BreakPoints(columns[FREQUENCY], psd)
 
 
 Fault = tuple[int, str]

@@ -90,7 +90,8 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
     if isinstance(study, Study):
         coupled = ["coupled"] if study.is_coupled else []
         base = [] if study.base is None else ["base"]
-        names = ["panel", "sound", *coupled, "response", *base, *names]
+        sound = [[], []] if study.sound is None else [["sound"], ["response"]]
+        names = ["panel", *sound[0], *coupled, *sound[1], *base, *names]
         if study.surfaces:
             names.insert(0, "damping")
     if study.coupons or study.is_coupled:  # whose packings are poured with the coupons

@@ -137,7 +137,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     for name, key in study.massless_dampers.items():
         source = name or "the table"
         yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
-    yield _line("sound", _of_sound(study))
+    if study.sound is not None:
+        yield _line("sound", _of_sound(study))
     if study.base is not None:
         yield _line("base", "; ".join(_of_base(study.base)))
 
@@ -231,7 +232,7 @@ def _of_sound(study: Study) -> str:
     from pidpanel.sound.psd_table import read_spectrum
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
 
-    sound, (low, high) = study.sound, study.response.frequency_hz
+    sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)
     in_range = 10 * math.log10(spectrum.mean_square(low, high) / REFERENCE_PRESSURE**2)
     extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})

@@ -56,7 +56,7 @@ def _run_scenarios(study: Study) -> list[Scenario]:
 
 def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
     """Return the scenarios of a study that are run, by their labels."""
-    keys, spectrum = study.damping.coupled, spectrum_of(study.sound)
+    keys, spectrum = study.damping.coupled, spectrum_of(study.acoustics)
     return {
         scenario.label: CoupledScenario(
             scenario.label,
@@ -101,7 +101,7 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
         "coupled": study.damping.coupled.model_dump(exclude={"scenarios"}),
         "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
         "damping_ratio": study.panel.damping_ratio,
-        "sound": study.sound.model_dump(),
+        "sound": study.acoustics.model_dump(),
         "response": study.response.model_dump(include=response),
     }
 
@@ -112,7 +112,7 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
     settings = RunSettings(
         frequency_range=study.response.frequency_hz,
         damping_ratio=study.panel.modal_damping,
-        wave_speed=study.sound.speed_m_s,
+        wave_speed=study.wave_speed,
         duration=keys.duration_s,
         settling=keys.settle_s,
         stations=keys.stations,
@@ -124,7 +124,7 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
         settings,
         read_basis(files.modes),
         read_plate(files.plate),
-        excitation_of(study.sound, table),
+        excitation_of(study.acoustics, table),
         read_air(study, study.response.radiation, table, files.air),
     )
 
@@ -212,7 +212,7 @@ def write_coupled(study: Study, estimates: Sequence[Path], outputs: CoupledTable
 
 def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.DataFrame]:
     """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
-    overall = spectrum_of(study.sound).oaspl
+    overall = spectrum_of(study.acoustics).oaspl
     levels = {scenario: scenario.oaspl_db or overall for scenario in study.coupled_scenarios()}
     parts = []
     for scenario in levels:

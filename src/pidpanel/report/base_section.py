@@ -73,6 +73,25 @@ def base_section(
     return PageSection("base", "Base motion", [*blocks, _mode_table(base.modes)])
 
 
+def base_facts(base: BaseResults) -> list[tuple[str, str]]:
+    """Return the motions, and how good the basis is under them."""
+    facts = []
+    if base.psd is not None and base.summary is not None:
+        f, level = base.psd["frequency"], base.summary["input_rms_g"].max()
+        says = f"random, {level:.3g} g rms, {f[0]:g} to {f[-1]:g} Hz, {f.size} lines"
+        facts.append(("Base motion", says))
+    if base.sine is not None:
+        f, level = base.sine["frequency"], base.sine.attrs["acceleration_g"]
+        says = f"sine sweep, {level:g} g, {f[0]:g} to {f[-1]:g} Hz, {f.size} lines, up and down"
+        facts.append(("Base motion", says))
+    curves = base.psd if base.psd is not None else base.sine
+    if curves is not None:
+        error = percent(float(curves.attrs["basis_error"]), 2)
+        says = f"at most {error} of the largest PSD of a point is missing under base motion, at "
+        facts.append(("Basis on the shaker", f"{says}lines that were also solved on all elements"))
+    return facts
+
+
 def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
     level = good["input_rms_g"].max()
     text = (

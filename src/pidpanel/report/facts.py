@@ -10,7 +10,8 @@ import pandas as pd
 
 from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
 from pidpanel.paths import SECTION, STUDIES
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.base_section import base_facts
+from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.panel_section import panel_text
 from pidpanel.report.text import READINGS, counted, number, percent
 from pidpanel.solve.mesh_error import decibels
@@ -22,20 +23,13 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
     low, high = study.frequency
     good = inputs.summary[inputs.summary["status"] == "ok"]
     rows = [
-        ("Panel", panel_text(study.panel, inputs.basis, inputs.section)),
+        *panel_facts(inputs),
         ("Sound", study.sound),
         (
             "Response",
             f"{low:g} to {high:g} Hz, {inputs.psd.sizes['frequency']} lines; {study.terms}",
         ),
-        (
-            "Damping",
-            "; ".join(READINGS[reading] for reading in study.readings)
-            if study.has_dampers
-            else "none: the bare panel alone",
-        ),
-        *([("C_e(r, f, Γ) evaluated at", study.read_at)] if study.has_dampers else []),
-        *coupled_facts(inputs),
+        *damping_facts(inputs),
         (
             "Power balance",
             f"power input and loss agree within {_share(good['power_balance_error'].max())} of "
@@ -53,16 +47,39 @@ def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
             f"acceleration by at most {percent(good['mesh_error_rms'].max(), 2)}",
         ),
     ]
+    if inputs.base is not None:
+        rows += base_facts(inputs.base)
+    return [*rows, *software_facts(inputs)]
+
+
+def panel_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
+    """Return what the panel is."""
+    return [("Panel", panel_text(inputs.study.panel, inputs.basis, inputs.section))]
+
+
+def damping_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
+    """Return from where the damping is."""
+    study = inputs.study
+    if not study.has_dampers:
+        return [("Damping", "none: the bare panel alone")]
+    return [
+        ("Damping", "; ".join(READINGS[reading] for reading in study.readings)),
+        ("C_e(r, f, Γ) evaluated at", study.read_at),
+        *coupled_facts(inputs),
+    ]
+
+
+def software_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
+    """Return the cases of the coupons, and the versions."""
+    rows = []
     for name, coupon in inputs.coupons.items():
         called = "Coupon" if name == SECTION else f"Coupon {name}"
         rows.append((called, cases_text(coupon.cases)))
-    rows.append(
-        ("Software", software_text(inputs.stamp, dem=bool(inputs.coupons) or study.is_coupled))
-    )
-    return rows
+    dem = bool(inputs.coupons) or inputs.study.is_coupled
+    return [*rows, ("Software", software_text(inputs.stamp, dem=dem))]
 
 
-def coupled_facts(inputs: Inputs) -> list[tuple[str, str]]:
+def coupled_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     """Return how many coupled runs there are; nothing in a study without any."""
     if inputs.coupled is None:
         return []

@@ -23,12 +23,14 @@ from pidpanel.report.html import Page
 from pidpanel.report.inputs import (
     CouponResults,
     Inputs,
+    PanelInputs,
     ReportedFamily,
     ReportedPanel,
     ReportedStudy,
 )
 from pidpanel.report.known_errors import PARTLY, without_errors
 from pidpanel.report.names import FilledPatch, ReportedScenario
+from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
@@ -37,6 +39,7 @@ from pidpanel.study import CouponStudy, Scenario, Study, StudyError, load_any_st
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.panel import Panel
 from pidpanel.study.particles import Binary, Mono, Normal
+from pidpanel.study.sound import Sound
 
 SAME_LEVEL = 0.05
 """Difference of two levels below which they are written alike [dB]."""
@@ -77,8 +80,11 @@ def write_study_page(
 def page_of(study_file: Path, folder: Path, coupon: Path) -> Page:
     """Return the page of `write_study_page`; call it within `style.context`."""
     study = load_study(study_file)
-    inputs = read_inputs(study, folder, coupon)
-    return study_page(inputs, [run_step(study_file, _decks(study)), files_step(study.name)])
+    on_panel = read_panel_inputs(study, folder, coupon)
+    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
+    if study.sound is None:
+        return shaker_page(on_panel, steps)
+    return study_page(read_inputs(study, on_panel, folder), steps)
 
 
 def write_coupon_page(
@@ -102,9 +108,34 @@ def _decks(study: CouponStudy) -> Iterator[Path]:
         yield from coupon.decks
 
 
-def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
-    """Read all that the page of a study with a panel is made from."""
-    response, panel = folder / "response", folder / "panel"
+def read_panel_inputs(study: Study, folder: Path, coupon: Path) -> PanelInputs:
+    """Read what pages of studies with a panel have in common."""
+    panel = folder / "panel"
+    return PanelInputs(
+        study=reported_study(study),
+        stamp=stamp(study),
+        modes=pd.read_csv(panel / "modes.csv"),
+        basis=read_basis(panel / "modes.nc"),
+        section=pd.read_csv(panel / "section.csv"),
+        printed=pd.read_csv(PAPER_TABLE, comment="#"),
+        coupons={
+            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
+            for name in study.coupons
+        },
+        coupled=read.read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
+        if study.is_coupled
+        else None,
+        damping={
+            name: read.read_damping(name, folder, study.coupons[name].cell.depth)
+            for name in study.surfaces
+        },
+        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
+    )
+
+
+def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
+    """Read all that the page of a study under sound is made from."""
+    response = folder / "response"
     summary, psd = without_errors(
         partly_known(study),
         read.read_by_point(response / "summary.csv"),
@@ -112,37 +143,20 @@ def read_inputs(study: Study, folder: Path, coupon: Path) -> Inputs:
     )
     has_radiation = study.response.radiation_beside != "none"
     return Inputs(
-        study=reported_study(study),
-        stamp=stamp(study),
+        **vars(on_panel),
         summary=summary,
         layouts=read.read_by_point(response / "layouts.csv"),
         psd=psd,
-        modes=pd.read_csv(panel / "modes.csv"),
-        basis=read_basis(panel / "modes.nc"),
-        section=pd.read_csv(panel / "section.csv"),
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
-        printed=pd.read_csv(PAPER_TABLE, comment="#"),
-        coupons={
-            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
-            for name in study.coupons
-        },
         stress=read.read_by_point(response / "stress.csv"),
         radiation=read.read_by_point(response / "radiation.csv") if has_radiation else None,
         maps=read.read_dataset(response / "maps.nc"),
-        coupled=read.read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
-        if study.is_coupled
-        else None,
         proposal=None if study.optimise is None else read.read_proposal(folder / "optimise"),
         severity=None
         if study.severity is None
         else read.read_severity(
             folder / "severity", study.severity.quality, study.severity.duration_s
         ),
-        damping={
-            name: read.read_damping(name, folder, study.coupons[name].cell.depth)
-            for name in study.surfaces
-        },
-        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
     )
 
 
@@ -194,7 +208,8 @@ def reported_study(study: Study) -> ReportedStudy:
         )
         for name, family in study.families.items()
     }
-    response, level, spectrum = study.response, study.damping.level, spectrum_of(study.sound)
+    response, level, sound = study.response, study.damping.level, study.sound
+    spectrum = None if sound is None else spectrum_of(sound)
     mass = "included" if response.damper_mass else "neglected"
     return ReportedStudy(
         name=study.name,
@@ -206,11 +221,11 @@ def reported_study(study: Study) -> ReportedStudy:
         layouts=tuple(reported_scenario(study.family_scenarios(s)[0]) for s in study.layouts),
         panel=_reported_panel(study.panel),
         level=main_level(study),
-        table_level=spectrum.oaspl,
-        spectrum_rows=spectrum.rows,
-        sound_level=study.sound.oaspl_db,
-        sound=sound_text(study),
-        spectrum=study.sound.spectrum.name,
+        table_level=math.nan if spectrum is None else spectrum.oaspl,
+        spectrum_rows="" if spectrum is None else spectrum.rows,
+        sound_level=study.oaspl_db,
+        sound="" if sound is None else sound_text(sound),
+        spectrum="" if sound is None else sound.spectrum.name,
         frequency=response.frequency_hz,
         terms=f"{response.modal_damping} modal damping matrix; apparent mass of the damper {mass}",
         radiation=response.radiation,
@@ -279,9 +294,9 @@ def main_level(study: Study) -> float | None:
 
     Otherwise that of most scenarios, the highest of several.
     """
-    study_level = study.sound.oaspl_db
+    study_level = study.oaspl_db
     levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
-    if study_level in levels:
+    if study_level in levels or study.sound is None:
         return study_level
     table = spectrum_of(study.sound).oaspl
     for level in levels:
@@ -292,9 +307,8 @@ def main_level(study: Study) -> float | None:
     )
 
 
-def sound_text(study: Study) -> str:
+def sound_text(sound: Sound) -> str:
     """Return the sound in words: field, spectrum, level, where the pressure is that of."""
-    sound = study.sound
     parts = [f"{sound.field} field", sound.spectrum.name]
     if sound.oaspl_db is not None:
         parts.append(f"{sound.oaspl_db:g} dB overall")

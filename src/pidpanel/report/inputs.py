@@ -56,9 +56,9 @@ class ReportedStudy:
     layouts: tuple[ReportedScenario, ...]
     panel: ReportedPanel
     level: float | None  # at which the page answers [dB]; None for that of the spectrum's table
-    table_level: float  # of the spectrum's table [dB]
+    table_level: float  # of the spectrum's table [dB]; NaN without sound
     sound_level: float | None  # of the section ``sound`` [dB]
-    sound: str  # in words
+    sound: str  # in words; empty on a shaker alone, as are the next two
     spectrum: str
     spectrum_rows: str  # "bands", or "rows" of a PSD
     frequency: tuple[float, float]  # of the response [Hz]
@@ -170,29 +170,35 @@ class BaseResults:
     sine: xr.Dataset | None  # ``base/sine.nc``
 
 
-@dataclass(frozen=True)
-class Inputs:
-    """All that the page of a study with a panel is made from."""
+@dataclass(frozen=True, kw_only=True)
+class PanelInputs:
+    """What the page of a study with a panel is made from, under sound or on a shaker."""
 
     study: ReportedStudy
     stamp: Mapping[str, str]  # of the results
-    summary: pd.DataFrame  # ``response/summary.csv``
-    layouts: pd.DataFrame  # ``response/layouts.csv``
-    psd: xr.Dataset  # ``response/psd.nc``
     modes: pd.DataFrame  # ``panel/modes.csv``
     basis: PanelBasis  # ``panel/modes.nc``
     section: pd.DataFrame  # ``panel/section.csv``
-    bands: pd.DataFrame  # ``sound/spectrum.csv``
     printed: pd.DataFrame  # Table 1 of the paper
     coupons: Mapping[str, CouponResults]  # by damper; ``coupon`` is the section of the study
+    damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
+    coupled: CoupledResults | None = None  # None without coupled runs
+    base: BaseResults | None = None  # None without base motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs(PanelInputs):
+    """All that the page of a study under sound is made from."""
+
+    summary: pd.DataFrame  # ``response/summary.csv``
+    layouts: pd.DataFrame  # ``response/layouts.csv``
+    psd: xr.Dataset  # ``response/psd.nc``
+    bands: pd.DataFrame  # ``sound/spectrum.csv``
     stress: pd.DataFrame  # ``response/stress.csv``
     radiation: pd.DataFrame | None = None  # ``response/radiation.csv``, if asked for
     maps: xr.Dataset | None = None  # ``response/maps.nc``
-    coupled: CoupledResults | None = None  # None without coupled runs
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``
-    damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
-    base: BaseResults | None = None  # None without base motion
 
     @property
     def moving_points(self) -> list[str]:

@@ -21,7 +21,7 @@ from pidpanel.report.coupon_text import coupon_text
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
 from pidpanel.report.html import CAVEATS, Page, PageSection, Paragraph, Table
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
@@ -75,7 +75,7 @@ def _claims(inputs: Inputs) -> Table | None:
     return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
-def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSection]:
+def _of_coupon(inputs: PanelInputs, name: str, law: Law | None) -> list[PageSection]:
     """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
@@ -84,6 +84,15 @@ def _coupon_sections(inputs: Inputs, name: str, law: Law | None) -> list[PageSec
     sections = [replace(of_coupon, blocks=[paragraph, *of_coupon.blocks]), losses_section(good)]
     if name in inputs.damping:
         sections.append(damping_section(inputs.damping[name]))
+    return sections
+
+
+def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
+    """Return the parts of all coupons; with a law of the paper to draw beside its cases."""
+    sections = []
+    for name in tracked(list(inputs.coupons), "coupons of the page"):
+        of_coupon = _of_coupon(inputs, name, law)
+        sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
     return sections
 
 
@@ -99,9 +108,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         ),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
-    for name in tracked(list(inputs.coupons), "coupons of the page"):
-        of_coupon = _coupon_sections(inputs, name, law)
-        sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
+    sections += coupon_sections(inputs, law)
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:

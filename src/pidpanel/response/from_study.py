@@ -69,16 +69,16 @@ class StudySound:
     def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         study = self.study
-        force = modal_force_tables(study.sound, study.response.frequency_hz[1], basis)
-        excitation = excitation_of(study.sound, force[MODAL_FORCE])
+        force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], basis)
+        excitation = excitation_of(study.acoustics, force[MODAL_FORCE])
         if air is None:
             return excitation, None
-        tables = air_tables(study.sound, basis, force, air_mass=study.response.air_mass)
+        tables = air_tables(study.acoustics, basis, force, air_mass=study.response.air_mass)
         return excitation, air.with_tables({**force, **tables})
 
     def force_at(self, frequency: float, face: MovedFace) -> Matrices:
         """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""
-        return modal_force_at(self.study.sound, frequency, face)
+        return modal_force_at(self.study.acoustics, frequency, face)
 
 
 def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -> ResponsePanel:
@@ -96,7 +96,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
     basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
-    excitation = excitation_of(study.sound, table)
+    excitation = excitation_of(study.acoustics, table)
     return ResponsePanel(
         Settings(
             study.response.frequency_hz,
@@ -117,7 +117,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
 
 def scenarios_of(study: Study) -> list[ResponseScenario]:
     """Return the scenarios of a study."""
-    bands = spectrum_of(study.sound)
+    bands = spectrum_of(study.acoustics)
     coupled = {scenario.label for scenario in study.coupled_scenarios()}
     return [
         ResponseScenario(

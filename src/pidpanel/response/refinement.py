@@ -30,6 +30,7 @@ from pidpanel.solve.basis_error import (
     basis_shapes,
     check_basis,
     lines_to_try,
+    pressure_errors,
 )
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError, mesh_error, shift_of_modes
@@ -204,18 +205,17 @@ def _check(
         plate,
         shapes,
         wider.modal,
-        wider.excitation,
-        panel.source.force_at,
+        pressure_errors(wider.basis, plate, wider.excitation, panel.source.force_at),
         panel.settings.damping_ratio.at(panel.cutoff),
         panel.cutoff,
         lines,
-        [_on_patches(wider, answer) for answer in answers],
+        [patch_dampers(wider, answer) for answer in answers],
     )
     return check, of_case
 
 
-def _on_patches(panel: ResponsePanel, response: LayoutResponse) -> PatchDampers:
-    """C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
+def patch_dampers(panel: ResponsePanel, response: LayoutResponse) -> PatchDampers:
+    """Return C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
     area, count = panel.load_area(response), response.response.frequency.size
     values = np.zeros((2, len(panel.basis.patch_names), count))
     patches = panel.carriers[response.loads]

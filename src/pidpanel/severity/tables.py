@@ -14,7 +14,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.base.spectrum import BaseSpectrum
+from pidpanel.break_points import BreakPoints
 from pidpanel.response.map_files import CORE_STRESSES
 from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
 from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
@@ -202,7 +202,7 @@ def margin_rows(
     frequency: Array,
     psd: Array,
     error: Array,
-    limits: Mapping[str, BaseSpectrum],
+    limits: Mapping[str, BreakPoints],
 ) -> Iterator[dict[str, Any]]:
     """Yield a row per point with a limit and third octave: means of the PSD and of its limit.
 

@@ -60,6 +60,10 @@ class MovedFace:
 ForceAt = Callable[[float, MovedFace], Matrices]
 """(frequency [Hz], shapes) → G (n, n) [m⁴]."""
 
+ErrorsAt = Callable[[Sequence[Pull], Sequence[ElementMotion]], Array]
+"""Pulls at a line and their motions, by scenario → largest relative error of the PSD of a point
+(n_scenarios,) [1]."""
+
 
 @dataclass(frozen=True)
 class PatchDampers:
@@ -133,8 +137,7 @@ def check_basis(
     plate: StoredPlate,
     shapes: Array,
     modal: ModalBasis,
-    force_of_basis: Callable[[Array], Matrices],
-    force_at: ForceAt,
+    errors: ErrorsAt,
     damping_ratio: float,
     cutoff: float,
     frequency: Array,
@@ -148,10 +151,8 @@ def check_basis(
         (n_free, n) of the basis.
     modal
         Frequencies, masses and damping of the basis.
-    force_of_basis
-        G of the field of the study on the shapes of the basis over frequency [m⁴].
-    force_at
-        The same at a frequency [Hz] on given shapes.
+    errors
+        Of the PSDs under the excitation of the study.
     damping_ratio, cutoff
         ζ of the bare panel at f_c, and f_c [Hz].
     frequency
@@ -181,8 +182,7 @@ def check_basis(
             for scenario in scenarios
         ]
         motions = elements.motions(pulls)
-        (force,) = force_of_basis(frequency[line : line + 1])
-        error[:, line] = _errors(motions, force, basis, plate, force_at, f)
+        error[:, line] = errors(pulls, motions)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].remainder
             missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
@@ -209,6 +209,30 @@ def point_vertices(basis: PanelBasis) -> Index:
     """Return (n_points,) the vertices that are response points."""
     distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
     return np.argmin(distance, axis=1)
+
+
+def pressure_errors(
+    basis: PanelBasis,
+    plate: StoredPlate,
+    force_of_basis: Callable[[Array], Matrices],
+    force_at: ForceAt,
+) -> ErrorsAt:
+    """Return the errors under random pressures on the face.
+
+    Parameters
+    ----------
+    force_of_basis
+        G of the field of the study on the shapes of the basis over frequency [m⁴].
+    force_at
+        The same at a frequency [Hz] on given shapes.
+    """
+
+    def errors(pulls: Sequence[Pull], motions: Sequence[ElementMotion]) -> Array:
+        frequency = pulls[0].frequency
+        (force,) = force_of_basis(np.array([frequency]))
+        return _errors(motions, force, basis, plate, force_at, frequency)
+
+    return errors
 
 
 def _errors(

@@ -96,7 +96,7 @@ def read_air(
         return None
     if path is None:
         raise ValueError(f"radiation = {radiation}: the file of the air is required")
-    sound = study.sound
+    sound = study.acoustics
     return Air(
         sound.air_density_kg_m3,
         sound.speed_m_s,
@@ -230,12 +230,12 @@ def write_sound(
     ValueError
         As of `modal_force_tables` and `air_tables`.
     """
-    band_table(study.sound).to_csv(spectrum_csv, index=False, float_format="%.7g")
-    force = modal_force_tables(study.sound, study.response.frequency_hz[1], shapes)
+    band_table(study.acoustics).to_csv(spectrum_csv, index=False, float_format="%.7g")
+    force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], shapes)
     _tell("modal force", force[MODAL_FORCE])
-    write_tables(modal_force_nc, force, {**stamp(study), "field": study.sound.field})
+    write_tables(modal_force_nc, force, {**stamp(study), "field": study.acoustics.field})
     if air_nc is not None:
-        air = air_tables(study.sound, shapes, force, air_mass=study.response.air_mass)
+        air = air_tables(study.acoustics, shapes, force, air_mass=study.response.air_mass)
         for name, table in air.items():
             _tell(name.replace("_", " "), table)
         write_tables(air_nc, air, stamp(study))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ValidationInfo
+from pydantic_core import PydanticCustomError
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import SectionModel
 from pidpanel.study.damping import COUPLED
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Mistake, not_among
+from pidpanel.study.mistakes import Keys, Mistake, not_among
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, Quantity
 from pidpanel.study.response import LEAST_SPAN
 
@@ -85,7 +88,7 @@ class Limits(SectionModel):
 
 
 class BaseMotion(SectionModel):
-    """Motion of all supports together along the normal, computed beside the sound.
+    """Motion of all supports together along the normal.
 
     The panel is in vacuum, and the scenarios are those of the study, once for each layout.
     """
@@ -110,10 +113,19 @@ class BaseMotion(SectionModel):
             yield Mistake(("limits",), "only allowed with base.random")
 
 
+def sound_or_base(sound: Any, info: ValidationInfo) -> Any:
+    """Refuse a study with neither; a section base that is wrong is reported on its own."""
+    if sound is None and info.data.get("base", sound_or_base) is None:
+        raise PydanticCustomError("missing", "missing")
+    return sound
+
+
 def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     """Yield what base motion does not go together with."""
     if study.base is None:
         return
+    if study.sound is None:
+        yield from _mistakes_without_sound(study)
     if study.is_coupled:
         says = f"not allowed with the damping model '{COUPLED}', whose runs are under sound; "
         yield Mistake(("base",), f"{says}set damping.readings to dem, stated, table or a law")
@@ -131,3 +143,20 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     supports = study.panel.support_input
     if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
         yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")
+
+
+def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
+    """Yield what is only computed under sound."""
+    response = study.response
+    asked: dict[Keys, bool] = {
+        ("optimise",): study.optimise is not None,
+        ("severity",): study.severity is not None,
+        ("response", "maps"): bool(response.maps),
+        ("response", "radiation"): response.radiation != "none",
+        ("response", "radiation_beside"): response.radiation_beside != "none",
+    }
+    for name, compared in study.scenarios.items():
+        asked["scenarios", name, "oaspl_db"] = compared.oaspl_db is not None
+    for keys, is_asked in asked.items():
+        if is_asked:
+            yield Mistake(keys, "only allowed with a section sound")

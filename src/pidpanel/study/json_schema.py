@@ -61,7 +61,7 @@ def study_schema() -> dict[str, Any]:
     Examples
     --------
     >>> sorted(study_schema()["then"]["required"])
-    ['panel', 'sound']
+    ['panel']
     """
     schema = _plain(Study.model_json_schema(schema_generator=_Plain))
     of_panel = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
@@ -71,7 +71,10 @@ def study_schema() -> dict[str, Any]:
         **schema,
         "title": "A study of pidpanel",
         "if": {"anyOf": [{"required": [key]} for key in of_panel]},
-        "then": {"required": required},
+        "then": {
+            "required": required,
+            "anyOf": [{"required": ["sound"]}, {"required": ["base"]}],
+        },
         "else": {"required": ["coupon"]},
     }
 

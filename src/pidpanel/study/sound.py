@@ -13,6 +13,9 @@ from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
+SPEED = 343.0
+"""Of sound in air [m/s]."""
+
 
 class Sound(SectionModel):
     """The acoustic field: a spectrum, its level, its coherence, where it was measured."""
@@ -40,7 +43,7 @@ class Sound(SectionModel):
     """Where the levels of the table were measured. ``surface``: on the panel; ``room``: far from it
     in a diffuse field, so a rigid face has twice the PSD; ``incident``: an incoming wave alone,
     so it has four times the PSD."""
-    speed_m_s: Annotated[float, Quantity(100, 1400, units=VELOCITY)] = 343.0
+    speed_m_s: Annotated[float, Quantity(100, 1400, units=VELOCITY)] = SPEED
     """Speed of sound [m/s]."""
     air_density_kg_m3: Annotated[float, Quantity(0.01, 50, units=DENSITY)] = 1.2
     """Density of the air [kg/m³]."""

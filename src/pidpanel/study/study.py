@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator, Mapping
-from typing import TypeVar
+from typing import Annotated, TypeVar
+
+from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import SECTION
-from pidpanel.study.base import as_tuple
-from pidpanel.study.base_motion import BaseMotion, mistakes_of_base
+from pidpanel.study.base import StudyError, as_tuple
+from pidpanel.study.base_motion import BaseMotion, mistakes_of_base, sound_or_base
 from pidpanel.study.coupled import mistakes_of_coupled
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
@@ -27,9 +29,10 @@ from pidpanel.study.scenarios import (
     Layout,
     Scenario,
     level_suffix,
+    mistakes_of_labels,
 )
 from pidpanel.study.severity import Severity, mistakes_of_severity
-from pidpanel.study.sound import Sound
+from pidpanel.study.sound import SPEED, Sound
 
 T = TypeVar("T")
 
@@ -47,10 +50,12 @@ class Study(CouponStudy):
     """Where C_e and m_a come from."""
     panel: Panel
     """The panel."""
-    sound: Sound
-    """The sound field."""
     base: BaseMotion | None = None
-    """Motion of the supports on a shaker, computed beside the sound."""
+    """Motion of the supports on a shaker, computed beside the sound or without any."""
+    sound: Annotated[Sound | None, BeforeValidator(sound_or_base)] = Field(
+        default=None, validate_default=True
+    )
+    """The sound field; required unless there is a section ``base``."""
     response: Response = Response()
     """Quantities computed for the panel in the sound."""
     scenarios: Mapping[str, Compared] = {}
@@ -72,12 +77,29 @@ class Study(CouponStudy):
         yield from mistakes
         if mistakes:
             return
-        yield from self._mistakes_of_labels()
+        yield from mistakes_of_labels(self)
         yield from mistakes_of_optimise(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
                 yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
+
+    @property
+    def acoustics(self) -> Sound:
+        """The section ``sound``; `StudyError` in a study of base motion alone."""
+        if self.sound is None:
+            raise StudyError(f"{self.name}: sound: missing; this is a study of base motion alone")
+        return self.sound
+
+    @property
+    def oaspl_db(self) -> float | None:
+        """Overall level of the section ``sound`` [dB]; None without one, or for that of a table."""
+        return None if self.sound is None else self.sound.oaspl_db
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed of sound [m/s]."""
+        return SPEED if self.sound is None else self.sound.speed_m_s
 
     # ------------------------------------------------------------------------ dampers
 
@@ -212,26 +234,6 @@ class Study(CouponStudy):
 
     # ---------------------------------------------------------------------- scenarios
 
-    def _mistakes_of_labels(self) -> Iterator[Mistake]:
-        """Yield entries with a scenario whose label another scenario has."""
-        named: dict[str, Scenario] = {}
-        for name, compared in self.scenarios.items():
-            for scenario in self.family_scenarios(name):
-                for labelled in (scenario.bare, scenario):
-                    if named.setdefault(labelled.label, labelled) == labelled:
-                        continue
-                    alike = named[labelled.label].patches == labelled.patches
-                    keys = () if isinstance(compared, Layout) else (compared.varied,)
-                    yield Mistake(
-                        ("scenarios", name, *keys),
-                        f"two scenarios would have the name {labelled.label}; "
-                        + (
-                            "values must differ in their first six digits"
-                            if keys and alike
-                            else "give the layout another name"
-                        ),
-                    )
-
     def mistakes_of_scenarios(self, *, of_fills: bool = True) -> Iterator[Mistake]:
         """Yield patches and dampers that are not there, and fills that a damper does not have."""
         for name, compared in self.scenarios.items():
@@ -333,7 +335,7 @@ class Study(CouponStudy):
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
         """Return the scenarios of one family, in the order of its list; one for a layout."""
         compared = self.scenarios[name]
-        level = self.sound.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
+        level = self.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
         if isinstance(compared, Layout):
             fillings = tuple(
                 Filling(
@@ -367,7 +369,7 @@ class Study(CouponStudy):
         """Return every scenario once, the bare panel at each level first."""
         scenarios = [s for name in self.scenarios for s in self.family_scenarios(name)]
         if not scenarios:
-            return (Scenario.bare_at(self.sound.oaspl_db),)
+            return (Scenario.bare_at(self.oaspl_db),)
         return tuple(dict.fromkeys([s.bare for s in scenarios] + scenarios))
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:

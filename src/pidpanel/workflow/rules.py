@@ -54,6 +54,10 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     Each has a script of its name.
     """
     panel = _panel(plan, study)
+    base = {} if study.base is None else {"base": _base(plan, study, panel)}
+    if study.sound is None:
+        report = _report(plan, study, panel, _outputs(base), {})
+        return {"panel": panel, **base, "report": report}
     sound = _sound(plan, study, panel.output)
     basis = {
         "modes": panel.output["modes"],
@@ -68,9 +72,12 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     severity = (
         {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
     )
-    base = {} if study.base is None else {"base": _base(plan, study, panel, response)}
-    rules = (proposals | severity | base).values()
-    optional = [file for rule in rules for file in rule.output.values()]
+    tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
+    under_sound = {
+        "response": tables,
+        "maps": maps.output["maps"],
+        "spectrum": sound.output["spectrum"],
+    }
     return {
         "panel": panel,
         "sound": sound,
@@ -80,8 +87,12 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
         **severity,
         **base,
         "export": _export(plan, study, panel, response),
-        "report": _report(plan, study, panel, sound, response, maps, optional),
+        "report": _report(plan, study, panel, _outputs(proposals | severity | base), under_sound),
     }
+
+
+def _outputs(rules: Mapping[str, Rule]) -> list[str]:
+    return [file for rule in rules.values() for file in rule.output.values()]
 
 
 def air_files(sound: Rule) -> list[str]:
@@ -120,7 +131,7 @@ def _panel(plan: Plan, study: Study) -> Rule:
         "damper_mass": values_digest(damper_masses(study)),
         "resolved_mass": values_digest(resolved_masses(study)),
         "highest": study.response.frequency_hz[1],
-        "speed": study.sound.speed_m_s,
+        "speed": study.wave_speed,
     }
     output = {key: plan.results(f"panel/{name}") for key, name in names.items()}
     return Rule(plan.results("panel/panel.log"), {}, output, values)
@@ -152,6 +163,18 @@ def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
     }
     if study.response.radiation_beside != "none":
         names["radiation"] = "radiation.csv"
+    damping = _damping(plan, study)
+    return Rule(
+        plan.results("response/response.log"),
+        {**files, **damping.input},
+        {key: plan.results(f"response/{name}") for key, name in names.items()},
+        {"study": plan.section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE), **damping.values},
+        damping.params,
+    )
+
+
+def _damping(plan: Plan, study: Study) -> Rule:
+    """Return what a rule needs that reads the damping of all scenarios."""
     # coupons come as surfaces
     dampers = {
         damper: study.all_dampers[damper].model_dump(exclude={"coupon"})
@@ -159,18 +182,13 @@ def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
     }
     folders = {"damping": bool(study.surfaces), "coupled": study.is_coupled}
     return Rule(
-        plan.results("response/response.log"),
+        "",
         {
-            **files,
             "surfaces": [plan.damper_file("damping", d, "surface.nc") for d in study.surfaces],
             "coupled": list(coupled_files(plan).values()) if study.is_coupled else [],
         },
-        {key: plan.results(f"response/{name}") for key, name in names.items()},
-        {
-            "study": plan.section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
-            "dampers": values_digest(dampers),
-            "scenarios": scenarios_digest(study),
-        },
+        {},
+        {"dampers": values_digest(dampers), "scenarios": scenarios_digest(study)},
         {name: plan.results(name) for name, is_read in folders.items() if is_read},
     )
 
@@ -201,7 +219,7 @@ def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
     )
 
 
-def _base(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
+def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
     parts = {} if study.base is None else study.base.parts
     names = {"modes_table": "modes.csv"}
     if parts["random"]:
@@ -210,17 +228,16 @@ def _base(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
         names |= {"notched": "notched.csv"}
     if parts["sine"]:
         names |= {"sine": "sine.nc", "sine_table": "sine.csv"}
-    files = {name: panel.output[name] for name in ("modes", "plate", "section")}
+    damping = _damping(plan, study)
     return Rule(
         plan.results("base/base.log"),
         {
-            **files,
-            "left_out": response.output["left_out"],
-            "surfaces": response.input["surfaces"],
+            **{name: panel.output[name] for name in ("modes", "plate", "section")},
+            **damping.input,
         },
         {key: plan.results(f"base/{name}") for key, name in names.items()},
-        {**response.values, "study": plan.section("base", *RESPONSE_SECTIONS)},
-        response.params,
+        {"study": plan.section("base", *RESPONSE_SECTIONS), **damping.values},
+        damping.params,
     )
 
 
@@ -257,17 +274,14 @@ def _report(
     plan: Plan,
     study: Study,
     panel: Rule,
-    sound: Rule,
-    response: Rule,
-    maps: Rule,
     optional: Sequence[str],
+    under_sound: Mapping[str, str | Sequence[str]],
 ) -> Rule:
     coupled = []
     if study.is_coupled:
         coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
         if len(study.readings) > 1:
             coupled.append(plan.results("coupled/verdict.csv"))
-    tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
     damping = [
         plan.damper_file("damping", damper, name)
         for damper in study.surfaces
@@ -276,12 +290,10 @@ def _report(
     return Rule(
         plan.results("report.log"),
         {
-            "response": tables,
-            "maps": maps.output["maps"],
+            **under_sound,
             "modes": panel.output["modes"],
             "mode_table": panel.output["table"],
             "section": panel.output["section"],
-            "spectrum": sound.output["spectrum"],
             "cases": [plan.damper_file("coupon", d, "cases.csv") for d in study.coupons],
             "films": films(plan),
             "coupled": coupled,

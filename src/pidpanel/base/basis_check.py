@@ -1,0 +1,123 @@
+"""The basis against all elements under base motion, and a basis that misses less.
+
+As under sound (`solve.basis_error`), with the force of base motion: per acceleration of the
+supports it is −M 1 on the panel and s_p/ω² ∫_p φ dA of each damper. The error is the largest
+difference of the PSD of the absolute acceleration of a point, over the largest PSD of any point at
+that frequency: a point that is nearly at rest there has none of its own.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.base.panel import SupportedPanel, supported_panel
+from pidpanel.base.supports import integrals_of_shapes
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.response.dampers import DampingModels
+from pidpanel.response.panel import ResponsePanel
+from pidpanel.response.refinement import ATTEMPTS, patch_dampers
+from pidpanel.solve.basis_error import (
+    ALLOWED,
+    BasisCheck,
+    ErrorsAt,
+    check_basis,
+    lines_to_try,
+    modal_basis,
+)
+from pidpanel.solve.elements import ElementMotion, Pull
+from pidpanel.solve.layout import LayoutResponse
+
+Shaken = Callable[[SupportedPanel], Sequence[ResponsePanel]]
+"""A panel in some basis → the panel under each motion of a study."""
+
+
+def checked_panel(
+    start: PanelBasis,
+    plate: StoredPlate,
+    highest: float,
+    mass: float,
+    shaken: Shaken,
+    scenarios: Sequence[ResponseScenario],
+    models: DampingModels,
+) -> tuple[SupportedPanel, float]:
+    """Return the panel in a basis that is good for all motions, and its largest error [1].
+
+    Parameters are those of `panel.supported_panel`. After `ATTEMPTS` bases the last is taken as it
+    is; its error says so.
+    """
+    further_shapes = np.zeros((plate.shapes.shape[0], 0))
+    for attempt in range(ATTEMPTS):
+        supported = supported_panel(start, plate, further_shapes, highest, mass)
+        checks = [
+            _check(panel, supported, plate, scenarios, models, attempt)
+            for panel in shaken(supported)
+        ]
+        error = max(float(check.error.max()) for check in checks)
+        missing = np.hstack([check.missing_shapes for check in checks])
+        if not missing.shape[1] or attempt == ATTEMPTS - 1:
+            break
+        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
+        further_shapes = np.hstack([further_shapes, missing])
+    if error > ALLOWED:
+        says = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(says, file=sys.stderr)
+    return supported, error
+
+
+def _check(
+    panel: ResponsePanel,
+    supported: SupportedPanel,
+    plate: StoredPlate,
+    scenarios: Sequence[ResponseScenario],
+    models: DampingModels,
+    attempt: int,
+) -> BasisCheck:
+    """Return the check of all scenarios under one motion."""
+    plan = plan_cases(panel, scenarios, models, dead_weight=False).response_alone()
+    columns = len(plan.layouts) * len(panel.basis.point_names)
+    span = panel.settings.frequency_range
+    lines = lines_to_try(span, plate.stiffness.shape[0], columns, attempt)
+    solver = panel.solver(rms_only=True).with_lines(lines, panel.deflection_at_points)
+    answers = {id(case.response): case.response for case in plan.solve(solver)}
+    ratio, basis = panel.settings.damping_ratio, supported.basis
+    return check_basis(
+        basis,
+        plate,
+        supported.vectors.astype(np.float32),
+        modal_basis(basis, ratio, span[1]),
+        base_errors(basis, plate, supported.vectors),
+        ratio.at(panel.cutoff),
+        panel.cutoff,
+        lines,
+        [
+            patch_dampers(panel, answer)
+            for answer in answers.values()
+            if isinstance(answer, LayoutResponse)
+        ],
+    )
+
+
+def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> ErrorsAt:
+    """Return the errors of the shapes ``vectors`` (n_free, n) under base motion."""
+    everything = np.column_stack([plate.inertia, integrals_of_shapes(basis, plate)[:, :-1]])
+    in_shapes = vectors.T @ everything
+
+    def psds(of_point: Complexes, pull: Pull, loads: Array) -> Array:
+        """(n_points,) of the absolute accelerations over that of the supports."""
+        omega = 2 * np.pi * pull.frequency
+        force = loads[:, 1:] @ pull.stiffness / omega**2 - loads[:, 0]
+        return np.asarray(np.abs(1 - omega**2 * (of_point.T @ force)) ** 2)
+
+    def errors(pulls: Sequence[Pull], motions: Sequence[ElementMotion]) -> Array:
+        both = list(zip(pulls, motions, strict=True))
+        whole = np.stack([psds(motion.whole, pull, everything) for pull, motion in both])
+        reduced = np.stack([psds(motion.of_basis, pull, in_shapes) for pull, motion in both])
+        return np.asarray((np.abs(reduced - whole) / whole.max(axis=1)[:, None]).max(axis=1))
+
+    return errors

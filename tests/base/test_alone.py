@@ -1,0 +1,85 @@
+"""A study on a shaker without sound: what it may have, its rules, its page."""
+
+import pytest
+from moving import HERE, run_stages
+
+from pidpanel.check import checked_study
+from pidpanel.report.from_study import write_study_page
+from pidpanel.study import StudyError, load_study
+from pidpanel.workflow.plan import Plan
+from pidpanel.workflow.rules import panel_rules
+
+SOUND = "sound: {spectrum: smc_s_016_2014_min_third.csv}\n"
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """The file of the study, the base of tests/base without its sound."""
+    path = tmp_path_factory.mktemp("alone") / "alone.yaml"
+    text = (HERE / "shaken.yaml").read_text()
+    path.write_text(text.replace(SOUND, "").replace(", oaspl_db: [140, 143]", ""))
+    return path
+
+
+def test_a_study_of_base_motion_alone_is_allowed(alone):
+    # red: sound required
+    study = checked_study(alone)
+    assert study.sound is None and study.oaspl_db is None
+    assert [scenario.label for scenario in study.all_scenarios()] == ["bare", "PID-1_r0.5"]
+    with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
+        _ = study.acoustics
+
+
+def test_a_study_needs_sound_or_base_motion(alone, tmp_path):
+    # red: default None without a check
+    lines = alone.read_text().splitlines()
+    start, end = lines.index("base:"), lines.index("response: {frequency_hz: [30, 300]}")
+    path = tmp_path / "neither.yaml"
+    path.write_text("\n".join(lines[:start] + lines[end:]))
+    with pytest.raises(StudyError) as error:
+        load_study(path)
+    assert str(error.value).splitlines()[-1].endswith("sound: missing")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("fill_fraction: 0.5}", "fill_fraction: 0.5, oaspl_db: 150}", "scenarios.half.oaspl_db"),
+        ("300]}", "300], radiation: one_side}", "response.radiation"),
+        ("300]}", "300], maps: [bare]}", "response.maps"),
+        ("scenarios:", "severity: {duration_s: 60}\nscenarios:", "severity"),
+    ],
+)
+def test_what_is_computed_under_sound_alone_is_refused_without_it(alone, tmp_path, old, new, key):
+    path = tmp_path / "asks.yaml"
+    path.write_text(alone.read_text().replace(old, new))
+    with pytest.raises(StudyError) as error:
+        load_study(path)
+    (line,) = str(error.value).splitlines()
+    assert f": {key} = " in line and line.endswith("only allowed with a section sound")
+
+
+def test_panel_base_and_report_are_all_that_runs(alone, tmp_path, monkeypatch):
+    # red: the base from the shapes of the response stage
+    monkeypatch.chdir(tmp_path)
+    study = load_study(alone)
+    rules = panel_rules(Plan(study, alone), study)
+    assert list(rules) == ["panel", "base", "report"]
+    made = {file for rule in rules.values() for file in rule.output.values()}
+    for rule in rules.values():
+        for files in rule.input.values():
+            assert made.issuperset([files] if isinstance(files, str) else files)
+
+
+@pytest.mark.slow
+def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
+    study = load_study(alone)
+    run_stages(study, tmp_path)
+    page = tmp_path / "report.html"
+    write_study_page(alone, tmp_path, tmp_path / "coupon", page, tmp_path / "report")
+    text = page.read_text()
+    assert "PID-1, r = 0.5 lowers the largest of any point most, to" in text
+    assert "C_e is negative with" in text and "radiation into the air is not included" in text
+    for name in ("base_centre", "base_interface", "base_sine_0", "mesh"):
+        assert f'id="{name}"' in text
+    assert "Sound" not in text.replace("Soundness", "")

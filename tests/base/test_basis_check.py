@@ -1,0 +1,80 @@
+"""The basis under base motion against all elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+from moving import APPARENT, DAMPING, HIGHEST, RATIO, solved
+
+from pidpanel.base.basis_check import base_errors
+from pidpanel.damping_ratio import DampingRatio
+from pidpanel.solve.basis_error import (
+    ALLOWED,
+    PatchDampers,
+    check_basis,
+    cutoff_frequency,
+    modal_basis,
+    point_vertices,
+)
+
+LINES = np.array([35.0, 110.0, 224.0, 390.0])
+
+
+def checked(panel, kept):
+    """Errors (2, nf) of some shapes, of the bare panel and with a damper."""
+    supported, cutoff = panel.supported, cutoff_frequency(HIGHEST)
+    arrays = {
+        name: getattr(supported.basis, name)[kept]
+        for name in ("natural_frequency", "modal_mass", "is_residual")
+    }
+    basis, vectors = replace(supported.basis, **arrays), supported.vectors[:, kept]
+    ones = np.ones((1, LINES.size))
+    dampers = [PatchDampers(C * ones, m * ones) for C, m in ((0.0, 0.0), (DAMPING, APPARENT))]
+    return check_basis(
+        basis, panel.plate, vectors, modal_basis(basis, DampingRatio((RATIO,)), HIGHEST),
+        base_errors(basis, panel.plate, vectors), RATIO, cutoff, LINES, dampers,
+    ).error  # fmt: skip
+
+
+def dense_gains(panel, frequency, damping, mass, kept):
+    """Absolute over base acceleration at the points, of all elements and of some shapes."""
+    plate, supported, w = panel.plate, panel.supported, 2 * np.pi * frequency
+    K, M = plate.stiffness.toarray(), plate.mass.toarray()
+    square, vector = la.eigh(K, M)
+    omega, cutoff = np.sqrt(square), 2 * np.pi * cutoff_frequency(HIGHEST)
+    ratio = np.where(omega < cutoff, RATIO, RATIO * omega / cutoff)
+    D, s = plate.patch_overlap["PID-1"].toarray(), 1j * w * damping - w**2 * mass
+    Z = K - w**2 * M + 1j * w * M @ vector @ np.diag(2 * ratio * omega) @ vector.T @ M + s * D
+    per_cell = len(plate.quadrature_weight) // len(supported.basis.cells)
+    weight = plate.quadrature_weight * np.repeat(supported.basis.cell_in_patch[0], per_cell)
+    force = s / w**2 * (plate.at_quadrature.T @ weight) - plate.inertia
+    points = plate.at_vertices[point_vertices(supported.basis)].toarray()
+    V = supported.vectors[:, kept]
+    answers = np.linalg.solve(Z, force), V @ np.linalg.solve(V.T @ Z @ V, V.T @ force)
+    return [np.abs(1 - w**2 * points @ answer) ** 2 for answer in answers]
+
+
+def test_the_modal_basis_is_good_under_base_motion(panel):
+    # red: no K⁻¹ M 1; the force of a pressure
+    assert checked(panel, slice(None)).max() < ALLOWED / 10
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_the_error_is_that_against_dense_matrices(panel, count):
+    # red: no s d/ω² in the force; relative motion; error over the PSD of the point alone
+    modes = np.flatnonzero(~panel.supported.basis.is_residual)[:count]
+    errors = checked(panel, modes)
+    assert errors.max() > 0.02
+    for row, damper in zip(errors, ((0.0, 0.0), (DAMPING, APPARENT)), strict=True):
+        for error, frequency in zip(row, LINES, strict=True):
+            whole, reduced = dense_gains(panel, frequency, *damper, modes)
+            exact = np.abs(reduced - whole).max() / whole.max()
+            assert error == pytest.approx(exact, rel=0.1, abs=1e-3)
+
+
+def test_all_elements_move_as_the_shapes(panel):
+    whole, _ = dense_gains(panel, 110.0, DAMPING, APPARENT, slice(None))
+    motion, _, _ = solved(panel, np.array([110.0]), DAMPING, APPARENT)
+    gain = np.abs((2 * np.pi * 110.0) ** 2 * motion[0, :-1, 0]) ** 2
+    np.testing.assert_allclose(gain, whole, rtol=ALLOWED / 10)
