@@ -8,15 +8,21 @@ from dataclasses import replace
 
 import pandas as pd
 
-from pidpanel.report.answer_text import massless_text
+from pidpanel.paths import SECTION
 from pidpanel.report.base_section import base_facts, base_section
 from pidpanel.report.facts import damping_facts, panel_facts, software_facts
-from pidpanel.report.html import Page
+from pidpanel.report.html import CAVEATS, Page
 from pidpanel.report.inputs import BaseResults, PanelInputs
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
-from pidpanel.report.text import READINGS, number, percent, value_text
-from pidpanel.report.warnings import EQUIVALENT_SINE, SINGLE_TONES, coupon_warnings
+from pidpanel.report.text import READINGS, number, percent, records, value_text
+from pidpanel.report.warnings import coupon_warnings, massless_text
+
+TONES_AT_RANDOM = (
+    "Under random motion the damping is that of a sine with the patch's rms acceleration, "
+    "Γ = √2 a_rms/g. This is an assumption; damping measured with single tones overestimates the "
+    "effect of a damper under broadband motion."
+)
 
 SAME_DB = 0.05
 """Reduction below which there is none."""
@@ -29,14 +35,13 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         raise ValueError(f"{study.name}: a page without sound and base motion")
     on_shaker = base_section(base, study.names, study.panel.points, study.panel.thickness_mm)
     answer, *summary = _findings(base, study.names)
-    on_panel = panel_section(
-        study.panel, inputs.basis, inputs.modes, inputs.section, inputs.printed
-    )
+    warnings = _warnings(inputs, base)
+    on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     return Page(
         title=study.title,
         answer=answer,
         first=on_shaker.blocks,
-        caveats=_caveats(inputs, base),
+        caveats=warnings[:CAVEATS],
         facts=[
             *panel_facts(inputs),
             *base_facts(base),
@@ -45,9 +50,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         ],
         assumptions=study.assumptions,
         summary=summary,
-        warnings=[
-            line for coupon in inputs.coupons.values() for line in coupon_warnings(coupon.cases)
-        ],
+        warnings=warnings[CAVEATS:],
         claims=None,
         sections=[
             replace(section, folded=True) for section in (on_panel, *coupon_sections(inputs))
@@ -79,16 +82,14 @@ def _of_motion(
     findings = []
     for reading, group in rows.groupby("reading", sort=False):
         worst = group.loc[group.groupby("scenario", sort=False)[column].idxmax()]
-        worst = worst.set_index("scenario")
-        bare, best = worst.iloc[0], worst.loc[worst[column].idxmin()]
+        bare, best = worst.iloc[0], worst.iloc[int(worst[column].argmin())]
         text = f"Under {level}, point {bare['point']} of the bare panel has the largest "
         text += f"acceleration, {number(bare[column])} {unit}"
-        others = worst.iloc[1:]
-        if len(others):
+        if len(worst) > 1:
             gain = 20 * math.log10(bare[column] / best[column])
             value = value_text(best[column], best.get(error, math.nan))
             text += (
-                f". {names[str(best.name)]} lowers the largest of any point most, to {value} "
+                f". {names[best['scenario']]} lowers the largest of any point most, to {value} "
                 f"{unit} (−{gain:.1f} dB; {READINGS[str(reading)]})"
                 if gain > SAME_DB
                 else f", and no layout lowers it ({READINGS[str(reading)]})"
@@ -97,26 +98,26 @@ def _of_motion(
     return findings
 
 
-def _caveats(inputs: PanelInputs, base: BaseResults) -> list[str]:
+def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
     """Return what limits the numbers, the most important first."""
     study = inputs.study
-    caveats = massless_text(study)
+    lines = massless_text(study)
     if base.summary is not None:
         outside = base.summary["outside_run_points_share"].max()
         if outside > 0:
-            caveats.append(
+            lines.append(
                 f"Damping is extrapolated on up to {percent(outside)} of the lines of a random "
                 "response (‡)."
             )
         unstable = base.summary[base.summary["status"] == "unstable"]
-        for row in unstable.drop_duplicates(["reading", "scenario"]).itertuples():
-            caveats.append(
-                f"{study.names[str(row.scenario)]}: C_e is negative with "
-                f"{READINGS[str(row.reading)]}; there is no steady motion."
+        for row in records(unstable.drop_duplicates(["reading", "scenario"])):
+            lines.append(
+                f"{study.names[row['scenario']]}: C_e is negative with {READINGS[row['reading']]}; "
+                "there is no steady motion."
             )
-        if study.surfaces:
-            caveats.append(SINGLE_TONES)
-        elif study.has_dampers and not study.is_coupled:
-            caveats.append(EQUIVALENT_SINE)
-    caveats.append("The panel is in vacuum: radiation into the air is not included.")
-    return caveats
+        if study.has_dampers and not study.is_coupled:
+            lines.append(TONES_AT_RANDOM)
+    lines.append("The panel is in vacuum: radiation into the air is not included.")
+    for name, coupon in inputs.coupons.items():
+        lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
+    return lines
