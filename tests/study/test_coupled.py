@@ -130,27 +130,6 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
     assert study.readings == ("bare",) and not study.is_coupled
 
 
-GONE = "was removed; use 'coupled', the default for sound"
-
-
-@pytest.mark.parametrize(
-    ("damping", "lines"),
-    [
-        ({"readings": ["random"]}, [f"damping.readings[0] = random: 'random' {GONE}"]),
-        ({"readings": ["dem", "random_with_source"]},
-         [f"damping.readings[1] = random_with_source: 'random_with_source' {GONE}"]),
-        ({"random": {"seeds": 2}},
-         [f"damping.random = {{seeds: 2}}: {GONE}, with the keys of damping.coupled"]),
-        ({"readings": ["random", "dem"], "random": {}},
-         [f"damping.readings[0] = random: 'random' {GONE}",
-          f"damping.random = {{}}: {GONE}, with the keys of damping.coupled"]),
-    ],
-)  # fmt: skip
-def test_what_was_driven_at_random_is_refused_and_says_what_took_its_place(refusal, damping, lines):
-    # red: `random` left out of REMOVED; `_refuse_removed` that stops at its first mistake
-    assert told(refusal, values() | {"damping": damping}) == lines
-
-
 @pytest.mark.parametrize(
     ("key", "value", "says"),
     [

@@ -1,7 +1,7 @@
 """Print the LIGGGHTS deck of a case, or list the cases of a study.
 
-A case is given by its label, as in results/coupon, or by --at, which selects the case nearest to a
-fill fraction, a frequency [Hz] and an acceleration [g].
+A case is given by its label, as in results/coupon; without a label, all cases are listed with their
+fill fraction, frequency and acceleration.
 """
 
 from __future__ import annotations
@@ -21,13 +21,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     add_study(parser)
     parser.add_argument("case", nargs="?", help="label of the case, or its beginning")
-    parser.add_argument(
-        "--at",
-        nargs=3,
-        type=float,
-        metavar=("FILL", "HZ", "G"),
-        help="the case nearest to these values",
-    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the packing (default: 1)")
 
 
@@ -41,11 +34,11 @@ def call(args: argparse.Namespace) -> int:
     cases = {case.label: case for batch in distinct_cases(study).values() for case in batch}
     if not cases:
         raise StudyError(f"{args.study}: runs no LIGGGHTS, because no coupon is simulated")
-    if args.case is None and args.at is None:
+    if args.case is None:
         for label, case in cases.items():
             print(label, _describe(case), sep="\t")
         return 0
-    chosen = _nearest(cases, args.at) if args.case is None else _named(cases, args.case)
+    chosen = _named(cases, args.case)
     seeds = {run.packing.seed: run for run in chosen.with_reserve.runs}
     if args.seed not in seeds:
         raise StudyError(
@@ -56,32 +49,8 @@ def call(args: argparse.Namespace) -> int:
 
 
 def _describe(case: Case) -> str:
-    r, f, gamma = _point(case)
-    return f"r = {r:g}, {f:g} Hz, {gamma:.4g} g"
-
-
-def _point(case: Case) -> tuple[float, float, float]:
-    from pidpanel.constants import STANDARD_GRAVITY
-
     run = case.point
-    return run.fill_fraction, run.drive.frequency, run.drive.acceleration / STANDARD_GRAVITY
-
-
-def _nearest(cases: dict[str, Case], point: tuple[float, float, float]) -> Case:
-    """Return the case nearest in the fill and in the logarithms of frequency and acceleration."""
-    import math
-
-    from pidpanel.study import StudyError
-
-    fill, frequency, gamma = point
-    if not (math.isfinite(fill) and frequency > 0 and gamma > 0):
-        raise StudyError("--at: must be a fill fraction, and a frequency and a Γ above 0")
-
-    def distance(case: Case) -> float:
-        r, f, g = _point(case)
-        return math.hypot(r - fill, math.log10(f / frequency), math.log10(g / gamma))
-
-    return min(cases.values(), key=distance)
+    return f"r = {run.fill_fraction:g}, {run.drive.frequency:g} Hz, {run.drive.gamma:.4g} g"
 
 
 def _named(cases: dict[str, Case], name: str) -> Case:

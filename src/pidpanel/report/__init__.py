@@ -20,7 +20,7 @@ coupled runs: `verdict`, `verdict_files`,
 
 Figures, from arrays and frames: `panel_figures`, `sound_figures`, `coupon_figures`,
 `damping_figures`, `response_figures`, `maps_figures`, `base_figures`,
-`front_drawing`; rendered scenes: `pictures`, `films`;
+`front_drawing`, `films`;
 `style` and `layout` (colours, PNG files, margins, legends, axes).
 
 `text`, `names`, `rms`, `psds`: numbers and units, scenarios, rms accelerations and PSDs.

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import RelativeError, SectionModel
 from pidpanel.study.dampers import Interpolation, WeighsAs
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Mistake, Mistakes
+from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 from pidpanel.study.sweep import Gamma
@@ -30,8 +30,6 @@ NEIGHBOURS_DB = 3.0
 within some decibels, and push a thousand times as much then."""
 COUPLED: Reading = "coupled"
 """Reading of panel and particles in one time integration."""
-REMOVED = ("random", "random_with_source")
-"""Readings of coupons driven at random, which there were before."""
 
 
 class Level(SectionModel):
@@ -116,31 +114,6 @@ class Damping(SectionModel):
     """``particles``: m_a is the mass of the particles, for a table measured without it."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse_removed(cls, values: Any) -> Any:
-        if isinstance(values, Mapping):
-            readings = values.get("readings")
-            items = list(readings) if isinstance(readings, list | tuple) else []
-            says = f"was removed; use '{COUPLED}', the default for sound"
-            mistakes = [
-                Mistake(("readings", place), f"{name!r} {says}")
-                for place, name in enumerate(items)
-                if name in REMOVED
-            ]
-            if "random" in values:
-                mistakes.append(Mistake(("random",), f"{says}, with the keys of damping.coupled"))
-            if "target" in values:
-                says = "was removed, because its errors were too small; the whole of coupon.sweep "
-                says += "is run"
-                mistakes.append(Mistake(("target",), says))
-            if "tones" in values:
-                says = f"was removed; use '{COUPLED}', or extend coupon.sweep to the motions"
-                mistakes.append(Mistake(("tones",), says))
-            if mistakes:
-                raise Mistakes(mistakes)
-        return values
 
     @property
     def is_of_tones(self) -> bool:
