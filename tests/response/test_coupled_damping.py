@@ -130,9 +130,9 @@ def test_a_table_of_coupled_runs_is_read_by_scenario_and_patch(tmp_path):
 
 
 def test_errors_are_those_of_the_runs(tmp_path):
-    # red: np.log(10) / 10 → / 20; points in the order of the file; all scenarios for each
+    # red: np.log(10) / 10 → / 20; points in the order of the file; scenarios in another
     frequency = np.array([30.0, 100.0, 1000.0])
-    errors = {("one", "326"): 0.5, ("one", "7"): 1.0, ("two", "326"): 2.0, ("two", "7"): 3.0}
+    errors = {("two", "326"): 2.0, ("two", "7"): 3.0, ("one", "326"): 0.5, ("one", "7"): 1.0}
     pd.DataFrame(
         [
             {"scenario": scenario, "point": point, "g_rms": 10.0, "g_rms_error": error / 2}
@@ -153,6 +153,7 @@ def test_errors_are_those_of_the_runs(tmp_path):
     found = read_errors(
         tmp_path / "summary.csv", tmp_path / "psd.csv", np.array([50.0, 10**2.5]), ["7", "326"]
     )
+    assert list(found) == ["two", "one"]
     assert found["one"].log_rms == pytest.approx([0.05, 0.025])
     assert found["two"].log_rms == pytest.approx([0.15, 0.1])
     # linear in ln f: half way from 100 to 1000 Hz

@@ -49,6 +49,32 @@ def test_a_line_counts_by_its_distance_from_the_data(damper):
     assert in_motion.weight[~inside] == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("step", [0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_motion_beyond_the_data_counts_by_the_next_of_eight_steps(damper, step, sign):
+    # the data end at 1 and 50 g; red: up alone; steps down twice as far
+    edge = 50 if sign > 0 else 1
+    weight = extrapolated(damper, edge * 2 ** (sign * 0.99 * step)).weight
+    np.testing.assert_allclose(weight[LINES <= 100], step)
+
+
+def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
+    # red: the side above alone; a side beyond the next; f in place of ln f
+    lines = 20.0 * 2.0 ** np.array([0.0, 0.1, 0.3, 0.7, 1.0, 1.2])
+    inside = np.array([False, True, False, False, True, False])
+    steady = dataclasses.replace(damper, model=Steady())
+    response = Response(np.array([np.nan]), inside[None])
+    weight = extrapolation_of([steady], response, lines).weight
+    np.testing.assert_allclose(weight, [0.1, 0, 0.2, 0.3, 0, 0.2], atol=1e-12)
+
+
+@dataclasses.dataclass
+class Steady:
+    """Damping that does not depend on the motion."""
+
+    depends_on_acceleration: bool = False
+
+
 def test_what_the_data_would_have_to_cover_is_named(damper):
     # red: the range of the lines inside; {:.3g} of frequencies, 2e+03 Hz
     assert extrapolated(damper, 20.0).missing.startswith("lab to 20 g at 10")
@@ -56,6 +82,9 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
     high = np.geomspace(20, 2000, 181)
     response = Response(np.array([20.0]), damper.model(high, 1.0, 20.0).inside[None])
     assert extrapolation_of([damper], response, high).missing.endswith(" to 2000 Hz")
+    # at lines from 100 Hz on no motion reaches the data, and at 500 g at none
+    assert extrapolated(damper, 60.0).missing == "lab to 60 g at 20 to 200 Hz"
+    assert extrapolated(damper, 500.0).missing == "lab to 500 g at 20 to 200 Hz and r = 1"
     whole = extrapolation_of([damper], Response(np.array([30.0]), np.ones((1, 181), bool)), LINES)
     assert whole.missing == "" and not whole.weight.any()
 
@@ -69,3 +98,11 @@ def test_the_share_is_that_of_the_change_in_mean_square():
     assert share == pytest.approx([0.5, 0.0], abs=0.01)
     assert Extrapolation(weight, "").share_of_change(bare, bare, LINES).tolist() == [0, 0]
     assert math.isclose(FAR, math.log(2))
+
+
+def test_more_motion_is_a_change_too():
+    # |S₀ − S| is 0.2, 0.2, 0.1, 0.1, of which the last two count; red: S₀ − S; whole > 1
+    f, weight = np.arange(4.0), np.array([0.0, 0.0, 1.0, 1.0])
+    bare, damped = np.full((4, 1), 0.1), np.array([[0.3], [0.3], [0.0], [0.0]])
+    share = Extrapolation(weight, "").share_of_change(bare, damped, f)
+    assert share == pytest.approx([0.15 / 0.45])

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pidpanel.damping.broadband import EXACT, PAPER_LAW, SINGLE_TONES
-from pidpanel.response.model_error import decibels, model_error_of, with_model_error
+from pidpanel.damping.broadband import EXACT, PAPER_LAW, SINGLE_TONES, BroadbandError
+from pidpanel.response.model_error import decibels, log_error, model_error_of, with_model_error
 from pidpanel.solve.uncertainty import StandardErrors
 
 PSD = np.array([[8.0, 2.0], [8.0, 0.0]])
@@ -45,6 +45,13 @@ def test_linear_dampers_and_the_bare_panel_have_none():
     # red: of zeros for None
     assert model_error_of(case(EXACT), response(PSD)) is None
     assert model_error_of(case(), response(PSD)) is None
+
+
+def test_a_point_at_rest_has_the_part_without_effect_alone():
+    # red: `|` of both; > 1
+    undamped, damped = np.array([2.0, 0.0, 0.5, 0.0]), np.array([0.0, 1.0, 0.25, 0.0])
+    error = log_error(BroadbandError(4 / np.log(2), 3.0), undamped, damped)
+    assert error == pytest.approx([3, 3, 5, 3])
 
 
 def test_both_errors_are_independent():

@@ -11,7 +11,7 @@ from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_respon
 from pidpanel.solve.basis_error import LINES, check_basis
 from pidpanel.solve.lines import line_count
 from pidpanel.solve.model import ModalBasis
-from pidpanel.solve.sharpness import flanks, least_damping_ratio
+from pidpanel.solve.sharpness import flanks, least_damping_ratio, loaded_modes
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
 
@@ -62,6 +62,29 @@ def test_lines_stand_on_the_flanks_of_the_highest_peaks_in_turns():
     # one beyond the range shows at its end
     np.testing.assert_allclose(flanks(f, [resonances(60.0, 201.0)], 1e-3, 1), [199.8])
     assert flanks(f, [resonances(60.0, 120.0)], 1e-3, 0).size == 0
+
+
+def test_every_peak_of_every_scenario_has_one_line():
+    # red: as many turns as the scenario with the fewest peaks has; lines twice
+    f = np.linspace(50.0, 200.0, 1501)
+    several, single = np.zeros((2, f.size, 1))
+    several[[100, 500, 900]], single[500] = 2.0, 2.0
+    found = flanks(f, [several, single], 1e-3, 9)
+    np.testing.assert_allclose(found, f[[900, 500, 100]] * 1.001)
+    # above the peak up to the last line; red: up to that before it
+    coarse = flanks(
+        np.array([90.0, 95.0, 100.0, 102.0]), [np.array([[1], [1], [2], [1.0]])], 0.01, 1
+    )
+    np.testing.assert_allclose(coarse, [101.0])
+
+
+def test_a_slow_mode_has_a_damping_ratio_and_a_rigid_one_none():
+    # red: np.maximum(square, 1); omega > 1
+    modes = loaded_modes(
+        ModalBasis([0.0, 0.05], [1.0, 1.0], 0.01), np.zeros((0, 2, 2)), np.zeros(0), 4.0
+    )
+    np.testing.assert_allclose(modes.frequency, [0.0, 0.05], atol=1e-12)
+    np.testing.assert_allclose(modes.damping_ratio, [np.inf, 0.01])
 
 
 @pytest.mark.parametrize(("mass", "ratio"), [(3.0, 0.01), (96.0, 0.004)])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 from pidpanel.severity.oscillators import miles, natural_frequencies, response_spectrum
 
@@ -44,7 +45,22 @@ def test_miles_equation_holds_for_a_flat_psd(quality):
     )
 
 
+@pytest.mark.parametrize("frequency", [[80.0, 120.0, 120.1], [79.9, 80.0, 120.0]])
+def test_a_resonance_between_two_lines_is_resolved(frequency):
+    # by quadrature of the complex transfer function; red: no lines added in the first interval,
+    # in the last, or at the natural frequency
+    def square(f):
+        r = f / 100
+        return abs((1 + 1j * r / 50) / (1 - r**2 + 1j * r / 50)) ** 2
+
+    exact, _ = scipy.integrate.quad(square, frequency[0], frequency[-1], points=[98, 100, 102])
+    rms = response_spectrum(np.array(frequency), np.ones((3, 1)), np.array([100.0]), 50.0)
+    assert rms**2 == pytest.approx(exact, rel=2e-3)
+
+
 def test_natural_frequencies_are_40_to_a_decade():
     values = natural_frequencies(20.0, 2000.0)
     assert values[0] >= 20 and values[-1] == pytest.approx(1995.26, abs=0.01)
     np.testing.assert_allclose(np.diff(np.log10(values)), 1 / 40)
+    # ends that are such frequencies belong to them; red: ± 1e-9 exchanged
+    assert natural_frequencies(100.0, 1000.0)[[0, -1]] == pytest.approx([100.0, 1000.0])

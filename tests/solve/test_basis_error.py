@@ -22,6 +22,7 @@ from pidpanel.solve.basis_error import (
     check_basis,
     damping_ratios,
     lines_to_try,
+    modal_basis,
     pressure_errors,
     principal,
     refined,
@@ -54,25 +55,34 @@ def uniform(frequency, face):
     return np.outer(load, load)
 
 
+def waves(frequency, face):
+    """G of two independent plane waves of the same pressure."""
+    total = 0.0
+    for wavenumber in ((6.0, 2.0), (-1.0, 9.0)):
+        phase = np.exp(-1j * face.quadrature_position @ np.array(wavenumber))
+        load = (face.quadrature_weight * phase) @ face.shape_at_quadrature
+        total = total + np.outer(load, load.conj())
+    return total
+
+
 def heavy(lines, damping=2000.0, mass=30.0):
     flat = np.ones((1, len(lines)))
     return PatchDampers(damping * flat, mass * flat)
 
 
-def checked(panel, basis, shapes, lines, scenarios, zeta=ZETA):
-    ratio = damping_ratios(basis, zeta, CUTOFF)
-    modal = ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+def checked(panel, basis, shapes, lines, scenarios, zeta=ZETA, force=uniform):
+    modal = modal_basis(basis, zeta, HIGHEST)
 
     def of_basis(frequency):
-        return uniform(frequency, basis)[None]
+        return np.array([force(f, basis) for f in frequency])
 
-    errors = pressure_errors(basis, panel[2], of_basis, uniform)
+    errors = pressure_errors(basis, panel[2], of_basis, force)
     return check_basis(
         basis, panel[2], shapes, modal, errors, zeta.at(CUTOFF), CUTOFF, lines, scenarios
     )
 
 
-def dense_psd(plate, frequency, damping, mass, zeta=ZETA):
+def dense_psd(plate, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0),)):
     """PSD of each point per S_p from dense matrices, the damping from all modes."""
     K, M = plate.stiffness.toarray(), plate.mass.toarray()
     value, vector = la.eigh(K, M)
@@ -83,18 +93,21 @@ def dense_psd(plate, frequency, damping, mass, zeta=ZETA):
     D = plate.patch_overlap["large"].toarray()
     Z = K - w**2 * (M + mass * D) + 1j * w * (C + damping * D)
     pull = plate.interpolate(np.array(list(POINTS.values()))).toarray().T
-    load = plate.quadrature_weight @ (plate.at_quadrature @ np.linalg.solve(Z, pull))
-    return np.abs(load) ** 2
+    moved = plate.at_quadrature @ np.linalg.solve(Z, pull)
+    phase = np.exp(-1j * np.array(wavenumbers) @ plate.quadrature_position.T)
+    return np.sum(np.abs((phase * plate.quadrature_weight) @ moved) ** 2, axis=0)
 
 
-def reduced_psd(basis, frequency, damping, mass, zeta=ZETA):
+def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0),)):
     w = 2 * np.pi * frequency
     ratio = damping_ratios(basis, zeta, CUTOFF)
     modal = ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
     s = 1j * w * damping - w**2 * mass
     Z = np.diag(modal.dynamic_stiffness(np.array([frequency]))[0]) + s * basis.patch_overlap[0]
-    load = basis.quadrature_weight @ basis.shape_at_quadrature
-    return np.abs(basis.shape_at_points @ np.linalg.solve(Z, load)) ** 2
+    phase = np.exp(-1j * np.array(wavenumbers) @ basis.quadrature_position.T)
+    load = (phase * basis.quadrature_weight) @ basis.shape_at_quadrature
+    moved = basis.shape_at_points @ np.linalg.solve(Z, load.T)
+    return np.sum(np.abs(moved) ** 2, axis=1)
 
 
 @pytest.mark.parametrize("zeta", [ZETA, FALLING], ids=["constant", "falling"])
@@ -114,6 +127,27 @@ def test_the_error_is_that_against_dense_matrices(panel, zeta):
             expected = np.abs(missed).max()
             np.testing.assert_allclose(found.error[row, column], expected, rtol=0.05, atol=1e-6)
     assert found.largest[0] > 0.1  # a basis that knows nothing of the mass
+
+
+def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
+    # red: in _errors, force[imag, real] + force[real, imag]; of_basis without conj()
+    plate, basis, stored = panel
+    line, waved = np.array([250.0]), ((6.0, 2.0), (-1.0, 9.0))
+    found = checked(panel, basis, stored.shapes, line, [heavy(line)], force=waves)
+    truth = dense_psd(plate, 250.0, 2000.0, 30.0, wavenumbers=waved)
+    missed = reduced_psd(basis, 250.0, 2000.0, 30.0, wavenumbers=waved) / truth - 1
+    np.testing.assert_allclose(found.error, np.abs(missed).max(), rtol=0.05)
+
+
+def test_what_is_left_out_weighs_as_much_as_the_error_that_it_makes(panel):
+    # red: missing without conj(); energy without the square root; error * REFINED_ABOVE
+    _, basis, stored = panel
+    line = np.array([380.0])
+    found = checked(panel, basis, stored.shapes, line, [heavy(line)])
+    energy = np.sum(found.missing_shapes * (stored.stiffness @ found.missing_shapes))
+    # at each point 1 for every 4e-3 of error, of which two columns lose at most a tenth
+    lost = len(POINTS) * 2 * 0.1**2
+    assert energy == pytest.approx(len(POINTS) * (found.error.item() / 4e-3) ** 2, abs=lost)
 
 
 def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
@@ -158,6 +192,13 @@ def test_of_every_column_no_more_than_the_remainder_is_left():
     assert np.sqrt(np.einsum("ki,ki->i", left, K @ left)).max() > 0.05
 
 
+@pytest.mark.parametrize(("beside", "count"), [(0.04, 1), (0.06, 2)])
+def test_columns_that_differ_by_less_than_the_remainder_are_one(beside, count):
+    # red: remainder**3; remainder * 2; `left > remainder**2` → of the sum of all columns
+    columns = np.array([[1.0, 1.0], [beside, -beside], [0.0, 0.0]])
+    assert principal(sp.csr_array(np.eye(3)), columns, 0.05).shape == (3, count)
+
+
 def test_the_wider_basis_is_checked_as_right(panel):
     # red: in basis_shapes, return shapes
     _, basis, stored = panel
@@ -186,6 +227,15 @@ def test_every_attempt_has_lines_of_its_own_within_the_range():
     assert all(len(one) == 12 and one[0] >= 30 and one[-1] <= 1000 for one in lines)
 
 
+def test_lines_share_the_square_of_the_range_evenly():
+    # red: count - offset; np.sqrt left out; low - (high - low) * share
+    lines = lines_to_try((100.0, 300.0), 10**6, 10**3)
+    np.testing.assert_allclose(((lines - 100) / 200) ** 2, [0.25, 0.75])
+    # the golden section of a step further on, from its start again
+    again = lines_to_try((100.0, 300.0), 10**6, 10**3, attempt=1)
+    np.testing.assert_allclose(((again - 100) / 200) ** 2, [0.0590170, 0.5590170], rtol=1e-6)
+
+
 @pytest.mark.parametrize(("coordinates", "columns", "count"), [(2400, 60, 12), (50_000, 66, 3),
                                                              (10**6, 10**3, 2)])  # fmt: skip
 def test_large_panels_are_checked_at_fewer_lines(coordinates, columns, count):
@@ -193,16 +243,25 @@ def test_large_panels_are_checked_at_fewer_lines(coordinates, columns, count):
     assert len(lines_to_try((30.0, 1000.0), coordinates, columns)) == count
 
 
-def test_a_point_that_does_not_move_has_no_error(panel):
-    # red: in _errors, ratio without where=moved
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_point_that_does_not_move_has_no_error_and_misses_nothing(panel, others):
+    # red: in _errors, ratio without where=moved; in check_basis, all columns over their energy
     _, basis, stored = panel
     lines = np.array([90.0])
     still = stored.at_vertices.tolil()
     corner = int(np.argmin(np.linalg.norm(basis.vertex_position, axis=1)))
     still[corner] = 0
-    held = replace(basis, point_position=basis.vertex_position[[corner]])
-    found = checked(
-        (panel[0], held, replace(stored, at_vertices=still.tocsr())), held, stored.shapes, lines,
-        [heavy(lines)],
-    )  # fmt: skip
-    assert found.error.max() == 0
+    plate = replace(stored, at_vertices=still.tocsr())
+    points = np.vstack([basis.point_position[:others], basis.vertex_position[[corner]]])
+    held = replace(basis, point_position=points)
+    found = checked((panel[0], held, plate), held, stored.shapes, lines, [heavy(lines)])
+    if not others:
+        assert found.error.max() == 0 and found.missing_shapes.shape[1] == 0
+        return
+    alone = replace(basis, point_position=basis.point_position[:1])
+    wanted = checked(panel, alone, stored.shapes, lines, [heavy(lines)])
+    np.testing.assert_allclose(found.error, wanted.error, rtol=1e-9)
+    # shapes of either sign
+    products = found.missing_shapes.T @ wanted.missing_shapes
+    size = np.sum(wanted.missing_shapes**2, axis=0)
+    np.testing.assert_allclose(np.abs(np.diag(products)), size, rtol=1e-6)

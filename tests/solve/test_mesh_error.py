@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.solve.mesh_error import AMPLITUDE, decibels, mesh_error, shift_of_modes
 from pidpanel.solve.model import ModalBasis
-from pidpanel.solve.sharpness import loaded_modes
+from pidpanel.solve.sharpness import LoadedModes, loaded_modes
 
 RATIO = 0.01
 AT = np.array([120.0, 310.0, 340.0, 770.0])
@@ -53,6 +53,41 @@ def test_a_mode_is_raised_by_the_mean_over_its_kinetic_energy():
     shift = shift_of_modes(np.array([10.0, 60.0]), modes, np.array([1e-4, 1e-3]), [[1e-2, 1e-2]])
     first = share * 1e-2 + (1 - share) * 1e-4
     np.testing.assert_allclose(shift, [first, first])  # the second has less
+
+
+def test_a_line_has_the_shift_of_the_mode_that_is_nearest_in_the_logarithm():
+    # red: the mean of two frequencies for their root; their ratio; edges of other modes
+    modes = LoadedModes(np.array([100.0, 400.0, 900.0]), np.full(3, RATIO), np.zeros((1, 3)))
+    lines = np.array([50.0, 199.0, 201.0, 599.0, 601.0, 2000.0])
+    shift = shift_of_modes(lines, modes, np.array([1.0, 2.0, 4.0]), np.zeros((1, 3)))
+    np.testing.assert_array_equal(shift, [1, 1, 2, 2, 4, 4])
+
+
+@pytest.mark.parametrize("slope", [5.0, -5.0])
+@pytest.mark.parametrize("line", [30, 58, 59])
+def test_a_raised_line_errs_by_the_slope_above_it_and_the_last_by_that_below(slope, line):
+    # flat but from a line on, or before the last; red: log_f − shift; no abs; log_f[-2]
+    x = 0.01 * np.arange(60)
+    psd = np.exp(slope * np.maximum(x - x[min(line, 58)], 0))
+    shift = np.where(np.arange(60) == line, 1e-3, 0.0)
+    error = mesh_error(np.exp(x), psd[:, None], np.ones(60), shift)
+    assert error.line == pytest.approx(np.expm1(5e-3), rel=1e-9)
+
+
+def test_the_error_of_an_rms_is_that_of_the_slope_and_of_the_amplitudes():
+    # S ∝ f⁻⁴ is lower by exp(−0.04) everywhere, and amplitudes err by three times the shift
+    # red: abs left out; squares[1] below
+    f = np.geomspace(10, 1000, 5000)
+    error = mesh_error(f, f[:, None] ** -4, np.ones_like(f), np.full(f.shape, 0.01))
+    assert error.rms == pytest.approx(1 - np.exp(-0.02) + 3 * 0.01, rel=1e-4)
+
+
+def test_a_point_without_motion_at_a_line_has_no_error():
+    # red: np.any
+    psd = np.ones((9, 1))
+    psd[4] = 0
+    error = mesh_error(np.geomspace(1, 2, 9), psd, np.ones(9), np.full(9, 1e-3))
+    assert error.line == 0 and error.rms == 0
 
 
 def test_decibels_of_an_error():

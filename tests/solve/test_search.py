@@ -11,8 +11,11 @@ from pidpanel.solve.layout import Load
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.search import (
+    JointSearch,
     LinearisationError,
     NotConverged,
+    Solution,
+    approach,
     find_motions,
     iterate,
     starts_between,
@@ -67,15 +70,17 @@ def test_two_loads_with_three_motions_each_have_their_four_stable_pairs_and_the_
     np.testing.assert_allclose(search.governing.log_gamma, [high, high], atol=1e-4)
 
 
-def test_a_repelling_motion_is_told_from_one_that_attracts():
-    # x → 2x − x³/4 away from 0: F' = 2 at 0, −1 at ±2; the first is repelling, the others at the
-    # edge of it; red: < 1 → < 3 in `_is_stable`
+@pytest.mark.parametrize(("slope", "cubic"), [(1.7, 0.25), (1.2, 0.05)])
+def test_a_repelling_motion_is_told_from_one_that_attracts(slope, cubic):
+    # x → s x − c x³ away from 0: F' = s at 0, 3 − 2s at the others; the first is repelling
+    # red: < 1 → < 3 in `_is_stable`; differences over three steps
+    other = math.sqrt((slope - 1) / cubic)
     search = find_motions(
-        [lambda x: 1.7 * x - 0.25 * x**3], [np.array([0.0]), np.array([1.5])], tolerance=1e-9
+        [lambda x: slope * x - cubic * x**3], [np.array([0.0]), np.array([1.5])], tolerance=1e-9
     )
     stable = {round(float(one.log_gamma[0]), 4): one.stable for one in search.solutions}
-    assert stable == {0.0: False, round(math.sqrt(0.7 / 0.25), 4): True}
-    assert search.governing.log_gamma[0] == pytest.approx(math.sqrt(0.7 / 0.25))
+    assert stable == {0.0: False, round(other, 4): True}
+    assert search.governing.log_gamma[0] == pytest.approx(other)
 
 
 def test_few_lines_lead_to_the_motion_of_all_lines():
@@ -181,3 +186,108 @@ def test_a_motion_that_is_no_motion_is_refused():
     solver = panel_solver(ModalBasis([55.0], [1.0], 0.01), patches, lines, [[1.0]], np.eye(1))
     with pytest.raises(LinearisationError, match="finite, positive motion"):
         solve_layout(solver, [Load(0, lambda f, _gamma: (0 * f, 0 * f + np.inf, f > 0))])
+
+
+@pytest.mark.parametrize(
+    ("stable", "expected"), [((True, False), 1.0), ((False, False), 2.0), ((True, True), 2.0)]
+)
+def test_the_highest_stable_motion_governs_and_the_highest_where_none_is_stable(stable, expected):
+    # red: `stable and list(...)`: the highest, stable or not
+    solutions = [Solution(np.array([x]), 0.0, one) for x, one in zip((1.0, 2.0), stable)]
+    assert JointSearch(tuple(solutions), 2, 2).governing.log_gamma == [expected]
+
+
+@pytest.mark.parametrize(("loads", "count"), [(1, 2), (2, 4), (3, 5), (4, 6), (5, 2)])
+def test_two_to_four_loads_also_start_with_each_alone_high(loads, count):
+    # red: < 4; <= 5; 1 <= len(low)
+    found = np.array(starts(loads))
+    assert found.shape == (count, loads)
+    alone = found[2:]
+    assert np.array_equal(alone, np.where(np.eye(len(alone), loads), HIGH, LOW))
+
+
+def test_an_approach_takes_at_most_a_factor_of_two_of_the_motion():
+    # red: LARGEST_STEP = 2; ends where one of the loads has come near, or where all are above
+    tried = []
+
+    def map_to(ends):
+        def F(x):
+            tried.append(x)
+            return np.array(ends)
+
+        return F
+
+    for start, ends in (([0.0, 0.0], [0.0, 5.0]), ([5.0, 5.0], [0.0, 1.0])):
+        tried.clear()
+        x = approach(map_to(ends), np.array(start))
+        np.testing.assert_allclose(x, ends, atol=0.1)
+        assert np.abs(np.diff(tried, axis=0)).max() == pytest.approx(math.log(2), rel=1e-12)
+
+
+def test_the_second_step_of_an_approach_ends_at_the_zero_of_a_straight_line():
+    # F = −0.8 x from 0.3: the plain step goes to −0.24, the secant from there to 0
+    # red: 1 + slope; moved + value; abs left out of the moves that have a secant
+    tried = []
+
+    def straight(x):
+        tried.append(x)
+        return -0.8 * x
+
+    x = approach(straight, np.array([0.3, -0.4]))
+    np.testing.assert_allclose(x, 0.0, atol=1e-15)
+    assert len(tried) == 3
+
+
+def recorded(F):
+    """A map and the points at which it is evaluated."""
+    tried = []
+
+    def remembering(x):
+        tried.append(x)
+        return F(x)
+
+    return remembering, tried
+
+
+@pytest.mark.parametrize(
+    ("ends", "first"), [([0.5, -0.5], [0.5, -0.5]), ([50, 1], [2, 0.04]), ([-50, 1], [-2, 0.04])]
+)
+def test_the_first_step_is_the_plain_one_cut_to_a_factor_e_squared(ends, first):
+    # red: cut by the least step, or by the largest upwards
+    F, tried = recorded(lambda x: np.array(ends))
+    iterate(F, np.zeros(2), 1e-9, 60)
+    np.testing.assert_allclose(tried[1], first, rtol=1e-12)
+
+
+def test_a_step_that_doubles_the_surplus_is_taken_back():
+    # the surplus is 1 at 0 and ½ at 1, so the secant leads to 2; there it is 3/2, and half of the
+    # plain step from 1 ends at its zero; red: the whole step; back only where it is three times
+    F, tried = recorded(lambda x: x + np.interp(x, [0, 1, 1.25, 2], [1, 0.5, 0, 1.5]))
+    x, residual = iterate(F, np.zeros(1), 1e-9, 60)
+    assert (x[0], residual) == pytest.approx((1.25, 0.0))
+    np.testing.assert_allclose(np.ravel(tried), [0, 1, 2, 1.25])
+
+
+def test_six_coupled_straight_lines_meet_in_eight_evaluations():
+    # a step for every direction, one to begin with and one that ends; red: fewer steps remembered
+    B = np.random.default_rng(8).uniform(-0.4, 0.4, (6, 6))
+    F, tried = recorded(lambda x: np.arange(6) - B @ x)
+    x, _ = iterate(F, np.zeros(6), 1e-8, 60)
+    np.testing.assert_allclose(x, np.linalg.solve(np.eye(6) + B, np.arange(6)), atol=1e-7)
+    assert len(tried) <= 8
+
+
+def test_few_evaluations_on_all_lines_move_many_loads():
+    # each gains two digits; red: all lines from the start, or once the residual has fallen
+    draw = np.random.default_rng(4)
+    B = draw.uniform(-0.3, 0.3, (20, 20))
+    F, tried = recorded(lambda x: np.arange(20) - B @ x + 0.005 * np.sin(x))
+    search = find_motions([F, lambda x: np.arange(20) - B @ x], starts(20))
+    np.testing.assert_allclose(F(search.governing.log_gamma), search.governing.log_gamma, atol=1e-6)
+    assert len(tried) <= 6
+
+
+def test_a_search_that_fails_states_the_least_residual():
+    # F − x is 1 below and 3 above: no step changes it; red: max of the ends
+    with pytest.raises(NotConverged, match=r"of 1 loads is 1 near"):
+        find_motions([lambda x: x + np.where(x < 0, 1, 3)], [np.array([-900.0]), np.array([9.0])])

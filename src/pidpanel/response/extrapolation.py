@@ -86,7 +86,7 @@ def _distance_in_motion(
 ) -> Array:
     """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of two reaches them."""
     distance = np.where(inside, 0.0, np.inf)
-    if not model.depends_on_acceleration or not np.isfinite(gamma):
+    if not model.depends_on_acceleration:
         return distance
     for step in STEPS:
         for sign in (-1, 1):
@@ -97,10 +97,7 @@ def _distance_in_motion(
 
 def _distance_in_frequency(frequency: Array, inside: Flags) -> Array:
     """|Δ ln f| (nf,) to the nearest line within the data; inf without any."""
-    if not inside.any():
-        return np.full(len(frequency), np.inf)
-    known = np.log(frequency[inside])
-    after = np.clip(np.searchsorted(known, np.log(frequency)), 1, max(len(known) - 1, 1))
-    nearest = np.stack([known[after - 1], known[np.minimum(after, len(known) - 1)]])
-    distance: Array = np.abs(np.log(frequency) - nearest).min(axis=0)
-    return distance
+    log_f = np.log(frequency)
+    known = np.concatenate([[-np.inf], log_f[inside], [np.inf]])
+    after = np.searchsorted(known, log_f)
+    return np.minimum(log_f - known[after - 1], known[after] - log_f)

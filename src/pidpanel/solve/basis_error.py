@@ -185,9 +185,10 @@ def check_basis(
         error[:, line] = errors(pulls, motions)
         for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
             missing = motions[missed].remainder
-            missing = missing[:, np.any(missing != 0, axis=0)]  # none of a point on a support
-            energy = np.sqrt(np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real)
-            missing = missing * (error[missed, line] / REFINED_ABOVE / energy)
+            energy = np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real
+            moved = energy > 0  # not of a point on a support
+            size = error[missed, line] / REFINED_ABOVE
+            missing = missing[:, moved] * (size / np.sqrt(energy[moved]))
             missing_shapes += [np.real(missing), np.imag(missing)]
     return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(missing_shapes)))
 
@@ -200,9 +201,8 @@ def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAIN
     square, V = la.eigh(columns.T @ (stiffness @ columns))
     square, V = np.maximum(square[::-1], 0.0), V[:, ::-1]
     left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
-    enough = np.flatnonzero(np.all(left <= remainder**2, axis=0))
-    count = int(enough[0]) + 1 if columns.size else 0
-    return columns @ V[:, :count]
+    too_few = np.count_nonzero(np.any(left > remainder**2, axis=0))  # none leaves more than fewer
+    return columns @ V[:, : too_few + 1]
 
 
 def point_vertices(basis: PanelBasis) -> Index:
