@@ -45,6 +45,25 @@ def test_where_errors_explain_the_scatter_there_is_none():
     assert packings.scatter([], []) == 0.0
 
 
+@pytest.mark.parametrize(
+    ("deviation", "error", "scatter"),
+    [(0.1, 0.1 * np.sqrt(2 / 1.5), 0.1 * np.sqrt(2 / 3)), (0.5, 0.0, np.sqrt(0.5)), (0.9, 0.0, 1)],
+)
+def test_a_single_pair_has_the_scatter_that_its_deviation_leaves(deviation, error, scatter):
+    # 2 d²/(e² + s²) = 1, with s at most 1; red: freedom == 1; left(LOWEST) <= 1; HIGHEST = 1.1
+    pair = 3.0 * np.array([1 - deviation, 1 + deviation])
+    found = packings.scatter([pair], [np.full(2, 3.0 * error)])
+    assert found == pytest.approx(scatter, rel=1e-6)
+
+
+def test_six_degrees_of_freedom_are_enough_and_five_too_few():
+    # red: FEWEST = 7
+    means, errors = drawn(0.05, 0.001, cases=11)
+    by_group = packings.scatter_by(["a"] * 6 + ["b"] * 5, means, errors, np.ones(11, bool))
+    assert by_group["a"] == packings.scatter(means[:6], errors[:6])
+    assert by_group["b"] == packings.scatter(means, errors)
+
+
 def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
     # red: FEWEST = 0; `alike` left out
     means, errors = drawn(0.05, 0.001, cases=60)

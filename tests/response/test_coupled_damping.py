@@ -110,13 +110,13 @@ def test_a_table_of_coupled_runs_is_read_by_scenario_and_patch(tmp_path):
     # red: dtype left out of read_csv; `.iloc[0]` of the table, not of the rows
     path = tmp_path / "impedance.csv"
     parts = [
+        rows("140", "01", 9.0, 0.3)[:1],  # of a single band
         rows("130", "01", 500.0, 0.0),
         rows("130", "02", 700.0, 0.0),
-        rows("140", "01", 9.0, 0.3),
     ]
     pd.concat(parts).to_csv(path, index=False)
     found = read_coupled(path)
-    assert list(found) == [("130", "01"), ("130", "02"), ("140", "01")]
+    assert list(found) == [("140", "01"), ("130", "01"), ("130", "02")]
     bed = found["130", "02"]
     assert bed.nodes.tolist() == pytest.approx([101.0, 404.0])
     assert asked(bed, 200.0).equivalent_damping == pytest.approx([700.0])

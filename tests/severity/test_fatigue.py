@@ -110,6 +110,40 @@ def test_the_largest_peak_of_noise_is_that_of_davenport(name, low, high):
     assert low < (largest.mean() - factor) / (largest.std() / 10) < high
 
 
+FLIFE = {1.0: 2.27422317e-05, 3.0: 4.04134444e-06, 5.0: 1.38283611e-06, 7.3: 6.21038889e-07}
+"""Damage a second by `FLife.Dirlik` 2.3 with the moments of two flat bands, by exponent."""
+
+
+@pytest.mark.parametrize("exponent", FLIFE)
+def test_two_flat_bands_have_the_damage_that_flife_states(exponent):
+    # variances of 5 and 2 on 20 to 60 and 100 to 120 Hz
+    # red: any sign or factor of d1, r, d2, d3 and q
+    edges = np.array([20, 60, 60 + 1e-9, 100 - 1e-9, 100, 120])
+    psd = np.array([5 / 40, 5 / 40, 0, 0, 2 / 20, 2 / 20])
+    line = FatigueLine(stress=10.0, cycles=1e6, exponent=exponent)
+    assert dirlik_damage_rate(edges, psd, line) == pytest.approx(FLIFE[exponent], rel=1e-7)
+
+
+@pytest.mark.parametrize("name", PSDS)
+def test_amplitudes_sum_to_a_quarter_of_all_that_the_stress_moves(name):
+    # E|σ̇| = √(2/π) 2π √m₂, whatever the count; 1.25 in q stands for √(π/2): 0.3 %
+    # red: q without 1.25; the peaks for the crossings
+    moved = np.sqrt(2 / np.pi) * 2 * np.pi * np.sqrt(spectral_moment(FREQUENCY, PSDS[name], 2))
+    line = FatigueLine(stress=1e8, cycles=1e6, exponent=1.0)
+    found = dirlik_damage_rate(FREQUENCY, PSDS[name], line)
+    assert found == pytest.approx(moved / 4 / 1e8 / 1e6, rel=3e-3)
+
+
+@pytest.mark.parametrize(("exponent", "mean_power"), [(2.0, 2.0), (4.0, 8.0), (6.0, 48.0)])
+def test_rayleigh_amplitudes_have_their_even_moments(exponent, mean_power):
+    # E A^b = 2^(b/2) (b/2)! σ^b; red: √2 left out; Γ(2 + b/2)
+    psd = PSDS["one resonance"]
+    rms = np.sqrt(spectral_moment(FREQUENCY, psd, 0))
+    line = FatigueLine(stress=3 * float(rms), cycles=1e6, exponent=exponent)
+    rate = zero_crossing_rate(FREQUENCY, psd) * mean_power / 3**exponent / 1e6
+    assert narrow_band_damage_rate(FREQUENCY, psd, line) == pytest.approx(rate, rel=1e-12)
+
+
 def test_no_stress_makes_no_damage():
     line = FatigueLine(1e8, 1e6, 5.0)
     psd = np.zeros((FREQUENCY.size, 2))

@@ -109,6 +109,15 @@ def test_a_band_that_is_no_polynomial_is_solved_line_by_line(panel):
     assert np.abs(left).max() < 2e-8
 
 
+def test_a_single_motion_is_solved_too(panel):
+    # red: `_width` that begins at 1
+    basis, air, observed = panel
+    frequency = frequency_grid(100.0, 200.0, 0.02)
+    found = PanelInAir(frequency, basis, air).motion(frequency, observed[:, :1])
+    exact = line_by_line(frequency, basis, air, observed[:, :1])
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7 * np.abs(exact).max())
+
+
 def test_lines_in_any_pieces_are_the_same(panel):
     # red: the bands begin at the first line asked for
     basis, air, observed = panel

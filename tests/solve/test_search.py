@@ -83,6 +83,15 @@ def test_a_repelling_motion_is_told_from_one_that_attracts(slope, cubic):
     assert search.governing.log_gamma[0] == pytest.approx(other)
 
 
+def test_a_motion_that_repels_one_load_of_two_is_not_stable():
+    # red: np.min of the eigenvalues
+    search = find_motions(
+        [lambda x: np.array([1.7 * x[0] - 0.25 * x[0] ** 3, 0.5 * x[1]])],
+        [np.array([0.0, 1.0]), np.array([1.5, 1.0])],
+    )
+    assert [one.stable for one in search.solutions] == [False, True]
+
+
 def test_few_lines_lead_to_the_motion_of_all_lines():
     # F on all lines, 3 % and 10 % off on fewer; red: near(at) + off → near(at)
     asked = []

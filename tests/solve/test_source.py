@@ -5,7 +5,7 @@ import pytest
 import scipy.integrate
 from solving import panel_solver, solve_layout
 
-from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.excitation import ModalForce, Superposition
 from pidpanel.solve.layout import Load
 from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
@@ -14,6 +14,7 @@ from pidpanel.solve.source import (
     elements_of_patch,
     interpolated_load,
     mean_coherence,
+    own_force_load,
 )
 
 SIDE = 0.2
@@ -84,6 +85,42 @@ def test_the_load_of_a_patch_does_not_depend_on_its_parts(per_part):
     length = per_part * SIDE / 8
     found = parts.coherent_load(length)[0, 0] / SIDE**4
     assert found == pytest.approx(float(mean_coherence(SIDE, length)), rel=4e-3)
+
+
+def test_two_parts_share_the_mean_coherence_of_their_points():
+    # by Gauss' rule in all four coordinates; red: differences of one sign alone
+    side, length = 0.1, 0.15
+    place = np.array([[0.0, 0.0], [0.25, 0.12]])
+    parts = PatchParts(np.eye(2), np.full(2, side**2), place)
+    node, weight = np.polynomial.legendre.leggauss(8)
+    x, y = np.meshgrid(side / 2 * node, side / 2 * node)
+    inside = np.stack([x.ravel(), y.ravel()], axis=1)
+    distance = np.linalg.norm(place[1] - place[0] + inside[:, None] - inside, axis=2)
+    w = np.outer(weight, weight).ravel() * side**2 / 4
+    wanted = w @ np.exp(-distance / length) @ w
+    found = parts.coherent_load(length)
+    np.testing.assert_allclose([found[0, 1], found[1, 0]], wanted, rtol=1e-4)
+
+
+def test_the_own_force_is_coherent_in_part_and_independent_in_the_rest():
+    # a patch of 0.2 m: far below λ/f all of it moves alike, far above it areas of 2π (λ/f)² do
+    # red: length * f; the parts subtracted; 1 − c → 1 + c
+    parts = PatchParts(np.ones((1, 1)), np.array([0.04]), np.zeros((1, 2)))
+    frequency, coherence, length = np.array([1e-5, 1000.0]), np.array([0.25, 0.75]), 2.0
+    found = own_force_load(parts, np.array([[0.002]]), frequency, coherence, length).ravel()
+    far = 2 * np.pi * 0.01**2 - 16 * 0.01**3  # of sides of a hundred lengths
+    wanted = [0.25 * 0.04**2 + 0.75 * 0.002, 0.75 * far * 0.04**2 + 0.25 * 0.002]
+    np.testing.assert_allclose(found, wanted, rtol=1e-4)
+
+
+def test_a_second_excitation_keeps_its_level_whatever_that_of_the_first():
+    # G₁ + share S₂ G₂/S₁, and G₁ where S₁ is none; red: S₁ > 1; / S₂; a share of 1.1
+    f, G = np.array([1.0, 2.0, 3.0]), np.array([[2.0]])
+    first = ModalForce(lambda f: np.array([0.5, 2.0, 0.0]), np.array([[7.0]]))
+    second = ModalForce(lambda f: np.full(f.shape, 3.0), G)
+    for share, found in ((1.0, Superposition(first, second)),
+                         (0.5, Superposition(first, second, 0.5))):  # fmt: skip
+        np.testing.assert_allclose(found(f).ravel(), 7 + share * np.array([12.0, 3.0, 0.0]))
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0, 7.0, 60.0])

@@ -154,7 +154,7 @@ def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[
         (k, n, n) at the nodes.
     """
     place = np.interp(np.log(frequency), np.log(nodes), np.arange(len(nodes)))
-    lower = np.minimum(place.astype(int), max(len(nodes) - 2, 0))
+    lower = place.astype(int)
     upper = np.minimum(lower + 1, len(nodes) - 1)
     share = (place - lower)[:, None, None]
 
