@@ -202,7 +202,9 @@ def test_a_motion_that_is_no_motion_is_refused():
 )
 def test_the_highest_stable_motion_governs_and_the_highest_where_none_is_stable(stable, expected):
     # red: `stable and list(...)`: the highest, stable or not
-    solutions = [Solution(np.array([x]), 0.0, one) for x, one in zip((1.0, 2.0), stable)]
+    solutions = [
+        Solution(np.array([x]), 0.0, one) for x, one in zip((1.0, 2.0), stable, strict=True)
+    ]
     assert JointSearch(tuple(solutions), 2, 2).governing.log_gamma == [expected]
 
 
