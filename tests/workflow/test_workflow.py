@@ -121,7 +121,7 @@ def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
 
 def test_verification_runs_every_case_of_every_stage(tmp_path):
     # red: a case left out of VERIFIED in verification.smk
-    stages = ("coupon", "panel", "sound", "response")
+    stages = ("coupon", "panel", "sound", "response", "base")
     wanted = [importlib.import_module(f"pidpanel.verification.{s}").CASES for s in stages]
     result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "verification")
     table = said(result).split("Job stats")[1]

@@ -16,6 +16,7 @@ VERIFIED = {
     ],
     "sound": ["field"],
     "response": ["nafems_13r", "miles", "layouts", "power"],
+    "base": ["oscillator", "supported_plate", "limits", "balance"],
 }
 
 

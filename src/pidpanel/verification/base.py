@@ -1,0 +1,229 @@
+"""Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse.linalg as spla
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.base.panel import supported_panel
+from pidpanel.base.sine import interface_force
+from pidpanel.base.supports import TABLE_MASS, BaseExcitation, observed_motions, with_translation
+from pidpanel.base.transfer import Transfer
+from pidpanel.damping_ratio import DampingRatio
+from pidpanel.geometry.polygon import Rectangle
+from pidpanel.panel.basis import basis_of
+from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import DamperLayout, layouts
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.solve.panel import ModalPanel
+from pidpanel.verification.rows import Row
+
+SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
+MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
+HIGHEST = 400.0
+PATCH_AREA = 0.4 * 0.2
+DAMPING, APPARENT = 600.0, 3.0
+"""C_e [N s/m³] and m_a [kg/m²] of the damper."""
+
+POINTS = {"(0.75, 0.5)": (0.75, 0.5), "(0.3, 0.3)": (0.3, 0.3)}
+"""[m]"""
+
+ELEMENTS = (30, 20)
+METHOD = f"{ELEMENTS[0]} × {ELEMENTS[1]} elements"
+
+
+def oscillator_rows(folder: Path) -> list[Row]:
+    """An oscillator of 50 Hz, ζ = 5 %, under a white acceleration of its base, 2 (m/s²)²/Hz."""
+    own, ratio, mass, level = 50.0, 0.05, 3.0, 2.0
+    basis = ModalBasis([own, 0.0], [mass, TABLE_MASS * mass], [ratio, ratio])
+    motions = np.array([[[1.0, 1.0], [1.0, 0.0]]])  # absolute and relative
+    force = np.array([-mass, TABLE_MASS * mass])
+    excitation = BaseExcitation(lambda f: np.full(f.shape, level), force)
+
+    def psds(frequency: Array) -> Array:
+        panel = ModalPanel(basis, Patches(np.zeros((0, 2, 2)), []), frequency, motions, frequency)
+        (answer,) = layouts(panel, excitation, [DamperLayout(())])
+        if isinstance(answer, UnstableDamping):
+            raise answer
+        cross = np.einsum("fii->fi", answer.response.cross_psd[:, 0]).real
+        return np.asarray((2 * np.pi * frequency[:, None]) ** 4 * cross)
+
+    case = "Oscillator on a moving base"
+    method = "the solver of the response with a translation"
+    rows = []
+    for frequency in (20.0, 50.0, 120.0):
+        r = frequency / own
+        below = (1 - r**2) ** 2 + (2 * ratio * r) ** 2
+        closed = level * np.array([1 + (2 * ratio * r) ** 2, r**4]) / below
+        for name, value, exact in zip(
+            ("absolute", "relative"), psds(np.array([frequency]))[0], closed, strict=True
+        ):
+            quantity = f"{name} acceleration PSD at {frequency:g} Hz"
+            rows.append(
+                Row(case, quantity, float(value), float(exact), "m2/s4/Hz", 1e-6, method,
+                    "closed form", at=frequency)
+            )  # fmt: skip
+    lines = frequency_grid(2e-4, 1e7, ratio)
+    rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
+    miles = np.sqrt(level * np.pi * own * (1 + 4 * ratio**2) / (4 * ratio))
+    quantity = "rms of the absolute acceleration"
+    rows.append(
+        Row(case, quantity, float(rms), float(miles), "m/s2", 2e-5, method, "Miles 1954, exact")
+    )
+    return rows
+
+
+class _Plate:
+    """The simply supported plate of the paper, 30 × 20 elements, with one patch."""
+
+    def __init__(self, folder: Path) -> None:
+        patch = {"patch": Rectangle((0.7, 0.5), (0.4, 0.2))}
+        mesh = mesh_quadrilaterals(folder / "plate.msh", SIZE, ELEMENTS, patch, POINTS)
+        plate = assemble_thin_plate(mesh, ThinSection(RIGIDITY, MASS_PER_AREA))
+        shapes = panel_shapes(plate, 2 * HIGHEST)
+        names = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
+        stored = {name: getattr(plate, name) for name in names}
+        basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
+        none = np.zeros((shapes.vectors.shape[0], 0))
+        self.mass, self.inertia = plate.mass, plate.inertia
+        self.supported = supported_panel(
+            basis, StoredPlate(**stored, shapes=shapes.vectors), none, HIGHEST, MASS
+        )
+        inertia = self.supported.inertia
+        self.basis = with_translation(self.supported.basis, inertia)
+        self.modal = modal_basis(self.basis, DampingRatio((RATIO,)), HIGHEST)
+        self.force = BaseExcitation.of_inertia(np.ones_like, inertia).force
+
+    @cached_property
+    def observed(self) -> Array:
+        """Of `supports.observed_motions`, then all shapes."""
+        observed = observed_motions(self.basis, self.supported.inertia)
+        rows = observed.reshape(-1, observed.shape[2])
+        return np.concatenate([rows, np.eye(observed.shape[2])])
+
+    def solve(
+        self, frequency: Array, damping: float = 0.0, mass: float = 0.0
+    ) -> tuple[Complexes, Complexes, Complexes]:
+        """Return transmissibilities (nf, 2), forces [kg], shapes (nf, n + 1) per acceleration."""
+        patches = Patches(self.basis.patch_overlap, [PATCH_AREA])
+        transfer = Transfer.of_panel(frequency, self.modal, patches, self.force, self.observed)
+        s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
+        motion = transfer.motions(slice(None), s)
+        count = len(self.force)
+        shapes = motion[:, : -transfer.width][:, -count:]
+        points = motion[:, : len(self.observed) - count].reshape(len(frequency), 3, -1)
+        absolute = -((2 * np.pi * frequency[:, None]) ** 2) * points[:, :-1, 0]
+        return absolute, interface_force(frequency, points[:, -1], [0], s), shapes
+
+
+def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Complexes, Complexes]:
+    """Return transmissibilities (nf, n_points) and force over mass (nf,) by 40 000 modes."""
+    m, n = (k.ravel() for k in np.meshgrid(*2 * [np.arange(1, highest, 2)], indexing="ij"))
+    wavenumber = np.pi**2 * ((m / SIZE[0]) ** 2 + (n / SIZE[1]) ** 2)
+    own, omega = np.sqrt(RIGIDITY / MASS_PER_AREA) * wavenumber, 2 * np.pi * frequency[:, None]
+    gain = omega**2 / (own**2 - omega**2 + 2j * RATIO * own * omega)
+    at = np.prod(
+        np.sin(np.pi * np.stack([m, n]) * points[:, :, None] / np.array(SIZE)[:, None]), axis=1
+    )
+    part = 16 / (np.pi**2 * m * n)
+    return 1 + gain @ (at * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
+
+
+def plate_rows(folder: Path) -> list[Row]:
+    """The simply supported plate of the paper, ζ = 2 %, against its modal series."""
+    plate, case = _Plate(folder), "Simply supported plate on a moving base"
+    frequency = np.array([40.0, 64.9, 180.0, 224.7])
+    gain, force, _ = plate.solve(frequency)
+    exact, whole = _navier(frequency, np.array(list(POINTS.values())))
+    rows = []
+    for line, f in enumerate(frequency.tolist()):
+        values = {
+            f"transmissibility at {name}": (gain[line, point], exact[line, point], "1")
+            for point, name in enumerate(POINTS)
+        }
+        values["force over acceleration"] = (force[line], MASS * whole[line], "kg")
+        for name, (value, reference, unit) in values.items():
+            rows.append(
+                Row(case, f"{name}, {f:g} Hz", float(abs(value)), float(abs(reference)), unit, 2e-4,
+                    METHOD, "modal series of 40 000 terms", at=f)
+            )  # fmt: skip
+    return rows
+
+
+def limit_rows(folder: Path) -> list[Row]:
+    """What holds of any panel on a moving base: near 0 Hz, and of all its modes."""
+    plate, case = _Plate(folder), "Limits of base motion"
+    gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
+    rows = [
+        Row(case, f"transmissibility at {name}, 0.02 Hz", float(abs(value)), 1.0, "1", 1e-6,
+            METHOD, "rigid motion")
+        for name, value in zip(POINTS, gain[0], strict=True)
+    ]  # fmt: skip
+    rows.append(
+        Row(case, "force over acceleration, 0.02 Hz, with particles", float(abs(force[0])),
+            MASS + APPARENT * PATCH_AREA, "kg", 1e-6, METHOD, "mass of panel and particles")
+    )  # fmt: skip
+    supported = plate.supported
+    effective = supported.inertia.effective_mass(supported.basis.modal_mass)
+    m, n = np.meshgrid(*2 * [np.arange(1, 40, 2)])
+    natural = (
+        np.sqrt(RIGIDITY / MASS_PER_AREA) * np.pi / 2 * ((m / SIZE[0]) ** 2 + (n / SIZE[1]) ** 2)
+    )
+    modes = ~supported.basis.is_residual
+    below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
+    series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
+    quantity, source = "sum of the effective masses of the modes", "64 M/(π⁴ m² n²)"
+    computed = float(effective[modes].sum())
+    rows.append(
+        Row(case, f"{quantity} to {2 * HIGHEST:g} Hz", computed, float(series[below].sum()), "kg",
+            2e-4, METHOD, source)
+    )  # fmt: skip
+    all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
+    rows.append(
+        Row(case, "sum of the effective masses of all elements", float(all_modes), MASS, "kg",
+             0.02, METHOD, "mass of the plate, less that of elements at the supports")
+    )  # fmt: skip
+    return rows
+
+
+def balance_rows(folder: Path) -> list[Row]:
+    """Power of the shaker against the losses in the structure and in a damper."""
+    plate, case = _Plate(folder), "Power balance of base motion"
+    frequency = np.array([30.0, 65.0, 224.0, 390.0])
+    _, force, shapes = plate.solve(frequency, DAMPING, APPARENT)
+    overlap, count = plate.basis.patch_overlap[0], len(plate.force) - 1
+    rows = []
+    for line, f in enumerate(frequency.tolist()):
+        omega, q = 2 * np.pi * f, shapes[line]
+        power = 0.5 * float(np.real(force[line] * np.conj(1 / (1j * omega))))
+        lost = 0.5 * omega**2 * float(plate.modal.damping[:count] @ np.abs(q[:count]) ** 2)
+        lost += 0.5 * omega**2 * DAMPING * float(np.real(q.conj() @ overlap @ q))
+        quantity = f"power of the shaker per acceleration squared, {f:g} Hz"
+        rows.append(
+            Row(case, quantity, power, lost, "W s4/m2", 1e-6, METHOD,
+                "losses of structure and damper", at=f)
+        )  # fmt: skip
+    return rows
+
+
+CASES: dict[str, Callable[[Path], list[Row]]] = {
+    "oscillator": oscillator_rows,
+    "supported_plate": plate_rows,
+    "limits": limit_rows,
+    "balance": balance_rows,
+}
+"""Each computes in a folder and returns its rows."""
