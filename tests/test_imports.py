@@ -34,7 +34,7 @@ ALLOWED = {
     "optimise": UPSTREAM | {"response"},
     "severity": UPSTREAM | {"response", "base"},
     "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity"},
-    "verification": UPSTREAM | {"response", "report"},
+    "verification": UPSTREAM | {"response", "base", "report"},
 }
 
 
