@@ -50,10 +50,9 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
-        request=request("results/verification/verification.html", "results/verification/figures"),
+        request=request("results/verification/verification.html"),
     output:
         page="results/verification/verification.html",
-        figures=directory("results/verification/figures"),
     log:
         "results/verification/verification.log",
     benchmark:

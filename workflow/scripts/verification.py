@@ -1,4 +1,4 @@
-"""The page of the verification and its figures, from the rows of all cases."""
+"""The page of the verification, from the rows of all cases."""
 
 from pidpanel.provenance.job import Job, run
 from pidpanel.verification.page import write_verification_page
@@ -6,7 +6,7 @@ from pidpanel.verification.page import write_verification_page
 
 def main(job: Job) -> None:
     """From the rows of all cases."""
-    write_verification_page(job.input.several("rows"), job.output.page, job.output.figures)
+    write_verification_page(job.input.several("rows"), job.output.page)
 
 
 if __name__ == "__main__":

@@ -127,6 +127,7 @@ def png(figure: Figure) -> Drawing:
     figure.set_dpi(RESOLUTION)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # `savefig` draws twice
+    figure.set_layout_engine("none")  # each further draw would move the axes a little
     buffer = BytesIO()
     reduced = _reduced(np.ascontiguousarray(canvas.buffer_rgba()))
     reduced.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long

@@ -4,6 +4,6 @@
     One computed number and its reference; files of rows.
 `coupon`, `panel`, `sound`, `response`
     Cases of a stage, its ``CASES``.
-`page`, `figures`
+`page`
     The page of all cases.
 """
