@@ -117,7 +117,8 @@ class Drawing(bytes):
 def write_vector(drawing: Drawing, path: Path) -> None:
     """Write the figure of a PNG as SVG or PDF, by the end of the path."""
     dates = {".svg": "Date", ".pdf": "CreationDate"}
-    with mpl.rc_context({"svg.hashsalt": "pidpanel", "pdf.fonttype": 42}):
+    drawing.figure.set_layout_engine("none")  # as in the PNG
+    with mpl.rc_context({"pdf.fonttype": 42}):
         drawing.figure.savefig(path, metadata={dates[path.suffix]: None})
 
 
