@@ -34,7 +34,7 @@ def proposal_headline(proposal: ProposalResults) -> str:
         f"By the bound of the search, no layout here is better by more than {_gap(proposal):g} dB."
     )
     if not np.isfinite(facts["gap_db"]):
-        gap = "Not proved to be the best."
+        gap = "Not proved to be the best: the bound of the search is too wide."
     elif facts["submodularity_violations"]:
         gap = f"Not proved to be the best; the estimated gap is {_gap(proposal):g} dB."
     x, y = proposal.layouts[["size_x_m", "size_y_m"]].iloc[0]
@@ -179,7 +179,8 @@ def gap_text(proposal: ProposalResults) -> str:
     facts = proposal.search
     checks, violations = (int(facts[f"submodularity_{name}"]) for name in ("checks", "violations"))
     text = (
-        "Branch and bound stopped without a useful bound. "
+        "Branch and bound gives no gap: what single dampers remove adds up to more than the whole "
+        "response. Fewer or smaller patches make the bound tighter. "
         if not np.isfinite(facts["gap_db"])
         else f"Gap among the places and fill fractions of the study: branch and bound leaves "
         f"{facts['gap_db']:.2f} dB, with the damping frozen at the motion of each damper alone. "
@@ -303,10 +304,10 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
                 alpha=0.35,
             )
         )  # fmt: skip
-        fill = f" {100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
+        fill = f"\n{100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
         axes.annotate(
             f"{row['damper']}{fill}\n{number(row['mass_kg'])} kg",
-            (row["centre_x_m"], row["centre_y_m"]), ha="center", va="center", fontsize=7,
+            (row["centre_x_m"], row["centre_y_m"]), ha="center", va="center", fontsize=6,
         )  # fmt: skip
     for name, (x, y) in zip(basis.point_names, basis.point_position, strict=True):
         axes.plot(x, y, "o", color="black", ms=4)
