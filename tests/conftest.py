@@ -89,6 +89,9 @@ def _written(folder: Path, name: str, values) -> Path:
     folder.mkdir(exist_ok=True)
     (folder / "lab.csv").write_text("\n".join(TABLE_ROWS) + "\n")
     (folder / "limit.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n40,0.5\n150,0.5\n")
+    (folder / "test.csv").write_text(
+        "frequency_hz,acceleration_psd_g2_hz\n30,0.01\n60,2\n140,0.5\n"
+    )
     path = folder / f"{name}.yaml"
     path.write_text(yaml.safe_dump(values, sort_keys=False))
     return path
@@ -116,6 +119,7 @@ def table_values(law_values):
             },
             "limits": {"centre": "limit.csv"},
         }
+        found["measurements"] = {"shaker 7": {"file": "test.csv", "point": "centre"}}
         return found
 
     return values

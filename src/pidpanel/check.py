@@ -164,6 +164,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield from _check_base(study.base.random, study.response)
     if study.severity is not None:
         yield from _check_limits(study.severity)
+    if study.measurements:
+        from pidpanel.measurement.from_study import mistakes_of_files
+
+        yield from mistakes_of_files(study)
     mistakes = list(
         check_sections(study.panel, study.sound, study.response, resolved_masses(study))
     )

@@ -35,7 +35,7 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     assert {path.stem for path in (folder / "report").iterdir()} == {
         "panel", "answer", "reduction_mass", "mode_shapes", "spectrum", "maps", "oscillators",
-        "failure_maps",
+        "failure_maps", "measurement_1",
         *(f"psd_{family}_{point}" for family in ("fill", "place", "level") for point in ("centre", "Edge")),
         *(f"{what}_{family}" for family in ("fill", "place", "level") for what in ("reduction", "damping")),
     }  # fmt: skip
@@ -66,7 +66,7 @@ def test_the_page_has_its_parts_in_order(table):
     page = (table[1] / "report.html").read_text(encoding="utf-8")
     assert re.findall(r'<h2 id="([^"]+)">', page) == [
         "panel", "sound", "response-fill", "response-place", "response-level",
-        "radiation", "maps", "summary", "stress", "severity", "reproduce",
+        "measurement", "radiation", "maps", "summary", "stress", "severity", "reproduce",
     ]  # fmt: skip
 
 

@@ -157,6 +157,7 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         else read.read_severity(
             folder / "severity", study.severity.quality, study.severity.duration_s
         ),
+        measured=read.read_measurements(folder / "measurement") if study.measurements else None,
     )
 
 

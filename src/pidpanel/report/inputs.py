@@ -159,6 +159,14 @@ class SeverityResults:
 
 
 @dataclass(frozen=True)
+class MeasurementResults:
+    """What the measurement stage left."""
+
+    psd: pd.DataFrame  # ``measurement/psd.csv``
+    differences: pd.DataFrame  # ``measurement/differences.csv``
+
+
+@dataclass(frozen=True)
 class BaseResults:
     """What the base stage left; None for a motion or limits that the study does not have."""
 
@@ -199,6 +207,7 @@ class Inputs(PanelInputs):
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``
+    measured: MeasurementResults | None = None  # None without the section ``measurements``
 
     @property
     def moving_points(self) -> list[str]:

@@ -18,6 +18,7 @@ from pidpanel.report.inputs import (
     CoupledResults,
     CouponResults,
     DampingResults,
+    MeasurementResults,
     ProposalResults,
     SeverityResults,
 )
@@ -28,7 +29,9 @@ STEADINESS_SHOWN = 6
 
 def read_by_point(path: Path) -> pd.DataFrame:
     """Read a table whose names are names, even where they look like numbers."""
-    return pd.read_csv(path, dtype=dict.fromkeys(("scenario", "patch", "point"), str))
+    return pd.read_csv(
+        path, dtype=dict.fromkeys(("measurement", "scenario", "patch", "point"), str)
+    )
 
 
 def read_dataset(path: Path) -> xr.Dataset:
@@ -76,6 +79,13 @@ def read_severity(folder: Path, quality: float, duration: float) -> SeverityResu
     maps = None if strength.empty else read_dataset(folder / "maps.nc")
     tables = (oscillators, peaks, fatigue, strength, margins)
     return SeverityResults(*tables, quality, duration, maps)
+
+
+def read_measurements(folder: Path) -> MeasurementResults:
+    """Read what the measurement stage left."""
+    return MeasurementResults(
+        *(read_by_point(folder / f"{name}.csv") for name in ("psd", "differences"))
+    )
 
 
 def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:

@@ -25,6 +25,7 @@ from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.measurement_section import measurement_section
 from pidpanel.report.names import with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
@@ -118,6 +119,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
+    if inputs.measured is not None:
+        sections.append(measurement_section(inputs.measured, inputs.psd, names))
     if inputs.radiation is not None:
         pairs = with_names(compared(inputs.summary, inputs.radiation), names)
         sections.append(radiation_section(pairs, study.radiation, air_mass=study.air_mass))

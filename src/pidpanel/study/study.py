@@ -17,6 +17,7 @@ from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
 from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
+from pidpanel.study.measurement import Measurement, mistakes_of_measurements
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise, mistakes_of_optimise
 from pidpanel.study.panel import Panel
@@ -64,6 +65,8 @@ class Study(CouponStudy):
     """Search for layouts within a mass budget."""
     severity: Severity | None = None
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
+    measurements: Mapping[str, Measurement] = {}
+    """Measured PSDs to draw over computed ones, by name."""
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what the sections require of each other and do not get."""
@@ -79,6 +82,7 @@ class Study(CouponStudy):
             return
         yield from mistakes_of_labels(self)
         yield from mistakes_of_optimise(self)
+        yield from mistakes_of_measurements(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:

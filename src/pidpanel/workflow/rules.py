@@ -72,6 +72,7 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     severity = (
         {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
     )
+    measurement = {} if not study.measurements else {"measurement": _measurement(plan, response)}
     tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
     under_sound = {
         "response": tables,
@@ -85,9 +86,12 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
         "response": response,
         "maps": maps,
         **severity,
+        **measurement,
         **base,
         "export": _export(plan, study, panel, response),
-        "report": _report(plan, study, panel, _outputs(proposals | severity | base), under_sound),
+        "report": _report(
+            plan, study, panel, _outputs(proposals | severity | measurement | base), under_sound
+        ),
     }
 
 
@@ -216,6 +220,15 @@ def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
         read,
         made,
         {"study": plan.section("severity")},
+    )
+
+
+def _measurement(plan: Plan, response: Rule) -> Rule:
+    return Rule(
+        plan.results("measurement/measurement.log"),
+        {"psd": response.output["psd"]},
+        {name: plan.results(f"measurement/{name}.csv") for name in ("psd", "differences")},
+        {"study": plan.section("measurements")},
     )
 
 

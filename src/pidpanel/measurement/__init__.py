@@ -1,0 +1,1 @@
+"""Measured PSDs of the response points beside computed ones."""

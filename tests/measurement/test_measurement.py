@@ -1,0 +1,96 @@
+"""Measured PSDs: read from files, and compared with computed ones in third octaves."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import pyuff
+
+from pidpanel.columns import ColumnsError
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.measurement.differences import band_differences
+from pidpanel.measurement.files import MeasuredPsd, read_measured
+from pidpanel.response.export import Curve, write_uff58
+
+FREQUENCY = np.geomspace(20.0, 400.0, 300)
+PSD = 2.0 + np.cos(FREQUENCY / 9)
+
+
+def universal(path, **changes):
+    """A universal file of one data set 58."""
+    values = {
+        "func_type": 9,
+        "abscissa_spacing": 0,
+        "abscissa_spec_data_type": 18,
+        "ordinate_spec_data_type": 12,
+        "ordinate_axis_units_lab": "g^2/Hz",
+        "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0,
+        "id1": "a", "rsp_node": 1, "rsp_dir": 3, "ref_node": 0, "ref_dir": 0,
+        "x": FREQUENCY, "data": PSD,
+    }  # fmt: skip
+    pyuff.UFF(str(path)).write_sets([pyuff.prepare_58(**(values | changes))], mode="add")
+    return path
+
+
+def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
+    # red: the factor of (m/s²)² left out; g²/Hz taken for SI
+    table = tmp_path / "test.csv"
+    frame = pd.DataFrame({"frequency_hz": FREQUENCY, "acceleration_psd_g2_hz": PSD})
+    frame.to_csv(table, index=False)
+    ours = tmp_path / "ours.uff"
+    curves = [Curve("dem", "bare", "p", 1, PSD * STANDARD_GRAVITY**2)]
+    write_uff58(ours, FREQUENCY, curves, "study", np.zeros((1, 2)))
+    for path in (table, ours, universal(tmp_path / "g.unv")):
+        read = read_measured(path)
+        np.testing.assert_allclose(read.frequency, FREQUENCY, rtol=1e-5)
+        np.testing.assert_allclose(read.psd, PSD, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
+        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
+        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n", "must rise; 10 Hz"),
+        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,-1\n30,1\n", "at least 0"),
+        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,0\n30,0\n", "not 0 everywhere"),
+        ("a.uff", "no data set\n", "has no data set 58"),
+        ("a.uff", "    -1\n    58\nbroken\n    -1\n", "no universal file that can be read"),
+    ],
+)
+def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, says):
+    # red: `except ColumnsError: raise` alone around the library
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(ColumnsError) as error:
+        read_measured(path)
+    (fault,) = error.value.faults
+    assert fault.startswith(str(path)) and says in fault
+
+
+def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):
+    # red: func_type not looked at; the first of several taken
+    with pytest.raises(ColumnsError, match="4 is a frequency response"):
+        read_measured(universal(tmp_path / "frf.uff", func_type=4))
+    with pytest.raises(ColumnsError, match="must be an acceleration"):
+        read_measured(universal(tmp_path / "force.uff", ordinate_spec_data_type=13))
+    two = universal(universal(tmp_path / "two.uff"), data=3 * PSD)
+    with pytest.raises(ColumnsError, match="has 2 data sets 58; the key record selects one"):
+        read_measured(two)
+    np.testing.assert_allclose(read_measured(two, 2).psd, 3 * PSD, rtol=1e-6)
+    with pytest.raises(ColumnsError, match="record is 3"):
+        read_measured(two, 3)
+
+
+def test_differences_are_those_of_the_bands_that_both_have():
+    # red: measured over computed; 20 lg
+    frequency = np.linspace(50.0, 900.0, 2000)
+    computed = 2 * np.interp(frequency, FREQUENCY, PSD)
+    error = np.full(frequency.size, 0.1)
+    bands = list(band_differences(MeasuredPsd(FREQUENCY, PSD), frequency, computed, error))
+    assert (bands[0].lower_hz, bands[-1].upper_hz) == (50.0, 400.0)
+    for band in bands:
+        # lines of the two are not the same: 1e-2 of a PSD that waves
+        assert band.difference_db == pytest.approx(10 * np.log10(2), abs=0.05)
+        assert band.difference_error_db == pytest.approx(1 / np.log(10), rel=1e-6)
+    assert not list(band_differences(MeasuredPsd(FREQUENCY / 100, PSD), frequency, computed))
