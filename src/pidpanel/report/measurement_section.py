@@ -67,8 +67,8 @@ def _sentence(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> str:
         level = 20 * np.log10(computed / measured)
         mean = bands["difference_db"].replace([np.inf, -np.inf], np.nan).abs().mean()
         parts.append(
-            f"{READINGS[str(reading)]}: {number(computed)} g rms computed, {number(measured)} g rms "
-            f"measured ({level:+.1f} dB); bands differ by {mean:.1f} dB on average"
+            f"{READINGS[str(reading)]}: {number(computed)} g rms computed, {number(measured)} "
+            f"g rms measured ({level:+.1f} dB); bands differ by {mean:.1f} dB on average"
         )
     low, high = rows["lower_hz"].min(), rows["upper_hz"].max()
     return (
