@@ -3,8 +3,8 @@
     python benchmarks/cluster.py [study] [--cores 1000] [--minutes 25] [--here] [--as-before]
 
 The jobs are those that Snakemake plans with ``profiles/slurm``. What each takes is its estimate,
-on an ordinary core (`runs.ORDINARY_STEP`) or, with ``--here``, with the cost of a step measured on
-this machine; and the number of cycles of each run is drawn from those of 228 runs of the study
+on an ordinary core (`runs.ORDINARY_STEP`) or, with ``--here``, on one of 2.5 GHz
+(`estimate.USUAL_COSTS`); and the number of cycles of each run is drawn from those of 228 runs of the study
 ``paper``. Jobs start the longest first, as soon as what they need is there and a core is free.
 ``--as-before`` has each case in one job, cases of 120 s together, forty jobs to a group.
 """
@@ -25,6 +25,7 @@ from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import (
     MISSED,
+    USUAL_COSTS,
     Costs,
     bed_seconds,
     cycles_expected,
@@ -33,7 +34,6 @@ from pidpanel.coupon.estimate import (
     travel,
 )
 from pidpanel.coupon.from_study import distinct_cases
-from pidpanel.coupon.probe import probe
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -197,7 +197,7 @@ def main() -> None:
     cases = distinct_cases(checked_study(Path(given.study)))
     costs = Costs(STEP, 0.024, 2e-3)
     if given.here:
-        costs = probe([case for own in cases.values() for case in own])
+        costs = USUAL_COSTS
     plan = Plan(cases, costs, math.inf if given.as_before else 60 * given.minutes)
     count = len(plan.jobs)
     makespan, chain = simulated(plan.jobs, given.cores)

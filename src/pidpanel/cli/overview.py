@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pidpanel.cli.study_overview import all_cases, coupled_count, other_stages
-from pidpanel.coupon.estimate import PLAN, cpu_seconds
-from pidpanel.coupon.probe import probe
+from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.study import CouponStudy, Study
 
 
@@ -25,7 +24,7 @@ def _of_runs(study: CouponStudy, results: Path, jobs: int) -> str:
     left = [case for case in cases if not all(path.exists() for path in case.outcomes(folder))]
     coupled = [_of_coupled(study)] if isinstance(study, Study) and study.is_coupled else []
     if left:
-        seconds = PLAN + cpu_seconds(left, probe(left), folder)
+        seconds = PLAN + cpu_seconds(left, USUAL_COSTS, folder)
         parts = [
             f"{len(left)} of {len(cases)} coupon cases to run, about {seconds / 60:.1f} min of CPU "
             f"time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"

@@ -10,11 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pidpanel.coupon.estimate import Costs, StepCost
-
-COUPON_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
-"""What a step and a pour cost on that core; `pidpanel estimate` measures them where it runs."""
-
 IMPORTS = 250e6
 """Memory of a process before it computes [bytes]."""
 CHECK = 1.2e7

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.stage_costs import COUPON_COSTS, Cost, panel_costs, shape_count
+from pidpanel.cli.stage_costs import Cost, panel_costs, shape_count
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import bulk_fraction, cpu_seconds
+from pidpanel.coupon.estimate import USUAL_COSTS, bulk_fraction, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.study import CouponStudy, Filling, Study
 from pidpanel.study.base_motion import BaseMotion
@@ -266,7 +266,7 @@ def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
     folder = results / "coupon"
     left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
     if left:
-        yield Cost("coupon", cpu_seconds(left, COUPON_COSTS, folder), 200e6)
+        yield Cost("coupon", cpu_seconds(left, USUAL_COSTS, folder), 200e6)
     if isinstance(study, Study) and study.is_coupled:
         from pidpanel.coupled.from_study import estimated_cpu_seconds
 

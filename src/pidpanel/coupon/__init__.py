@@ -14,6 +14,6 @@ Reading it
     `rows` reads and judges a run, `summary` makes the table of cases; `records` are what is kept
     in JSON files, `coding` takes them there and back.
 Beside it
-    `estimate` says how long a sweep will take, `probe` measures what a step costs;
+    `estimate` says how long a sweep will take;
     `round` is a list of chosen cases.
 """

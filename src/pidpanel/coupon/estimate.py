@@ -1,7 +1,4 @@
-"""How long a sweep will take, before it starts: a count of steps times what a step costs.
-
-What a step costs is measured by `probe`.
-"""
+"""How long a sweep will take, before it starts: a count of steps times what a step costs."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
 from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.packing import Packing
@@ -73,41 +69,18 @@ class StepCost:
         """CPU time of a step of so many spheres that move ``travel`` diameters in it [s]."""
         return self.fixed + spheres * (self.per_sphere + self.per_travel * travel)
 
-    @staticmethod
-    def fitted(spheres: Array, travel: Array, times: Array) -> StepCost:
-        """Fit measured times by least squares in relative terms, with no negative share.
-
-        Parameters
-        ----------
-        spheres, travel, times
-            (n,) of each measurement: spheres, diameters moved in a step, CPU time of a step [s].
-        """
-        columns = np.column_stack([np.ones(len(times)), spheres, spheres * travel])
-        # active set of three: leave out what comes out negative, last first
-        for active in ([0, 1, 2], [0, 1], [1]):
-            weighted = columns[:, active] / times[:, None]
-            shares = np.zeros(3)
-            shares[active] = np.linalg.lstsq(weighted, np.ones(len(times)), rcond=None)[0]
-            if (shares >= 0).all():
-                break
-        return StepCost(*shares.tolist())
-
 
 @dataclass(frozen=True)
 class Costs:
-    """What `probe` has measured on this machine.
-
-    Attributes
-    ----------
-    poured_sphere
-        CPU time of a pour for each sphere of ``diameter`` [s].
-    diameter
-        [m]
-    """
+    """CPU time on one kind of core."""
 
     step: StepCost
-    poured_sphere: float
-    diameter: float
+    poured_sphere: float  # of a pour for each sphere of ``diameter`` [s]
+    diameter: float  # [m]
+
+
+USUAL_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
+"""On a core of 2.5 GHz: measured on cells with 30 and 150 acrylic spheres of 2 mm."""
 
 
 def travel(run: Run) -> float:
