@@ -4,9 +4,9 @@
 
 The jobs are those that Snakemake plans with ``profiles/slurm``. What each takes is its estimate,
 on an ordinary core (`runs.ORDINARY_STEP`) or, with ``--here``, on one of 2.5 GHz
-(`estimate.USUAL_COSTS`); and the number of cycles of each run is drawn from those of 228 runs of the study
-``paper``. Jobs start the longest first, as soon as what they need is there and a core is free.
-``--as-before`` has each case in one job, cases of 120 s together, forty jobs to a group.
+(`estimate.USUAL_COSTS`); and the number of cycles of each run is drawn from those of 228 runs of
+the study ``paper``. Jobs start the longest first, as soon as what they need is there and a core is
+free. ``--as-before`` has each case in one job, cases of 120 s together, forty jobs to a group.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from coupled_study import coupled_results
 
-from pidpanel.damping import fit, forms, surface_files
+from pidpanel.damping import fit, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report.from_study import read_coupon
@@ -53,16 +53,14 @@ def folder(tmp_path):
     surface_files.to_dataset(surface).to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
-    forms.compare(surface, 0.03)[0].to_csv(tmp_path / "damping" / "forms.csv", index=False)
     return tmp_path
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
-    # red: law.csv and forms.csv exchanged
+    # red: law.csv and cases.csv exchanged
     found = read_damping("coupon", folder, 0.03)
     assert len(found.cases) == len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
-    assert "held_out_rms" in found.comparison.columns
     value = found.surface([150.0], 0.6, 5.0).equivalent_damping
     # the surface passes through its cases within their error of 2 %, twice
     assert value == pytest.approx(0.6 * 150, rel=0.04)

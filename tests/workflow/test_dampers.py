@@ -90,7 +90,7 @@ def test_the_files_of_a_damper_are_in_its_folders(ran):
     results = ran / "results" / "two"
     for damper in ("light", "heavy"):
         assert (results / "coupon" / damper / "cases.csv").is_file()
-        for name in ("surface.nc", "surface.csv", "law.csv", "forms.csv"):
+        for name in ("surface.nc", "surface.csv", "law.csv"):
             assert (results / "damping" / damper / name).is_file()
     page = (results / "report.html").read_text()
     assert "Coupon: light" in page and "Coupon: heavy" in page

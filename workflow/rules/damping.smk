@@ -4,7 +4,6 @@ DAMPING_NAMES = {
     "surface": "surface.nc",
     "table": "surface.csv",
     "law": "law.csv",
-    "forms": "forms.csv",
 }
 DAMPING = {key: results(f"damping/{name}") for key, name in DAMPING_NAMES.items()}
 DAMPER_DAMPING = {key: results(f"damping/{{damper}}/{name}") for key, name in DAMPING_NAMES.items()}

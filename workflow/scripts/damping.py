@@ -1,4 +1,4 @@
-"""From ``cases.csv`` to the surface, the constants of the law, and the forms compared."""
+"""From ``cases.csv`` to the surface and the constants of the laws."""
 
 from pidpanel.damping.from_study import write_damping
 from pidpanel.provenance.job import Job, run
@@ -8,7 +8,7 @@ from pidpanel.study import load_study
 def main(job: Job) -> None:
     """From the cases of a coupon."""
     study, damper, made = load_study(job.study), job.params["damper"], job.output
-    write_damping(study, damper, job.input.cases, made.surface, made.table, made.law, made.forms)
+    write_damping(study, damper, job.input.cases, made.surface, made.table, made.law)
 
 
 if __name__ == "__main__":

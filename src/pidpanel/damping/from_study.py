@@ -31,7 +31,6 @@ from pidpanel.study.damping import Damping, Reading
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd
 
-    from pidpanel.damping.forms import Fit
     from pidpanel.damping.surface import DampingSurface
 
 
@@ -175,15 +174,9 @@ def _constant(damper: Damper) -> ConstantDamper:
 
 
 def write_damping(
-    study: Study,
-    damper: str,
-    cases: Path,
-    surface_nc: Path,
-    surface_csv: Path,
-    law_csv: Path,
-    forms_csv: Path,
+    study: Study, damper: str, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path
 ) -> None:
-    """Write the surface of a coupon's cases, the constants of the law and the comparison of forms.
+    """Write the surface of a coupon's cases and the constants of the laws.
 
     Parameters
     ----------
@@ -199,7 +192,7 @@ def write_damping(
     """
     import pandas as pd
 
-    from pidpanel.damping import fit, forms, surface_files
+    from pidpanel.damping import fit, surface_files
 
     coupon = study.coupons[damper]
     surface = surface_of(coupon, read_cases(cases))
@@ -208,27 +201,27 @@ def write_damping(
     )
     surface_files.to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
-    comparison, fits = forms.compare(surface, coupon.cell.depth)
-    constants = pd.concat([law, pd.DataFrame(_constants(fits, len(surface.cases)))])
+    constants = pd.concat([law, _two_regimes(surface, coupon.cell.depth)])
     constants.to_csv(law_csv, index=False, float_format="%.6g")
-    comparison.to_csv(forms_csv, index=False, float_format="%.5g")
 
 
-def _constants(fits: list[Fit], cases: int) -> list[dict[str, float | str]]:
-    """Rows of the constants of the form of two regimes."""
-    return [
+def _two_regimes(surface: DampingSurface, depth: float) -> pd.DataFrame:
+    """Rows of the constants of the form of two regimes; none of few cases."""
+    import pandas as pd
+
+    from pidpanel.damping import forms
+
+    fitted = forms.fit(*forms.points_of(surface, depth))
+    if fitted is None:
+        return pd.DataFrame()
+    return pd.DataFrame(
         {
-            "form": fitted.form.name,
-            "constant": name,
-            "value": value,
-            "low": low,
-            "high": high,
+            "form": "two_regimes",
+            "constant": forms.CONSTANTS,
+            "value": fitted.constants,
+            "low": fitted.low,
+            "high": fitted.high,
             "scatter": fitted.rms,
-            "points": cases,
+            "points": len(surface.cases),
         }
-        for fitted in fits
-        if fitted.form.name == "two_regimes"
-        for name, value, low, high in zip(
-            fitted.form.constants, fitted.constants, fitted.low, fitted.high, strict=True
-        )
-    ]
+    )

@@ -182,8 +182,7 @@ def collapse_figure(
         norm = LogNorm(gamma.min(), gamma.max() * 1.001)
         for value in pick(np.unique(gamma), 4):
             h = np.full(200, float(points.onset[np.argmin(np.abs(gamma - value))]))
-            line_points = Points(np.full(200, 0.5), np.ones(200), np.full(200, value), fine, h,
-                        points.mass_per_fill)  # fmt: skip
+            line_points = Points(np.full(200, 0.5), np.full(200, value), fine, h)
             of_gamma = np.isclose(gamma, value)
             in_range = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
             colour = mpl.colormaps["plasma"](norm(value))

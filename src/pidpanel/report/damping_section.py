@@ -1,4 +1,4 @@
-"""The damping on the page: the surface, the law as an engineer quotes it, the forms compared."""
+"""The damping on the page: the surface, the laws as an engineer quotes them."""
 
 from __future__ import annotations
 
@@ -12,23 +12,13 @@ from pidpanel.damping import forms
 from pidpanel.damping.fit import OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5
 from pidpanel.report import damping_figures, style
-from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table, table_of
+from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
-from pidpanel.report.text import number, percent, records
-
-FORM_NAMES = {
-    "paper_corrected": "the paper's law, corrected: Eq. 5 and 6, |a₁|, f in Hz, its constants",
-    "paper": "Eq. 5 and 6, constants fitted to all cases (no Γ)",
-    "paper_level": "the same times Γ^c",
-    "groups": "η = h A r^p Γ^−q (W/L)^s",
-    "two_regimes": "η = h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)], x = W/L",
-    "surface": "the surface (Gaussian processes)",
-}
-"""Names of the forms of ``damping/forms.csv``."""
+from pidpanel.report.text import number, percent
 
 
 def damping_section(results: DampingResults) -> PageSection:
-    """Return the surface, the law and the forms."""
+    """Return the surface and the laws."""
     surface = results.surface
     left = surface.leave_one_out()
     z = left["log_error"] / left["log_standard_error"]
@@ -147,31 +137,15 @@ def _over_fill_table(over_fill: pd.DataFrame) -> Table:
 
 
 def form_blocks(results: DampingResults) -> list[Block]:
-    """Return the forms compared by cases left out, and the cases on dimensionless axes."""
-    table = table_of(
-        records(results.comparison),
-        "Closed forms for all cases at every Γ, with η = C_e/(m″ω), h = 1 − (Γ₀/Γ)² and the "
-        "stroke over clear gap W/L. Errors are those of ln C_e. Left out: a tenth of the "
-        "cases in turn, predicted with constants fitted to the others. AICc: lower is better.",
-        {
-            "form": lambda row: FORM_NAMES[row["form"]],
-            "constants": lambda row: str(int(row["constants"])) if row["constants"] else "–",
-            "rms, fitted": lambda row: f"{row['rms']:.2f}",
-            "rms, left out": lambda row: f"{row['held_out_rms']:.2f}",
-            "typical factor, left out": lambda row: number(np.exp(row["held_out_rms"]), 2),
-            "largest factor, left out": lambda row: number(np.exp(row["held_out_largest"]), 2),
-            "AICc": lambda row: number(row["information"]),
-        },
-    )
+    """Return the law of two regimes, and the cases on dimensionless axes."""
     points, log_eta = forms.points_of(results.surface, results.depth)
     regimes = results.law[results.law["form"] == "two_regimes"].set_index("constant")
     drawn = None
-    blocks: list[Block] = [table]
+    blocks: list[Block] = []
     if len(regimes):
-        (form,) = (f for f in forms.FORMS if f.name == "two_regimes")
-        constants = regimes.loc[list(form.constants), "value"].to_numpy(float)
-        drawn = partial(form.function, constants)
-        blocks.insert(0, Paragraph(quoted_regimes(regimes)))
+        constants = regimes.loc[list(forms.CONSTANTS), "value"].to_numpy(float)
+        drawn = partial(forms.two_regimes, constants)
+        blocks.append(Paragraph(quoted_regimes(regimes)))
     blocks.append(
         _picture(
             "damping_collapse",
@@ -193,7 +167,9 @@ def quoted_regimes(constants: pd.DataFrame) -> str:
         "One law for every Γ: C_e = m″ω h [A r^p Γ^−q + B x^s/(1 + (x/x₀)^t)], x = W/L, "
         f"with A = {value('ln_A')}, p = {value('p')}, q = {value('q')} (agitated bed) and "
         f"B = {value('ln_B')}, s = {value('s')}, x₀ = {value('ln_x0')}, t = {value('t')} (bed that "
-        "crosses the gap as one body)."
+        "crosses the gap as one body). The "
+        f"{int(constants.iloc[0]['points'])} cases scatter about it by "
+        f"{constants.iloc[0]['scatter']:.2f} in ln C_e."
     )
 
 

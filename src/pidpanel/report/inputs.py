@@ -118,7 +118,6 @@ class DampingResults:
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
-    comparison: pd.DataFrame  # ``damping/forms.csv``
     cases: pd.DataFrame  # ``coupon/cases.csv``
     depth: float  # of the cell [m]
 

@@ -108,7 +108,6 @@ def read_damping(damper: str, folder: Path, depth: float) -> DampingResults:
     return DampingResults(
         surface_files.from_dataset(read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),
-        pd.read_csv(file("forms.csv")),
         pd.read_csv(of_damper(folder / "coupon", damper, "cases.csv")),
         depth,
     )

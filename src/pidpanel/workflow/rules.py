@@ -298,7 +298,7 @@ def _report(
     damping = [
         plan.damper_file("damping", damper, name)
         for damper in study.surfaces
-        for name in ("surface.nc", "law.csv", "forms.csv")
+        for name in ("surface.nc", "law.csv")
     ]
     return Rule(
         plan.results("report.log"),
