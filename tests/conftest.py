@@ -110,7 +110,6 @@ def table_values(law_values):
     def values():
         found = law_values()
         found["damping"] = {"readings": ["table"], "table": "lab.csv"}
-        found["response"]["radiation_beside"] = "one_side"
         strength = dict.fromkeys(("tension_1", "compression_1", "tension_2", "compression_2"), 300)
         found["severity"] = {
             "fatigue": {"stress_mpa": 100, "exponent": 6},

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
 
-from pidpanel.chebyshev import interpolation, last_coefficients, unit_nodes
+from pidpanel.chebyshev import interpolation, unit_nodes
 
 
 def test_nodes_are_the_zeros_of_the_polynomial():
@@ -20,10 +20,3 @@ def test_polynomials_are_exact_between_the_nodes_and_on_them():
     x = np.concatenate([np.linspace(-1, 1, 9), unit_nodes(5)])
     found = interpolation(x, 5) @ polynomial(unit_nodes(5))
     assert found == pytest.approx(polynomial(x), abs=1e-14)
-
-
-def test_last_coefficients_are_those_of_the_series():
-    # red: `count - 2` → `count - 3`
-    series = np.random.default_rng(1).standard_normal(6)
-    found = last_coefficients(6) @ chebyshev.chebval(unit_nodes(6), series)
-    assert found == pytest.approx(series[-2:], abs=1e-14)

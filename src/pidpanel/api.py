@@ -41,7 +41,6 @@ __all__ = ["Model", "ResultsError", "StudyError"]
 PANEL_FILES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
 RESPONSE_FILES = (
     "psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc",
-    "radiation.csv",
 )  # fmt: skip
 
 FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
@@ -313,22 +312,19 @@ class Model:
         """Compute sound and response beside the files of the panel."""
         study, files = self._with_panel(), self._stages
         folder = files["modes.nc"].parent
-        sides = {study.response.radiation, study.response.radiation_beside} - {"none"}
-        air = folder / "air.nc" if sides else None
+        air = folder / "air.nc" if study.response.radiation != "none" else None
         force = folder / "modal_force.nc"
         with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
             write_sound(study, read_basis(files["modes.nc"]), folder / "spectrum.csv", force, air)
-            compares_radiation = study.response.radiation_beside != "none"
-            names = RESPONSE_FILES if compares_radiation else RESPONSE_FILES[:-1]
             write_response(
                 study,
                 PanelFiles(files["modes.nc"], force, air),
                 files["plate.nc"],
                 files["section.csv"],
                 None,
-                ResponseFiles(*(folder / name for name in names)),
+                ResponseFiles(*(folder / name for name in RESPONSE_FILES)),
             )
-        files |= {name: folder / name for name in names}
+        files |= {name: folder / name for name in RESPONSE_FILES}
 
     def _reading(self, source: str | None) -> DampingReading:
         study = self.study

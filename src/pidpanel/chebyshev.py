@@ -26,12 +26,5 @@ def interpolation(x: Array, count: int) -> Array:
     return matrix
 
 
-def last_coefficients(count: int) -> Array:
-    """Return the matrix (2, count) from values at the nodes to the last two coefficients."""
-    order = np.array([count - 2, count - 1])
-    matrix: Array = 2 / count * np.cos(order[:, None] * _angles(count))
-    return matrix
-
-
 def _angles(count: int) -> Array:
     return np.pi * (2 * np.arange(count) + 1) / (2 * count)

@@ -78,8 +78,7 @@ def drawn(seed: int) -> dict:
         "sound": _sound(rng),
         "response": {
             "frequency_hz": [low, low * rng.choice([2, 3, 5])],
-            "radiation": (own := rng.choice(["none"] * 8 + ["one_side", "two_sides"])),
-            "radiation_beside": rng.choice(["none", "one_side"]) if own == "none" else "none",
+            "radiation": rng.choice(["none"] * 8 + ["one_side", "two_sides"]),
             "air_mass": rng.random() < 0.7,
         },
         **_fillings(rng, list(panel["patches"])),
@@ -229,13 +228,12 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
     panel = [folder / "panel" / name for name in
              ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
     write_panel(study, *panel)
-    radiates = {study.response.radiation, study.response.radiation_beside} - {"none"}
+    radiates = study.response.radiation != "none"
     force, air = folder / "sound" / "modal_force.nc", folder / "sound" / "air.nc"
     others = [air] if radiates else []
     write_sound(study, read_basis(panel[0]), folder / "sound" / "spectrum.csv", force, *others)
     files = PanelFiles(panel[0], force, air if radiates else None)
     names = ["psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"]
-    names += ["radiation.csv"] if study.response.radiation_beside != "none" else []
     response = [folder / "response" / name for name in names]
     write_response(study, files, panel[5], panel[4], None, ResponseFiles(*response))
     maps = folder / "response" / "maps.nc", folder / "response" / "maps"

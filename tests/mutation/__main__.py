@@ -51,7 +51,7 @@ FORMULAS = {
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
-    "solve": "bands basis_error dampers diagonal direct elements excitation in_air layout lines maps mesh_error modal "
+    "solve": "bands basis_error dampers diagonal direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",

@@ -278,11 +278,11 @@ def table(tmp_path_factory, write_study, table_values):
 
     panel, sound, made = folder / "panel", folder / "sound", folder / "response"
     make_panel(study, panel)
-    make_sound(study, sound, modes=panel / "modes.nc", air=True)
+    make_sound(study, sound, modes=panel / "modes.nc")
     upstream = {"modes": panel / "modes.nc", "modal_force": sound / "modal_force.nc"}
     upstream["plate"] = panel / "plate.nc"
-    read = upstream | {"section": panel / "section.csv", "air": sound / "air.nc"}
-    response = within(made, RESPONSE | {"radiation": "radiation.csv"})
+    read = upstream | {"section": panel / "section.csv"}
+    response = within(made, RESPONSE)
     call("response", study, read, response)
     read = upstream | {"left_out": response["left_out"], "psd": response["psd"]}
     call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))

@@ -62,18 +62,18 @@ def test_a_page_says_how_to_reproduce_it(table):
 
 
 def test_the_page_has_its_parts_in_order(table):
-    # red: maps before the responses; radiation left out where it was asked for
+    # red: maps before the responses
     page = (table[1] / "report.html").read_text(encoding="utf-8")
     assert re.findall(r'<h2 id="([^"]+)">', page) == [
         "panel", "sound", "response-fill", "response-place", "response-level",
-        "measurement", "radiation", "maps", "summary", "stress", "severity", "reproduce",
+        "measurement", "maps", "summary", "stress", "severity", "reproduce",
     ]  # fmt: skip
 
 
 def test_names_that_look_like_numbers_stay_names(table):
     # red: read_by_point without its dtype
     folder = table[1]
-    for name in ("summary.csv", "stress.csv", "radiation.csv"):
+    for name in ("summary.csv", "stress.csv"):
         text = (
             (folder / "response" / name).read_text().replace("centre", "007").replace("Edge", "012")
         )

@@ -125,8 +125,6 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
         (SMOKE, "response", {"modal_damping": "diagonal", "radiation": "one_side"}, "response.radiation", "response.radiation = one_side: must be none for modal_damping: diagonal, the paper's form"),
-        (SMOKE, "response", {"modal_damping": "diagonal", "radiation_beside": "one_side"}, "response.radiation_beside", "response.radiation_beside = one_side: must be none for modal_damping: diagonal, the paper's form"),
-        (SMOKE, "response", {"radiation": "one_side", "radiation_beside": "one_side"}, "response.radiation_beside", "response.radiation_beside = one_side: must differ from radiation, or be none"),
         (SMOKE, "scenarios.fill.oaspl_db", [140, 150], "scenarios.fill", "scenarios.fill = {patch: PID-1, fill_fraction: [0.4, 0.8], oaspl_db: [140, 15…: only one of patch, fill_fraction and oaspl_db may be a list, not 2"),
         (SMOKE, "panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}}, "panel.patches.PID-1",
          "panel.patches.PID-1 = {centre_m: [1.45, 0.5], size_m: [0.3, 0.2]}: must lie on the panel, x 0…1.5 m, y 0…1 m; it covers x 1.3…1.6 m, y 0.4…0.6 m"),

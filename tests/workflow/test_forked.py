@@ -102,7 +102,7 @@ def test_a_change_makes_what_snakemake_would_make(forked, values, write_study):
 
 def test_snakemake_forgets_what_it_knew_of_files_made_anew(peer, values, write_study):
     # red: `_forget` left out: with the air the set of inputs is another than Snakemake noted
-    changed = values | {"response": values["response"] | {"radiation_beside": "one_side"}}
+    changed = values | {"response": values["response"] | {"radiation": "one_side"}}
     study = write_study(peer, "small", changed)
     assert ran(pidpanel(peer, "run", study)) == AFTER_SOUND
     assert jobs(snakemake(peer, study, "-n")) == {}

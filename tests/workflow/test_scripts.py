@@ -70,17 +70,14 @@ def test_files_and_texts_of_a_job_come_back_from_its_arguments(monkeypatch):
         _ = job.input.surfaces
 
 
-def stages(folder, study, *, radiation):
+def stages(folder, study):
     """Call the scripts from the mesh to the exports, as the rules do; the folder of each file."""
     make_panel(study, folder)
-    make_sound(study, folder, air=radiation)
-    names = {**PANEL, **SOUND, **RESPONSE, **({"air": "air.nc"} if radiation else {})}
-    files = within(folder, names)
-    response = within(folder, RESPONSE | ({"radiation": "radiation.csv"} if radiation else {}))
+    make_sound(study, folder)
+    files = within(folder, {**PANEL, **SOUND, **RESPONSE})
+    response = within(folder, RESPONSE)
     call("response", study, files, response)
-    call(
-        "maps", study, files | {"air": None}, within(folder, {"maps": "maps.nc", "folder": "maps"})
-    )
+    call("maps", study, files, within(folder, {"maps": "maps.nc", "folder": "maps"}))
     call("export", study, files, {"folder": folder / "export"})
     return folder
 
@@ -88,13 +85,13 @@ def stages(folder, study, *, radiation):
 @pytest.fixture(scope="module")
 def law(tmp_path_factory, write_study, law_values):
     folder = tmp_path_factory.mktemp("law")
-    return stages(folder, write_study(folder, "law", law_values()), radiation=False)
+    return stages(folder, write_study(folder, "law", law_values()))
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory, write_study, table_values):
     folder = tmp_path_factory.mktemp("table")
-    return stages(folder, write_study(folder, "table", table_values()), radiation=True)
+    return stages(folder, write_study(folder, "table", table_values()))
 
 
 def test_a_law_that_feeds_the_panel_has_rows_that_say_so_and_no_psd(law):
@@ -140,15 +137,6 @@ def test_a_damper_lowers_the_motion_and_a_table_brings_its_errors(table):
     assert (summary["power_balance_error"] < 1e-6).all()
     bare = summary[summary["patch"] == "none"]
     assert bare["acceleration_rms_error_g"].isna().all()
-
-
-def test_the_air_beside_lowers_the_bare_panel(table):
-    # red: with_other_radiation that reads the panel with study.response.radiation
-    beside = pd.read_csv(table / "radiation.csv").set_index(["scenario", "point"])
-    summary = pd.read_csv(table / "summary.csv").set_index(["scenario", "point"])
-    for at in [("bare_150dB", "centre"), ("bare_140dB", "Edge")]:
-        # one side of air takes 5 dB from the paper's panel over its whole range
-        assert beside["acceleration_rms_g"][at] < 0.95 * summary["acceleration_rms_g"][at]
 
 
 def test_maps_and_psds_agree_at_the_points(table):

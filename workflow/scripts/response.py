@@ -11,7 +11,7 @@ def main(job: Job) -> None:
     files = PanelFiles(read.modes, read.modal_force, read.get("air"))
     damping, coupled = (job.optional_folder(name) for name in ("damping", "coupled"))
     tables = (made.psd, made.summary, made.layouts, made.stress, made.stress_table, made.left_out)
-    output = ResponseFiles(*tables, made.get("radiation"))
+    output = ResponseFiles(*tables)
     write_response(load_study(job.study), files, read.plate, read.section, damping, output, coupled)
 
 

@@ -284,10 +284,8 @@ def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
     half = half_wave(section_of(study.panel), MODES_BEYOND * high)
     area = float(abs(cell_areas(estimate.mesh.vertices, estimate.mesh.cells)).sum())
     shapes = min(estimate.coordinates, shape_count(area, half, len(study.panel.patches)))
-    in_air = [study.response.radiation, study.response.radiation_beside]
     # every layout once more as dead weight
     solves = len(study.all_scenarios()) * len(study.readings) * 2
-    solves *= 2 if in_air[1] != "none" else 1
     return panel_costs(
         estimate.coordinates,
         shapes,

@@ -18,10 +18,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.excitation import Excitation
-from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
-from pidpanel.solve.modal import chunks_of_lines
+from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
-from pidpanel.solve.moved import InAir, InVacuum, MovedPanel
+from pidpanel.solve.moved import InAir, InVacuum, MatrixInput, MovedPanel, matrices_at
 
 THREADS = 2
 LINES_AT_ONCE = 16
@@ -214,7 +213,7 @@ def reduced_panel(
     patches: Patches,
     points: Array,
     excitation: Excitation,
-    air: SmoothStiffness | None = None,
+    air: MatrixInput | None = None,
     *,
     rank: int | None = None,
     precision: type = np.complex64,
@@ -296,9 +295,15 @@ def _leading(factor: Array, energy: Array, rank: int) -> Array:
 
 
 def _moved_by(
-    frequency: Array, basis: ModalBasis, air: SmoothStiffness | None
+    frequency: Array, basis: ModalBasis, air: MatrixInput | None
 ) -> Callable[[slice, Array], MovedPanel]:
     if air is None:
         return lambda lines, observed: InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
-    in_air = PanelInAir(frequency, basis, air)
-    return lambda lines, observed: InAir(in_air.motion(frequency[lines], observed), observed)
+
+    def moved(lines: slice, observed: Array) -> MovedPanel:
+        stiffness = dense_stiffness(
+            frequency[lines], basis, matrices_at(air, frequency, lines, len(observed))
+        )
+        return InAir(np.linalg.solve(stiffness, observed[None]), observed)
+
+    return moved

@@ -13,9 +13,9 @@ What is folded below it: `claims` and `claims_table` (the paper's claims), `warn
 
 The parts of a page, each a function ``<part>_section``: `panel_section`, `sound_section`,
 `coupon_section`, `losses_section`, `varied_section`, `damping_section`, `coupled_section`,
-`layouts_section`, `response_section`, `radiation_section`, `maps_section`, `summary_section`,
-`stress_section`, `severity_section`, `measurement_section`, `base_section`, `optimise_section`;
-damping models against coupled runs: `verdict`, `verdict_files`, `verdict_section`, `verdict_bands`.
+`layouts_section`, `response_section`, `maps_section`, `summary_section`, `stress_section`,
+`severity_section`, `measurement_section`, `base_section`, `optimise_section`; damping models
+against coupled runs: `verdict`, `verdict_files`, `verdict_section`, `verdict_bands`.
 
 Figures, from arrays and frames: `panel_figures`, `sound_figures`, `coupon_figures`,
 `damping_figures`, `response_figures`, `maps_figures`, `base_figures`,

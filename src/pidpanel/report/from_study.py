@@ -141,7 +141,6 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         read.read_by_point(response / "summary.csv"),
         read.read_dataset(response / "psd.nc"),
     )
-    has_radiation = study.response.radiation_beside != "none"
     return Inputs(
         **vars(on_panel),
         summary=summary,
@@ -149,7 +148,6 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         psd=psd,
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
-        radiation=read.read_by_point(response / "radiation.csv") if has_radiation else None,
         maps=read.read_dataset(response / "maps.nc"),
         proposal=None if study.optimise is None else read.read_proposal(folder / "optimise"),
         severity=None
@@ -230,7 +228,6 @@ def reported_study(study: Study) -> ReportedStudy:
         frequency=response.frequency_hz,
         terms=f"{response.modal_damping} modal damping matrix; apparent mass of the damper {mass}",
         radiation=response.radiation,
-        air_mass=response.air_mass,
         read_at=read_at_text(study),
         read_kind=level.kind,
         coupled_error=study.damping.coupled.relative_error,

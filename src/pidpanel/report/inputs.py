@@ -64,7 +64,6 @@ class ReportedStudy:
     frequency: tuple[float, float]  # of the response [Hz]
     terms: str  # of the equation of motion, in words
     radiation: str
-    air_mass: bool
     read_at: str  # the acceleration for C_e, in words
     read_kind: str  # ``damping.level.kind``
     coupled_error: float  # requested of coupled runs [1]
@@ -202,7 +201,6 @@ class Inputs(PanelInputs):
     psd: xr.Dataset  # ``response/psd.nc``
     bands: pd.DataFrame  # ``sound/spectrum.csv``
     stress: pd.DataFrame  # ``response/stress.csv``
-    radiation: pd.DataFrame | None = None  # ``response/radiation.csv``, if asked for
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``

@@ -29,7 +29,6 @@ from pidpanel.report.measurement_section import measurement_section
 from pidpanel.report.names import with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
-from pidpanel.report.radiation_section import compared, radiation_section
 from pidpanel.report.response_section import response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
@@ -121,9 +120,6 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
     if inputs.measured is not None:
         sections.append(measurement_section(inputs.measured, inputs.psd, names))
-    if inputs.radiation is not None:
-        pairs = with_names(compared(inputs.summary, inputs.radiation), names)
-        sections.append(radiation_section(pairs, study.radiation, air_mass=study.air_mass))
     if inputs.base is not None:
         layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
         sections.append(base_section(inputs.base, layouts, points, study.panel.thickness_mm))

@@ -16,8 +16,7 @@ from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_text import worst_map
 from pidpanel.report.inputs import Inputs, ReportedStudy
-from pidpanel.report.radiation_section import SIDES, compared
-from pidpanel.report.text import READINGS, number, percent, plain, records
+from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.response.trust import (
     BETWEEN,
     CARRIED,
@@ -28,7 +27,6 @@ from pidpanel.response.trust import (
     NOT_LINEAR,
     POWER_BALANCE,
 )
-from pidpanel.solve.bands import reduction
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
 NAMED = 3
@@ -70,7 +68,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     if study.surfaces or inputs.layouts["damping_read_at_g"].notna().any():
         lines.append(SINGLE_TONES)
     if answer is not None and answer.candidates:
-        lines += _of_air(inputs, answer)
+        lines += _of_air(inputs.study)
     for reading in study.readings:
         if reading != main:
             lines += _doubts(study, summary, reading)
@@ -141,26 +139,12 @@ def massless_text(study: ReportedStudy) -> list[str]:
     ]
 
 
-def _of_air(inputs: Inputs, answer: StudyAnswer) -> Iterator[str]:
-    """Yield what the air on one or two sides changes at the worst point."""
-    if inputs.radiation is None:
-        if inputs.study.radiation == "none":
-            yield (
-                "Radiation damping is not included, so reductions are overestimated "
-                "(response.radiation_beside)."
-            )
-        return
-    pairs = compared(inputs.summary, inputs.radiation)
-    pairs = pairs[(pairs["reading"] == answer.reading) & (pairs["point"] == answer.worst)]
-    rows = pairs.set_index("scenario")
-    bare, best = rows.loc[answer.bare.scenario.label], answer.candidates[0]
-    if best.scenario.label in rows.index:
-        row = rows.loc[best.scenario.label]
-        change = float(reduction(bare["acceleration_rms_g_beside"], bare["acceleration_rms_g"]))
+def _of_air(study: ReportedStudy) -> Iterator[str]:
+    """Yield that a panel without air answers too much."""
+    if study.radiation == "none":
         yield (
-            f"With {SIDES[str(row['radiation'])]} the bare panel changes by {plain(change, 1)} dB "
-            f"and {best.name} reduces it by {row['reduction_db_beside']:.1f} dB "
-            f"instead of {row['reduction_db']:.1f} dB."
+            "Radiation damping is not included, so reductions are overestimated "
+            "(response.radiation)."
         )
 
 

@@ -29,14 +29,13 @@ from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
 from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
-from pidpanel.response.refinement import CheckedResponses, checked_responses, read_further_shapes
-from pidpanel.response.results import ResponseFiles, Tabulation, radiation_rows, write_tables
+from pidpanel.response.refinement import checked_responses, read_further_shapes
+from pidpanel.response.results import ResponseFiles, Tabulation, write_tables
 from pidpanel.solve.basis_error import MovedFace
 from pidpanel.solve.moved import Matrices
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
-    WETTED_SIDES,
     air_tables,
     excitation_of,
     modal_force_at,
@@ -210,24 +209,6 @@ def write_response(
         coupled_accuracy=study.damping.coupled.relative_error,
     )
     write_tables(checked, tabulation, output)
-    if output.radiation_csv is not None:
-        panel = _with_radiation_beside(study, start, files, plate, checked)
-        rows = radiation_rows(panel, study.response.radiation_beside, scenarios, models)
-        rows.to_csv(output.radiation_csv, index=False, float_format="%.6g")
-
-
-def _with_radiation_beside(
-    study: Study, start: ResponsePanel, files: PanelFiles, plate: Path, checked: CheckedResponses
-) -> ResponsePanel:
-    """Return the panel with ``response.radiation_beside``, in the basis of the responses."""
-    radiation, panel = study.response.radiation_beside, checked.panel
-    if panel.air is not None:
-        return replace(panel, air=replace(panel.air, wetted_sides=WETTED_SIDES[radiation]))
-    air = read_air(study, radiation, read_table(files.modal_force, MODAL_FORCE), files.air)
-    if not checked.further_shapes.shape[1]:
-        return replace(panel, air=air)
-    panel = widen(replace(start, air=air), read_plate(plate), checked.further_shapes)
-    return replace(panel, least_damping_ratio=checked.panel.least_damping_ratio)
 
 
 def read_panel_mass(study: Study, section: Path) -> float:

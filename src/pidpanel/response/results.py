@@ -13,8 +13,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase, plan_cases
-from pidpanel.response.dampers import DampingModels
+from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import extrapolation_of
 from pidpanel.response.model_error import (
     broadband_error_of,
@@ -23,11 +22,9 @@ from pidpanel.response.model_error import (
     undamped_response,
     with_model_error,
 )
-from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
 from pidpanel.response.tables import (
-    beside_rows,
     dead_weight_columns,
     psd_dataset,
     stress_dataset,
@@ -50,7 +47,7 @@ class OutsideSimulatedRange(ResponseError):
 
 
 class ResponseFiles(NamedTuple):
-    """The files of the stage; ``radiation_csv`` only where the study wants it."""
+    """The files of the stage."""
 
     psd_nc: Path
     summary_csv: Path
@@ -58,7 +55,6 @@ class ResponseFiles(NamedTuple):
     stress_nc: Path
     stress_csv: Path
     left_out_nc: Path
-    radiation_csv: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -79,7 +75,7 @@ class Tabulation:
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:
-    """Write all files of the stage but that of ``radiation_beside``."""
+    """Write all files of the stage."""
     panel, basis = checked.panel, checked.panel.basis
     rows = _Rows(checked, tabulation)
     for case, basis_error, mesh in zip(
@@ -105,24 +101,6 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
         tabulation.attributes
     ).to_netcdf(output.stress_nc, engine="scipy")
     write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
-
-
-def radiation_rows(
-    panel: ResponsePanel,
-    radiation: str,
-    scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
-) -> pd.DataFrame:
-    """Return rms values of every case on a panel with ``response.radiation_beside``."""
-    rows = []
-    # rms values alone: few lines give them within 1e-3
-    plan = plan_cases(panel, scenarios, models, dead_weight=False).response_alone()
-    for case in plan.solve(panel.solver(rms_only=True)):
-        if not isinstance(case.response, UnstableDamping):
-            read_at, _ = only_motion(panel, case, case.response, scenarios)
-            values = beside_rows(case.response, case.bare, panel.basis.point_names, read_at)
-            rows += [{"radiation": radiation, **_names(case), **value} for value in values]
-    return pd.DataFrame(rows)
 
 
 def standard_errors(

@@ -91,25 +91,6 @@ def dead_weight_columns(
     ]
 
 
-def beside_rows(
-    answer: LayoutResponse, bare: LayoutResponse, points: Sequence[str], read_at_g: float
-) -> list[dict[str, Any]]:
-    """Rms acceleration of a scenario under another assumption, a row per point.
-
-    Parameters are those of `summary_rows`.
-    """
-    acceleration, of_bare = answer.response.acceleration_rms, bare.response.acceleration_rms
-    return [
-        {
-            "point": point,
-            "acceleration_rms_g": acceleration[index] / STANDARD_GRAVITY,
-            "reduction_db": float(reduction(of_bare[index], acceleration[index])),
-            "damping_read_at_g": read_at_g,
-        }
-        for index, point in enumerate(points)
-    ]
-
-
 @dataclass(frozen=True)
 class OnPatches:
     """A response with the damping on every patch of the panel."""

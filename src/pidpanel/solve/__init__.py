@@ -6,8 +6,6 @@
     What drives a panel; a panel with patches and points.
 `dampers`, `direct`, `diagonal`
     Dampers attached by low-rank updates, in all shapes, in the paper's diagonal form.
-`in_air`
-    The bare panel in air on many lines from few factorisations.
 `layout`, `solvers`
     `layouts`, the one entry: any number of layouts on a panel under an excitation.
 `search`, `motions`

@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
 from pidpanel.solve.model import (
     ModalBasis,
     PatchCoordinates,
@@ -127,7 +126,7 @@ def bare_panels(
     motion_at_points: ArrayLike | None,
     spectrum: ArrayLike,
     modal_force: MatrixInput,
-    air_stiffness: MatrixInput | PanelInAir | None = None,
+    air_stiffness: MatrixInput | None = None,
     overlap_cutoff: float = OVERLAP_CUTOFF,
 ) -> list[BarePanel]:
     """Solve the panel without dampers, once for every set of patches that may carry some.
@@ -151,8 +150,7 @@ def bare_panels(
         Hermitian.
     air_stiffness
         −ω²M_air + iωR of the air [N/m] in the same forms, symmetric, or None for a panel in
-        vacuum. `radiation.Air` is known to be smooth, so that not every line is factorised; a
-        `PanelInAir` of more lines keeps what it knows between calls.
+        vacuum.
     overlap_cutoff
         Share of the largest eigenvalue of D below which eigenvalues are dropped. On 124 shapes of
         the paper's panel with C_e = 3000 √(f/100 Hz) N s/m³ and m_a = 5 kg/m² on PID-1:
@@ -186,8 +184,6 @@ def bare_panels(
     )
     point_psd = np.empty((count, n_points, m, m), complex)
     at_points = slice(0, n_points * m)
-    if isinstance(air_stiffness, SmoothStiffness):
-        air_stiffness = PanelInAir(frequency, basis, air_stiffness)
     for lines in chunks_of_lines(count, n):
         moved = _moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
         psd = moved.psd(modal_force, frequency, lines)
@@ -220,15 +216,13 @@ def _moved_panel(
     lines: slice,
     basis: ModalBasis,
     observed: Array,
-    air_stiffness: MatrixInput | PanelInAir | None,
+    air_stiffness: MatrixInput | None,
     of_shapes: bool,
 ) -> MovedPanel:
     """Return the panel on some lines, with the motions W of which the first may be the shapes."""
     if air_stiffness is None:
         form = ShapesInVacuum if of_shapes else InVacuum
         return form(basis.dynamic_stiffness(frequency[lines]), observed)
-    if isinstance(air_stiffness, PanelInAir):
-        return InAir(air_stiffness.motion(frequency[lines], observed), observed)
     air = matrices_at(air_stiffness, frequency, lines, len(observed))
     stiffness = dense_stiffness(frequency[lines], basis, air)
     return InAir(np.linalg.solve(stiffness, observed[None]), observed)

@@ -20,7 +20,6 @@ from pidpanel.solve.dampers import LowRankPanel
 from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.direct import DirectMotions, DirectPanel
 from pidpanel.solve.excitation import Excitation
-from pidpanel.solve.in_air import PanelInAir, SmoothStiffness
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
@@ -265,7 +264,7 @@ class PanelSolver:
         if missing:
             bare = bare_panels(
                 panel.frequency[lines], panel.basis, [self.carrier(key) for key in missing],
-                panel.points, self._spectrum[lines], force, self._in_air or air,
+                panel.points, self._spectrum[lines], force, air,
             )  # fmt: skip
             fresh |= zip(missing, bare, strict=True)
             for key, part in zip(missing, bare, strict=True):
@@ -294,14 +293,6 @@ class PanelSolver:
             matrices_at(force, frequency, lines, n),
             None if air is None else matrices_at(air, frequency, lines, n),
         )
-
-    @cached_property
-    def _in_air(self) -> PanelInAir | None:
-        """The panel in air on all lines; None in vacuum or where the air is not smooth."""
-        air = self.panel.air_stiffness
-        if not isinstance(air, SmoothStiffness):
-            return None
-        return PanelInAir(self.panel.frequency, self.panel.basis, air)
 
     @cached_property
     def _spectrum(self) -> Array:

@@ -46,11 +46,6 @@ class Air:
         diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
         return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
 
-    @property
-    def travel_time(self) -> float:
-        """Longest time that sound takes across the panel [s]."""
-        return self.diffuse.diameter / self.speed_of_sound
-
     def __call__(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
         k = wavenumber(frequency, self.speed_of_sound)

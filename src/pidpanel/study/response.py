@@ -29,8 +29,6 @@ class Response(SectionModel):
     the damping at the motion of the full matrix."""
     radiation: Radiation = "none"
     """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
-    radiation_beside: Radiation = "none"
-    """Radiation of a second computation, shown in a table for comparison."""
     air_mass: bool = True
     """Whether the panel carries the mass of the air on the sides that radiate; false: resistance
     alone."""
@@ -45,11 +43,6 @@ class Response(SectionModel):
         elif self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:
             says = f"the second must be at least {LEAST_SPAN:g} times the first"
             yield Mistake(("frequency_hz",), f"spans hardly a resonance; {says}")
-        if self.radiation_beside == self.radiation != "none":
-            yield Mistake(("radiation_beside",), "must differ from radiation, or be none")
-        if self.modal_damping == "diagonal":
-            for key in ("radiation", "radiation_beside"):
-                if getattr(self, key) != "none":
-                    yield Mistake(
-                        (key,), "must be none for modal_damping: diagonal, the paper's form"
-                    )
+        if self.modal_damping == "diagonal" and self.radiation != "none":
+            says = "must be none for modal_damping: diagonal, the paper's form"
+            yield Mistake(("radiation",), says)

@@ -146,7 +146,7 @@ def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
         "spectrum": plan.results("sound/spectrum.csv"),
         "modal_force": plan.results("sound/modal_force.nc"),
     }
-    if {study.response.radiation, study.response.radiation_beside} != {"none"}:
+    if study.response.radiation != "none":
         output["air"] = plan.results("sound/air.nc")
     values = {
         "study": plan.section("sound"),
@@ -165,8 +165,6 @@ def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
         "stress_table": "stress.csv",
         "left_out": "left_out.nc",
     }
-    if study.response.radiation_beside != "none":
-        names["radiation"] = "radiation.csv"
     damping = _damping(plan, study)
     return Rule(
         plan.results("response/response.log"),
