@@ -154,7 +154,6 @@ def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
         ("measurements",): bool(study.measurements),
         ("response", "maps"): bool(response.maps),
         ("response", "radiation"): response.radiation != "none",
-        ("response", "radiation_beside"): response.radiation_beside != "none",
     }
     for name, compared in study.scenarios.items():
         asked["scenarios", name, "oaspl_db"] = compared.oaspl_db is not None
